@@ -1,0 +1,63 @@
+"""The only file with names of dolfinx and PETSc that differ between versions (written for dolfinx 0.5, petsc4py 3.18)."""
+import ctypes
+
+import numpy as np
+import ufl
+from dolfinx import mesh as dmesh
+from dolfinx.cpp.graph import AdjacencyList_int32
+from petsc4py import PETSc
+
+_petsc = ctypes.CDLL(PETSc.__file__)  # petsc4py 3.18 does not wrap the functions below, the library has them
+_handle, _int, _pointer = ctypes.c_void_p, np.ctypeslib.as_ctypes_type(PETSc.IntType), ctypes.c_void_p
+_petsc.MatSetPreallocationCOO.argtypes = [_handle, ctypes.c_ssize_t, _pointer, _pointer]
+_petsc.MatSetValuesCOO.argtypes = [_handle, _pointer, ctypes.c_int]
+_petsc.SNESSetLagJacobian.argtypes = [_handle, _int]
+_petsc.PetscOptionsUsed.argtypes = [_handle, ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
+_INSERT = 1  # INSERT_VALUES
+
+
+def _check(code):
+    if code:
+        raise PETSc.Error(code)
+
+
+def set_coo_pattern(A, rows, columns):
+    """Give the matrix its pattern: entry k goes to (rows[k], columns[k]); pairs with a negative index are ignored."""
+    i, j = rows.astype(PETSc.IntType), columns.astype(PETSc.IntType)  # copies: PETSc may overwrite them
+    _check(_petsc.MatSetPreallocationCOO(A.handle, i.size, i.ctypes.data, j.ctypes.data))
+
+
+def set_coo_values(A, values):
+    """Fill the matrix, values in the order of the pattern; repeated pairs add up. Collective."""
+    _check(_petsc.MatSetValuesCOO(A.handle, values.ctypes.data, _INSERT))
+
+
+def set_lag_jacobian(snes, lag):
+    """How often the SNES itself makes the tangent anew (-1: never)."""
+    _check(_petsc.SNESSetLagJacobian(snes.handle, lag))
+
+
+def option_used(name):
+    """Whether anybody asked for the option ``name`` (with its prefix, without the dash)."""
+    used = ctypes.c_int()
+    _check(_petsc.PetscOptionsUsed(None, name.encode(), ctypes.byref(used)))
+    return bool(used.value)
+
+
+def create_mesh(comm, cells, x, cell, owners):
+    """Distributed mesh of this rank's slice of ``cells`` (global vertex numbers, shape (n, K)) and of the vertices
+    ``x`` (shape (m, D)). ``owners``: for each cell of the slice the ranks that get it, the owner first, ghosts after.
+    Collective."""
+    domain = ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1, dim=x.shape[1]))
+    offsets = np.cumsum([0] + [len(o) for o in owners]).astype(np.int32)
+    data = np.fromiter((r for o in owners for r in o), np.int32, offsets[-1])
+
+    def partitioner(*_):
+        return AdjacencyList_int32(data, offsets)
+
+    return dmesh.create_mesh(comm, cells, x, domain, dmesh.GhostMode.shared_facet, partitioner)
+
+
+def geometry_cells(mesh, nodes_per_cell):
+    """Node numbers of owned and ghost cells, shape (n, nodes_per_cell)."""
+    return np.asarray(mesh.geometry.dofmap.array, np.int32).reshape(-1, nodes_per_cell)

@@ -1,0 +1,9 @@
+"""Errors of the MPM partition. Each carries one sentence that says what to do."""
+
+
+class MPMError(RuntimeError):
+    """The MPM cannot go on: the message names the point or step and the remedy."""
+
+
+class MPMDiverged(MPMError):
+    """Newton's method did not converge in a step."""

@@ -1,0 +1,50 @@
+"""Constitutive laws, one per file.
+
+A law is a ``Law`` record. Its kernels are pure ``@njit`` functions of one point that fill arrays of the caller:
+
+    stress(p, F, F33, old, new, P)        first Piola–Kirchhoff stress
+    tangent(p, F, F33, old, new, P, A)    the same, and A = dP/dF
+    energy(p, F, F33, old) -> float       strain energy per undeformed volume [J/m^3]
+
+p: parameters (NamedTuple). F: deformation gradient, shape (D, D). F33: stretch across the plane of a plane scene, and 1
+in space; every formula below is written so that this covers two and three dimensions from one source. old, new: state
+records (named fields) at the start and the end of the step. P [Pa], shape (D*D + 1,): P[D*i + j] is P_ij, the last
+entry is P_33. A [Pa], shape (D*D + 1, D*D + 1), in the same order. Outside its domain a law fills NaN: the line search
+then backs off.
+"""
+from typing import Callable, NamedTuple, Optional
+
+import numpy as np
+
+ELASTIC_STATE = np.dtype([("unused", np.int8)])  # an elastic law remembers nothing; numba refuses an empty record
+
+
+class Law(NamedTuple):
+    """Parameters, state record and kernels of one material; ``thickness`` is the closed form of the stretch across
+    the plane in plane stress, for laws that have one."""
+
+    name: str
+    params: NamedTuple
+    state: np.dtype
+    stress: Callable
+    tangent: Callable
+    energy: Callable
+    thickness: Optional[Callable] = None
+
+
+def lame(E: float, nu: float):
+    """Lamé parameters [Pa] from Young's modulus E [Pa] and Poisson's ratio nu.
+
+    Raises ValueError unless E > 0 and -1 < nu < 0.5.
+    """
+    if not (np.isfinite(E) and E > 0):
+        raise ValueError(f"E is {E} Pa: Young's modulus must be positive")
+    if not -1.0 < nu < 0.5:
+        raise ValueError(f"nu is {nu}: Poisson's ratio must lie between -1 and 0.5, both excluded")
+    return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+
+
+from .linear import linear  # noqa: E402 - the laws need the names above
+from .neo_hooke import neo_hooke  # noqa: E402
+
+LAWS = {"linear": linear, "neo_hooke": neo_hooke}

@@ -1,0 +1,106 @@
+"""Linear elasticity for finite rotations (Saint Venant–Kirchhoff).
+
+The second Piola–Kirchhoff stress is linear in the Green–Lagrange strain,
+
+    E = (F^T F - I) / 2,    S = lam tr(E) I + 2 mu E,    P = F S,    W = lam tr(E)^2 / 2 + mu E:E
+
+(Bonet & Wood, Nonlinear Continuum Mechanics for Finite Element Analysis, section 6.3): Hooke's law as long as strains
+are small, and no stress under any rotation. It softens and finally fails in strong compression, where ``neo_hooke``
+is the choice.
+"""
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+from . import ELASTIC_STATE, Law, lame
+
+
+class Params(NamedTuple):
+    """Lamé parameters [Pa]."""
+
+    lam: float
+    mu: float
+
+
+@njit(cache=True, inline="always")
+def _green_lagrange(F, i, j):
+    """Component ij of the Green–Lagrange strain."""
+    s = -1.0 if i == j else 0.0
+    for k in range(len(F)):
+        s += F[k, i] * F[k, j]
+    return 0.5 * s
+
+
+@njit(cache=True, inline="always")
+def _trace(F):
+    """Trace of the in-plane (or three-dimensional) Green–Lagrange strain."""
+    s = 0.0
+    for i in range(len(F)):
+        s += _green_lagrange(F, i, i)
+    return s
+
+
+@njit(cache=True)
+def thickness(p, F):
+    """Stretch across the plane that makes S_33 = 0: E_33 = -lam / (lam + 2 mu) (E_11 + E_22)."""
+    stretch2 = 1.0 - 2.0 * p.lam / (p.lam + 2.0 * p.mu) * _trace(F)
+    return math.sqrt(stretch2) if stretch2 > 0.0 else math.nan
+
+
+@njit(cache=True)
+def stress(p, F, F33, old, new, P):
+    D = len(F)
+    E33 = 0.5 * (F33 * F33 - 1.0)
+    pressure = p.lam * (_trace(F) + E33)
+    for i in range(D):
+        for j in range(D):
+            s = F[i, j] * pressure
+            for k in range(D):
+                s += 2.0 * p.mu * F[i, k] * _green_lagrange(F, k, j)
+            P[i * D + j] = s
+    P[D * D] = F33 * (pressure + 2.0 * p.mu * E33)
+
+
+@njit(cache=True)
+def tangent(p, F, F33, old, new, P, A):
+    """dP_iJ/dF_kL = delta_ik S_JL + F_iM C_MJLN F_kN, with C of Hooke's law."""
+    stress(p, F, F33, old, new, P)
+    D = len(F)
+    E33 = 0.5 * (F33 * F33 - 1.0)
+    pressure = p.lam * (_trace(F) + E33)
+    last = D * D
+    for i in range(D):
+        for j in range(D):
+            for k in range(D):
+                b = 0.0  # (F F^T)_ik
+                for m in range(D):
+                    b += F[i, m] * F[k, m]
+                for l in range(D):
+                    a = p.lam * F[i, j] * F[k, l] + p.mu * F[i, l] * F[k, j]
+                    if j == l:
+                        a += p.mu * b
+                        if i == k:
+                            a += pressure
+                    if i == k:
+                        a += 2.0 * p.mu * _green_lagrange(F, j, l)
+                    A[i * D + j, k * D + l] = a
+            A[i * D + j, last] = p.lam * F[i, j] * F33
+            A[last, i * D + j] = p.lam * F[i, j] * F33
+    A[last, last] = pressure + 2.0 * p.mu * E33 + (p.lam + 2.0 * p.mu) * F33 * F33
+
+
+@njit(cache=True)
+def energy(p, F, F33, old):
+    E33 = 0.5 * (F33 * F33 - 1.0)
+    trace = _trace(F) + E33
+    square = E33 * E33
+    for i in range(len(F)):
+        for j in range(len(F)):
+            square += _green_lagrange(F, i, j) ** 2
+    return 0.5 * p.lam * trace * trace + p.mu * square
+
+
+def linear(E: float, nu: float) -> Law:
+    """Linear elastic law with Young's modulus E [Pa] and Poisson's ratio nu; raises ValueError outside -1 < nu < 0.5."""
+    return Law("linear", Params(*lame(E, nu)), ELASTIC_STATE, stress, tangent, energy, thickness)

@@ -1,0 +1,75 @@
+"""Material points and boundary particles as arrays, one array per field, and their seeding."""
+import basix
+import numpy as np
+
+from .grid import lattice
+from .scene import Body, Grid
+
+
+def gauss_rule(cell: str, points: int):
+    """Points (n, D) and weights (n,) on the reference cell: tensor Gauss rule with ``points`` per direction, or the
+    symmetric triangle rule of basix with that many points."""
+    if cell == "quadrilateral":
+        g, w = np.polynomial.legendre.leggauss(points)
+        g, w = (g + 1) / 2, w / 2
+        return np.stack(np.meshgrid(g, g, indexing="ij"), -1).reshape(-1, 2), np.outer(w, w).ravel()
+    for degree in range(1, 10):
+        x, w = basix.make_quadrature(basix.CellType.triangle, degree)
+        if len(w) == points:
+            return x, w
+    raise ValueError(f"points is {points}: no symmetric rule of that size on a triangle")
+
+
+def seed(body: Body):
+    """Positions [m], shape (n, D), and volumes [m^3], shape (n,), of the body's material points."""
+    vertices, cells = lattice(Grid(body.box, body.cells, body.cell))
+    xi, w = gauss_rule(body.cell, body.points)
+    origin = vertices[cells[:, 0]]
+    edges = np.stack([vertices[cells[:, 1]] - origin, vertices[cells[:, 2]] - origin], axis=2)
+    x = origin[:, None] + np.einsum("cij,qj->cqi", edges, xi)
+    volume = np.abs(np.linalg.det(edges))[:, None] * w * body.thickness
+    return x.reshape(-1, body.box.dim), volume.ravel()
+
+
+class Points:
+    """Fields of points on this rank, each an array of its own (kernels over strided records take twice as long); a
+    record is packed only to travel or to be stored. Fields: ``gid`` number in the whole run, ``cell``, ``x``, and
+    whatever else is given."""
+
+    def __init__(self, **fields):
+        self.names = tuple(fields)
+        self.__dict__.update({name: np.ascontiguousarray(value) for name, value in fields.items()})
+
+    def __len__(self):
+        return len(self.x)
+
+    def copy(self):
+        """Fields as a dict of copies: the state."""
+        return {name: getattr(self, name).copy() for name in self.names}
+
+    def restore(self, state):
+        self.__dict__.update({name: state[name].copy() for name in self.names})
+
+    def take(self, index):
+        self.__dict__.update({name: np.ascontiguousarray(getattr(self, name)[index]) for name in self.names})
+
+    def record(self):
+        """dtype of one point with all its fields."""
+        arrays = [(name, getattr(self, name)) for name in self.names]
+        return np.dtype([(name, a.dtype, a.shape[1:]) for name, a in arrays])
+
+    def migrate(self, comm, rank):
+        """Send every point to its ``rank``, shape (n,), and keep the order by number. Collective."""
+        dtype = self.record()
+        leaving = rank != comm.rank
+        packed = np.empty(int(leaving.sum()), dtype)
+        for name in self.names:
+            packed[name] = getattr(self, name)[leaving]
+        packed = packed[np.lexsort((packed["gid"], rank[leaving]))]
+        counts = np.bincount(rank[leaving], minlength=comm.size)
+        arrived = comm.alltoall([part.tobytes() for part in np.split(packed, np.cumsum(counts)[:-1])])
+        arrived = np.frombuffer(b"".join(arrived), dtype)
+        keep = ~leaving
+        merged = {name: np.concatenate([getattr(self, name)[keep], arrived[name]]) for name in self.names}
+        order = np.argsort(merged["gid"], kind="stable")
+        self.__dict__.update({name: np.ascontiguousarray(values[order]) for name, values in merged.items()})

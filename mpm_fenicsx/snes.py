@@ -1,0 +1,103 @@
+"""Newton–Raphson by PETSc SNES, options prefix ``mpm_``.
+
+Defaults are set on the objects before ``setFromOptions``, so the command line always wins:
+
+    -mpm_snes_rtol 1e-6, -mpm_snes_stol 0, -mpm_snes_max_it 25, line search bt, -mpm_ksp_type preonly, -mpm_pc_type
+    cholesky (CHOLMOD on one rank, MUMPS on several)
+
+The tangent is kept until the caller has a reason for a new one (``-mpm_snes_lag_jacobian 1`` makes it anew in every
+Newton iteration, 2 in every second one, …).
+"""
+import sys
+
+import numpy as np
+from petsc4py import PETSc
+
+from . import compat
+from .errors import MPMDiverged
+
+PREFIX = "mpm_"
+KEEP = -1  # never made anew by the SNES itself
+REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
+ADVICE = {
+    "DIVERGED_FNORM_NAN": "the residual is not a number: take a smaller dt, or a law that bears the deformation",
+    "DIVERGED_LINEAR_SOLVE": "the linear solver failed: try -mpm_pc_type lu",
+    "DIVERGED_LINE_SEARCH": "the line search found no descent: try -mpm_snes_lag_jacobian 1 or a smaller dt",
+    "DIVERGED_MAX_IT": "too many iterations: try -mpm_snes_lag_jacobian 1, a smaller dt, or -mpm_snes_max_it 100",
+}
+
+
+def unused_options():
+    """Options on the command line that start with a dash and that nobody asked for."""
+    names = [word[1:] for word in sys.argv[1:] if word.startswith("-") and not word[1:2].isdigit()]
+    return ["-" + name for name in names if not compat.option_used(name)]
+
+
+class Newton:
+    """One SNES over one cover. residual(u, r): fills r from u, both (owned, D); tangent(): fills the matrix at the
+    deformation of the last residual. Collective."""
+
+    def __init__(self, cover, residual, tangent):
+        self._residual, self._tangent = residual, tangent
+        self._failure = None
+        self._shape = (cover.owned, cover.dim)
+        self.u, r = cover.vector(cover.dim), cover.vector(cover.dim)
+        self.snes = snes = PETSc.SNES().create(cover.comm)
+        snes.setOptionsPrefix(PREFIX)
+        snes.setFunction(self._function, r)
+        snes.setJacobian(self._jacobian, cover.matrix)
+        snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
+        compat.set_lag_jacobian(snes, KEEP)
+        options, ksp = PETSc.Options(PREFIX), snes.getKSP()
+        direct = options.getString("pc_type", "cholesky") in ("cholesky", "lu")
+        ksp.setType("preonly" if direct else "cg")
+        ksp.setTolerances(rtol=1e-8)
+        ksp.getPC().setType("cholesky")
+        if direct:
+            ksp.getPC().setFactorSolverType("cholmod" if cover.comm.size == 1
+                                            and options.getString("pc_type", "cholesky") == "cholesky" else "mumps")
+        snes.setFromOptions()
+        self._user_atol = options.hasName("snes_atol")
+        ksp.setOperators(cover.matrix)
+        r.destroy()  # the SNES holds its own reference
+
+    def _function(self, snes, u, r):
+        out = r.array_w.reshape(self._shape)
+        try:
+            self._residual(u.array_r.reshape(self._shape), out)
+        except Exception as error:  # raised again after the solve, where PETSc's vectors are unlocked
+            self._failure = error
+            out[:] = np.nan
+
+    def _jacobian(self, snes, u, A, B):
+        try:
+            self._tangent()
+        except Exception as error:
+            self._failure = error
+
+    def solve(self, guess, atol, when):
+        """Solve from ``guess``, shape (owned, D); returns the solution and the number of iterations.
+
+        atol: residual norm that is round-off [N]; when: a text for the message, such as "step 3, t = 1e-6 s".
+        Raises MPMDiverged with PETSc's reason in words and the option to try.
+        """
+        if not self._user_atol:
+            self.snes.setTolerances(atol=atol)
+        self.u.array_w[:] = guess.ravel()
+        self.snes.solve(None, self.u)
+        if self._failure is not None:
+            failure, self._failure = self._failure, None
+            raise failure
+        reason = self.snes.getConvergedReason()
+        iterations = self.snes.getIterationNumber()
+        if reason < 0:
+            name = REASONS.get(reason, str(reason))
+            advice = ADVICE.get(name, "try -mpm_snes_lag_jacobian 1 or a smaller dt")
+            raise MPMDiverged(f"Newton's method diverged in {when} after {iterations} iterations with residual "
+                              f"{self.snes.getFunctionNorm():.3g} N ({name}): {advice}")
+        return self.u.array_r.reshape(self._shape).copy(), iterations
+
+    def destroy(self):
+        """Free the SNES: petsc4py does not break the cycle through the callbacks by itself."""
+        self.snes.destroy()
+        self.u.destroy()

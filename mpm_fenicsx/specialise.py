@@ -1,0 +1,33 @@
+"""One kernel source for every dimension, cell and law, compiled with these as constants.
+
+Numba treats global names as constants, so a loop over ``range(D)`` with a global ``D`` is unrolled: measured on the
+residual of 15 360 points in the plane, 0.64 ms against 2.3 ms with the dimension read from the arrays at run time.
+A law passed as an argument would be compiled anew in every process; bound as a global it comes from numba's cache.
+"""
+import functools
+import hashlib
+import inspect
+import types
+
+from numba import njit
+
+
+@functools.lru_cache(maxsize=None)
+def _bind(template, names):
+    constants = dict(names)
+    # Numba tells cache entries apart by the qualified name and does not notice edits of a bound function's file:
+    # both therefore go into the name.
+    text = repr([(k, inspect.getsource(v.py_func) if hasattr(v, "py_func") else v) for k, v in names])
+    tag = hashlib.sha1((text + inspect.getsource(template)).encode()).hexdigest()[:12]
+    kernel = types.FunctionType(template.__code__, {**template.__globals__, **constants},
+                                f"{template.__name__}_{tag}", template.__defaults__)
+    kernel.__qualname__ = kernel.__name__
+    kernel.__module__ = template.__module__
+    kernel.__doc__ = template.__doc__
+    return njit(cache=True)(kernel)
+
+
+def specialise(template, **constants):
+    """Compile the plain function ``template`` with its global names in ``constants`` (numbers, or jitted functions
+    such as a law's stress) fixed. The result is kept per set of constants, in the process and on disk."""
+    return _bind(template, tuple(sorted(constants.items())))

@@ -1,0 +1,65 @@
+"""Transfers between points and grid, the paper's phases I and III. Templates: ``specialise`` fixes D and K."""
+
+D, K = 2, 4
+
+
+def to_grid(cell, cells, N, mass, v, a, nodal):
+    """Phase I: add nodal mass [kg], momentum [kg m/s] and inertia force [N] to ``nodal``, shape (nodes, 1 + 2D).
+
+    cell: (n,) cells of the points; cells: (m, K) nodes; N: (n, K); mass: (n,); v, a: (n, D).
+    """
+    for p in range(len(cell)):
+        for q in range(K):
+            node = cells[cell[p], q]
+            w = N[p, q] * mass[p]
+            nodal[node, 0] += w
+            for i in range(D):
+                nodal[node, 1 + i] += w * v[p, i]
+                nodal[node, 1 + D + i] += w * a[p, i]
+
+
+def to_points(cell, cells, N, u, a_nodes, dt, x, v, a):
+    """Phase III: move the points with the grid and update their velocity by the trapezoidal rule.
+
+    N: (n, K), u: (nodes, D) displacement over the step [m], a_nodes: (nodes, D) acceleration at its end [m/s^2];
+    changes x, v, a: (n, D).
+    """
+    for p in range(len(cell)):
+        for i in range(D):
+            du = 0.0
+            an = 0.0
+            for q in range(K):
+                node = cells[cell[p], q]
+                du += N[p, q] * u[node, i]
+                an += N[p, q] * a_nodes[node, i]
+            x[p, i] += du
+            v[p, i] += 0.5 * dt * (a[p, i] + an)
+            a[p, i] = an
+
+
+def spread(cell, cells, N, force, nodal):
+    """Eq. 13: add point loads ``force``, shape (n, D) [N], to the nodes, shape (nodes, D)."""
+    for p in range(len(cell)):
+        for q in range(K):
+            for i in range(D):
+                nodal[cells[cell[p], q], i] += N[p, q] * force[p, i]
+
+
+def only_active(cell, cells, active, N):
+    """Eq. 14: scale the basis values N, shape (n, K), to the nodes that carry mass.
+
+    Returns the first point none of whose nodes is active, or -1.
+    """
+    lost = -1
+    for p in range(len(cell)):
+        total = 0.0
+        for q in range(K):
+            if not active[cells[cell[p], q]]:
+                N[p, q] = 0.0
+            total += N[p, q]
+        if total > 0.0:
+            for q in range(K):
+                N[p, q] /= total
+        elif lost < 0:
+            lost = p
+    return lost

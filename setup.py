@@ -1,0 +1,52 @@
+"""Compile the LIGGGHTS shim, if LIGGGHTS is there: without it the package is complete but for dem=liggghts."""
+import os
+import subprocess
+from pathlib import Path
+
+from setuptools import Extension, setup
+from setuptools.command.build_ext import build_ext
+
+HEADERS = os.environ.get("LIGGGHTS_INCLUDE", "/usr/include/liggghts")
+MODELS = "surface", "normal", "tangential", "cohesion", "rolling"  # their generated headers are not in the package
+
+
+def mpi_flags(what):
+    return subprocess.run(["mpicxx", f"--showme:{what}"], check=True, capture_output=True, text=True).stdout.split()
+
+
+def shim():
+    try:
+        compile_flags, link_flags = mpi_flags("compile"), mpi_flags("link")
+    except (OSError, subprocess.CalledProcessError):
+        return without("mpicxx of Open MPI is missing (apt install libopenmpi-dev)")
+    if not Path(HEADERS, "lammps.h").exists():
+        return without(f"no LIGGGHTS headers in {HEADERS} (apt install libliggghts-dev)")
+    return [Extension("dem_liggghts.libdemshim", ["dem_liggghts/shim/wall.cpp"], libraries=["liggghts"], optional=True,
+                      extra_compile_args=["-std=c++14", "-O2", "-g0", "-isystem", HEADERS, *compile_flags],
+                      extra_link_args=link_flags)]
+
+
+def without(reason):
+    print(f"mpm-dem: built without LIGGGHTS, dem=reference works: {reason}")
+    return []
+
+
+class BuildShim(build_ext):
+    """A plain shared library, opened with ctypes: no Python in its name, no module behind it."""
+
+    def get_ext_filename(self, fullname):
+        return fullname.replace(".", os.sep) + ".so"
+
+    def get_export_symbols(self, ext):
+        return []
+
+    def build_extension(self, ext):
+        stubs = Path(self.build_temp, "stubs")
+        stubs.mkdir(parents=True, exist_ok=True)
+        for model in MODELS:
+            (stubs / f"style_{model}_model.h").touch()
+        ext.extra_compile_args = [*ext.extra_compile_args, "-isystem", str(stubs)]
+        super().build_extension(ext)
+
+
+setup(ext_modules=shim(), cmdclass={"build_ext": BuildShim})

@@ -9,7 +9,6 @@ from .errors import MPMDiverged, MPMError  # noqa: E402
 from .laws import LAWS, linear, neo_hooke  # noqa: E402
 from .mpm import MPM  # noqa: E402
 from .scene import Body, Box, Grid, Interface, Support  # noqa: E402
-from .snes import unused_options  # noqa: E402
 
 __all__ = ["MPM", "Body", "Box", "Grid", "Interface", "LAWS", "MPMDiverged", "MPMError", "Support", "linear",
-           "neo_hooke", "unused_options"]
+           "neo_hooke"]

@@ -97,14 +97,15 @@ def settle(target, owner_of, local_of, slot, rank, cell):
 class Background:
     """Distributed background grid.
 
-    x: nodes [m], shape (n, D), owned first, then ghosts; cells: shape (m, K), likewise; owner_of: rank of every cell
-    of the whole lattice; local_of: its number here or -1. Collective.
+    whole: vertices and cells of the whole grid; x: nodes here [m], shape (n, D), owned first, then ghosts; vertex_of:
+    their numbers in the whole; cells: shape (m, K), likewise; owner_of: rank of every cell of the whole; local_of: its
+    number here or -1. Collective.
     """
 
     def __init__(self, grid: Grid, comm, weight_at):
         """weight_at: positions [m], shape (n, D), of the points that make a cell expensive."""
         self.grid, self.comm, self.dim = grid, comm, grid.box.dim
-        vertices, cells = lattice(grid)
+        self.whole = vertices, cells = lattice(grid)
         self.lower, self.h = np.asarray(grid.box.lower, float), grid.box.size / grid.cells
         self._counts = np.asarray(grid.cells, np.int64)
         self._halves = len(cells) // int(np.prod(grid.cells))
@@ -120,7 +121,10 @@ class Background:
         self.cells = compat.geometry_cells(self.mesh, cells.shape[1])
         self.origin, self.inverse = affine_maps(self.x, self.cells, grid.cell)
         self.local_of = np.full(len(cells), -1, np.int32)
-        self.local_of[np.asarray(topology.original_cell_index)] = np.arange(len(self.cells))
+        original = np.asarray(topology.original_cell_index)
+        self.local_of[original] = np.arange(len(self.cells))
+        self.vertex_of = np.empty(len(self.x), np.int64)
+        self.vertex_of[self.cells] = cells[original]
 
     def _distribute(self, vertices, cells):
         """Every cell to its owner and, as a ghost, to all ranks that share one of its vertices."""

@@ -5,13 +5,13 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from . import newmark, shape, transfer, weakform
+from . import newmark, output, shape, transfer, weakform
 from .boundary import Supports
 from .cover import Cover
 from .errors import MPMDiverged, MPMError
 from .grid import Background, settle
 from .points import Points, seed
-from .snes import Newton
+from .snes import Newton, unused_options
 from .specialise import specialise
 from .stress_state import point_functions
 
@@ -91,6 +91,7 @@ class MPM:
         self._residual_kernel = specialise(weakform.residual, **size, CONSISTENT=self._consistent, point_stress=stress)
         self._tangent_kernel = specialise(weakform.tangent, **size, CONSISTENT=self._consistent, point_tangent=tangent)
         self._energies = specialise(weakform.energies, D=self.dim, strain_energy=law.energy)
+        self._cauchy = specialise(weakform.cauchy, D=self.dim, stress=law.stress)
 
     # ---------------------------------------------------------------- one step
 
@@ -307,6 +308,17 @@ class MPM:
         """Momentum of the points [kg m/s], shape (dim,)."""
         return self.comm.allreduce((self.points.mass[:, None] * self.points.v).sum(axis=0))
 
+    def cauchy_stress(self):
+        """Cauchy stress of this rank's points [Pa], shape (n, dim, dim)."""
+        p, law = self.points, self.body.law
+        sigma = np.empty_like(p.F)
+        self._cauchy(law.params, p.F, p.F33, p.state, sigma)
+        return sigma
+
+    def snapshot(self):
+        """What ParaView shows, see ``output``. Collective."""
+        return output.snapshot(self)
+
     def get_state(self):
         """Everything that decides the future, as name → array copy: points and boundary particles of this rank, time,
         the cover and the kept tangent."""
@@ -335,6 +347,10 @@ class MPM:
             if tangents != self._tangents or not self._tangent_is_valid:
                 self._cover.set_values(state["matrix"])
         self._tangents, self._tangent_is_valid = tangents, valid
+
+    def unused_options(self):
+        """Dash options of the command line that neither PETSc nor anybody else asked for."""
+        return unused_options()
 
     def close(self):
         """Free matrix and solver."""

@@ -55,6 +55,14 @@ class Grid:
             raise ValueError(f"cell is {self.cell!r}: choose one of {', '.join(CELLS)}")
 
 
+    @staticmethod
+    def counts(size, h):
+        """Cells per direction of size about ``h`` [m] for a box of ``size`` [m]."""
+        if not (np.isfinite(h) and 0 < h <= min(size)):
+            raise ValueError(f"h is {h} m: the cell size must lie between 0 and {min(size):.3g} m")
+        return tuple(max(1, round(length / h)) for length in size)
+
+
 @dataclass(frozen=True)
 class Body:
     """A body: ``box`` divided into ``cells`` body cells with ``points`` material points each.
@@ -127,6 +135,11 @@ class Interface:
     x: np.ndarray
     elements: np.ndarray
 
+    def at_x(self, x, values):
+        """``values``, shape (n, m), interpolated linearly along the interface of a plane scene to the place x [m]."""
+        order = np.argsort(self.x[:, 0])
+        return np.array([np.interp(x, self.x[order, 0], column) for column in values[order].T])
+
     @staticmethod
     def top(box: Box, segments: int, shift: float = 0.0):
         """Upper edge of a plane box in equal segments, moved into the body by ``shift`` [m] (the paper's delta)."""
@@ -134,7 +147,7 @@ class Interface:
             raise ValueError(f"segments is {segments}: give a whole number of at least 1")
         if not 0.0 <= shift < box.size[1]:
             raise ValueError(f"shift is {shift} m: it must lie between 0 and the height of the body, {box.size[1]} m")
-        x = np.linspace(box.upper[0], box.lower[0], segments + 1)  # leftwards: the outside is on the left hand
+        x = np.linspace(box.lower[0], box.upper[0], segments + 1)  # rightwards: the outside is on the left hand
         i = np.arange(segments)
         return Interface(np.column_stack([x, np.full(segments + 1, box.upper[1] - shift)]),
                          np.column_stack([i, i + 1]))

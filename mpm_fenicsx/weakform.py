@@ -16,7 +16,7 @@ import numpy as np
 
 D, K = 2, 4
 CONSISTENT = True
-point_stress = point_tangent = strain_energy = None
+point_stress = point_tangent = strain_energy = stress = None
 
 
 def residual(cell, cells, N, G, mass, V0, F_old, F33_old, old, p, u, a, F, F33, new, R):
@@ -105,3 +105,17 @@ def energies(mass, V0, v, F, F33, old, p):
             kinetic += 0.5 * mass[q] * v[q, i] * v[q, i]
         strain += V0[q] * strain_energy(p, F[q], F33[q], old[q])
     return kinetic, strain
+
+
+def cauchy(p, F, F33, state, sigma):
+    """Cauchy stress sigma = P F^T / J [Pa], shape (n, D, D)."""
+    P = np.empty(D * D + 1)
+    for q in range(len(F)):
+        stress(p, F[q], F33[q], state[q], state[q], P)
+        J = np.linalg.det(F[q]) * F33[q]
+        for i in range(D):
+            for j in range(D):
+                s = 0.0
+                for k in range(D):
+                    s += P[i * D + k] * F[q, j, k]
+                sigma[q, i, j] = s / J

@@ -44,15 +44,16 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, on_window=()):
     if abs(substeps * grains.dt - dt) > 1e-9 * dt:
         raise ValueError(f"{substeps} substeps of the DEM's {grains.dt} s do not make a window of {dt} s: make them fit")
     x, v = solid.surface()
+    v_old = v
     for number in range(1, count + 1):
         start = perf_counter()
-        wall_x, wall_v = mapping.motion(x, v)
+        wall_x, wall_v = mapping.motion(x, v + 0.5 * (v - v_old))  # the mean velocity to come, extrapolated
         mapped = perf_counter()
         wall_force = grains.advance(substeps, wall_x, wall_v)
         solved = perf_counter()
         force = mapping.force(wall_force)
         back = perf_counter()
-        x_old, (x, v) = x, solid.advance(dt, force)
+        x_old, v_old, (x, v) = x, v, solid.advance(dt, force)
         seconds = {"DEM": solved - mapped, "mapping": mapped - start + back - solved, "MPM": perf_counter() - back}
         window = Window(number, number * dt, dt, wall_x, wall_v, wall_force, force, x - x_old, seconds)
         for report in on_window:

@@ -76,7 +76,7 @@ class MPM:
         self.interface, n = interface, len(x)
         v = self.body.velocity(x) if callable(self.body.velocity) else np.broadcast_to(self.body.velocity, x.shape)
         self.boundary = Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=np.array(v, float),
-                               a=np.tile(self.gravity, (n, 1)))
+                               a=np.tile(self.gravity, (n, 1)), force=np.zeros((n, self.dim)))
         self.boundary.take(self.background.owner_of[target] == self.comm.rank)
         self._boundary_count = n
 
@@ -87,11 +87,12 @@ class MPM:
         self._to_grid_kernel = specialise(transfer.to_grid, **size)
         self._to_points_kernel = specialise(transfer.to_points, **size)
         self._spread = specialise(transfer.spread, **size)
+        self._add_interpolated = specialise(transfer.add_interpolated, **size)
         self._only_active = specialise(transfer.only_active, K=size["K"])
         self._residual_kernel = specialise(weakform.residual, **size, CONSISTENT=self._consistent, point_stress=stress)
         self._tangent_kernel = specialise(weakform.tangent, **size, CONSISTENT=self._consistent, point_tangent=tangent)
-        self._energies = specialise(weakform.energies, D=self.dim, strain_energy=law.energy)
-        self._cauchy = specialise(weakform.cauchy, D=self.dim, stress=law.stress)
+        self._energies = specialise(weakform.energies, D=self.dim, strain_energy=specialise(law.energy, D=self.dim))
+        self._cauchy = specialise(weakform.cauchy, D=self.dim, stress=specialise(law.stress, D=self.dim))
 
     # ---------------------------------------------------------------- one step
 
@@ -203,10 +204,28 @@ class MPM:
             number, x = min(sum(self.comm.allgather(found), []))
             raise MPMError(f"boundary particle {number} at x = {x} m has no material point near it at t = "
                            f"{self.time:.6g} s: move the interface into the body (shift) or seed more points")
-        self._spread(boundary.cell, cover.cells, self._Nb, force[boundary.gid], self._load)
+        force = force[boundary.gid]
+        self._jump(force - boundary.force)
+        boundary.force[:] = force
+        self._spread(boundary.cell, cover.cells, self._Nb, force, self._load)
         cover.accumulate(self._load)
         self.applied = self.comm.allreduce(self._load[:cover.owned].sum(axis=0))  # [N], for the ledger
         self._load += self._mass[:, None] * self.gravity
+
+    def _jump(self, change):
+        """A load that is constant over each step jumps between steps, and the acceleration with it: Newmark's method
+        then does the work of the load and takes up its impulse, step by step."""
+        points, boundary, cover = self.points, self.boundary, self._cover
+        if not self.comm.allreduce(int(change.any()), MPI.MAX):
+            return
+        self._spread(boundary.cell, cover.cells, self._Nb, change, self._load)
+        cover.accumulate(self._load)
+        self._load[self._active] /= self._mass[self._active, None]
+        self._load[cover.fixed] = 0.0
+        self._a += self._load
+        for p, N in ((points, self._N), (boundary, self._Nb)):
+            self._add_interpolated(p.cell, cover.cells, N, self._load, p.a)
+        self._load[:] = 0.0
 
     def _solve(self, dt):
         """Phase II: the displacement of the nodes over the step, shape (local nodes, D)."""

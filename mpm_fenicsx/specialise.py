@@ -15,16 +15,16 @@ from numba import njit
 @functools.lru_cache(maxsize=None)
 def _bind(template, names):
     constants = dict(names)
-    # Numba tells cache entries apart by the qualified name and does not notice edits of a bound function's file:
-    # both therefore go into the name.
-    text = repr([(k, inspect.getsource(v.py_func) if hasattr(v, "py_func") else v) for k, v in names])
-    tag = hashlib.sha1((text + inspect.getsource(template)).encode()).hexdigest()[:12]
+    # Numba tells cache entries apart by the qualified name and does not notice edits of what a kernel calls: constants
+    # and sources therefore go into the name. A bound kernel has a name of that sort already.
+    text = repr([(name, getattr(value, "__name__", value)) for name, value in names])
+    tag = hashlib.sha1((text + inspect.getsource(inspect.getmodule(template))).encode()).hexdigest()[:12]
     kernel = types.FunctionType(template.__code__, {**template.__globals__, **constants},
                                 f"{template.__name__}_{tag}", template.__defaults__)
     kernel.__qualname__ = kernel.__name__
     kernel.__module__ = template.__module__
     kernel.__doc__ = template.__doc__
-    return njit(cache=True)(kernel)
+    return njit(cache=True, error_model="numpy", fastmath={"contract"})(kernel)
 
 
 def specialise(template, **constants):

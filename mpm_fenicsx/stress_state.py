@@ -10,7 +10,7 @@ A law that knows its stretch in closed form saves the iteration.
 """
 import math
 
-from .laws import Law
+from .laws import Law, kernels
 from .specialise import specialise
 
 D = 2
@@ -62,11 +62,12 @@ def plane_stress_tangent(p, F, F33, old, new, P, A):
 
 def point_functions(law: Law, stress_state: str, dim: int):
     """The two jitted functions ``point_stress, point_tangent`` for a law in a stress state."""
+    stress, tangent = kernels(law, dim)
     if stress_state != "plane_stress":
-        return specialise(plain_stress, stress=law.stress), specialise(plain_tangent, tangent=law.tangent)
+        return specialise(plain_stress, stress=stress), specialise(plain_tangent, tangent=tangent)
     if law.thickness is not None:
-        find = specialise(closed_stretch, thickness=law.thickness)
+        find = specialise(closed_stretch, thickness=specialise(law.thickness, D=dim))
     else:
-        find = specialise(newton_stretch, D=dim, tangent=law.tangent)
-    return (specialise(plane_stress, find_stretch=find, stress=law.stress),
-            specialise(plane_stress_tangent, D=dim, find_stretch=find, tangent=law.tangent))
+        find = specialise(newton_stretch, D=dim, tangent=tangent)
+    return (specialise(plane_stress, find_stretch=find, stress=stress),
+            specialise(plane_stress_tangent, D=dim, find_stretch=find, tangent=tangent))

@@ -37,6 +37,14 @@ def to_points(cell, cells, N, u, a_nodes, dt, x, v, a):
             a[p, i] = an
 
 
+def add_interpolated(cell, cells, N, nodal, values):
+    """Add to the points' ``values``, shape (n, D), the field with ``nodal`` values, shape (nodes, D)."""
+    for p in range(len(cell)):
+        for q in range(K):
+            for i in range(D):
+                values[p, i] += N[p, q] * nodal[cells[cell[p], q], i]
+
+
 def spread(cell, cells, N, force, nodal):
     """Eq. 13: add point loads ``force``, shape (n, D) [N], to the nodes, shape (nodes, D)."""
     for p in range(len(cell)):

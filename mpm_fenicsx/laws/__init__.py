@@ -1,6 +1,7 @@
 """Constitutive laws, one per file.
 
-A law is a ``Law`` record. Its kernels are pure ``@njit`` functions of one point that fill arrays of the caller:
+A law is a ``Law`` record. Its kernels are pure functions of one point that fill arrays of the caller, templates that
+``specialise`` compiles for a dimension D:
 
     stress(p, F, F33, old, new, P)        first Piola–Kirchhoff stress
     tangent(p, F, F33, old, new, P, A)    the same, and A = dP/dF
@@ -15,6 +16,8 @@ then backs off.
 from typing import Callable, NamedTuple, Optional
 
 import numpy as np
+
+from ..specialise import specialise
 
 ELASTIC_STATE = np.dtype([("unused", np.int8)])  # an elastic law remembers nothing; numba refuses an empty record
 
@@ -42,6 +45,12 @@ def lame(E: float, nu: float):
     if not -1.0 < nu < 0.5:
         raise ValueError(f"nu is {nu}: Poisson's ratio must lie between -1 and 0.5, both excluded")
     return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+
+
+def kernels(law: Law, D: int):
+    """The law's stress and tangent compiled for ``D`` dimensions. A tangent may call ``stress``."""
+    stress = specialise(law.stress, D=D)
+    return stress, specialise(law.tangent, D=D, stress=stress)
 
 
 from .linear import linear  # noqa: E402 - the laws need the names above

@@ -23,52 +23,50 @@ class Params(NamedTuple):
     mu: float
 
 
-@njit(cache=True, inline="always")
-def _green_lagrange(F, i, j):
+D = 2  # fixed by specialise
+
+
+@njit(inline="always")
+def _green_lagrange(F, i, j, D):
     """Component ij of the Green–Lagrange strain."""
     s = -1.0 if i == j else 0.0
-    for k in range(len(F)):
+    for k in range(D):
         s += F[k, i] * F[k, j]
     return 0.5 * s
 
 
-@njit(cache=True, inline="always")
-def _trace(F):
+@njit(inline="always")
+def _trace(F, D):
     """Trace of the in-plane (or three-dimensional) Green–Lagrange strain."""
     s = 0.0
-    for i in range(len(F)):
-        s += _green_lagrange(F, i, i)
+    for i in range(D):
+        s += _green_lagrange(F, i, i, D)
     return s
 
 
-@njit(cache=True)
 def thickness(p, F):
     """Stretch across the plane that makes S_33 = 0: E_33 = -lam / (lam + 2 mu) (E_11 + E_22)."""
-    stretch2 = 1.0 - 2.0 * p.lam / (p.lam + 2.0 * p.mu) * _trace(F)
+    stretch2 = 1.0 - 2.0 * p.lam / (p.lam + 2.0 * p.mu) * _trace(F, D)
     return math.sqrt(stretch2) if stretch2 > 0.0 else math.nan
 
 
-@njit(cache=True)
 def stress(p, F, F33, old, new, P):
-    D = len(F)
     E33 = 0.5 * (F33 * F33 - 1.0)
-    pressure = p.lam * (_trace(F) + E33)
+    pressure = p.lam * (_trace(F, D) + E33)
     for i in range(D):
         for j in range(D):
             s = F[i, j] * pressure
             for k in range(D):
-                s += 2.0 * p.mu * F[i, k] * _green_lagrange(F, k, j)
+                s += 2.0 * p.mu * F[i, k] * _green_lagrange(F, k, j, D)
             P[i * D + j] = s
     P[D * D] = F33 * (pressure + 2.0 * p.mu * E33)
 
 
-@njit(cache=True)
 def tangent(p, F, F33, old, new, P, A):
     """dP_iJ/dF_kL = delta_ik S_JL + F_iM C_MJLN F_kN, with C of Hooke's law."""
     stress(p, F, F33, old, new, P)
-    D = len(F)
     E33 = 0.5 * (F33 * F33 - 1.0)
-    pressure = p.lam * (_trace(F) + E33)
+    pressure = p.lam * (_trace(F, D) + E33)
     last = D * D
     for i in range(D):
         for j in range(D):
@@ -83,21 +81,20 @@ def tangent(p, F, F33, old, new, P, A):
                         if i == k:
                             a += pressure
                     if i == k:
-                        a += 2.0 * p.mu * _green_lagrange(F, j, l)
+                        a += 2.0 * p.mu * _green_lagrange(F, j, l, D)
                     A[i * D + j, k * D + l] = a
             A[i * D + j, last] = p.lam * F[i, j] * F33
             A[last, i * D + j] = p.lam * F[i, j] * F33
     A[last, last] = pressure + 2.0 * p.mu * E33 + (p.lam + 2.0 * p.mu) * F33 * F33
 
 
-@njit(cache=True)
 def energy(p, F, F33, old):
     E33 = 0.5 * (F33 * F33 - 1.0)
-    trace = _trace(F) + E33
+    trace = _trace(F, D) + E33
     square = E33 * E33
-    for i in range(len(F)):
-        for j in range(len(F)):
-            square += _green_lagrange(F, i, j) ** 2
+    for i in range(D):
+        for j in range(D):
+            square += _green_lagrange(F, i, j, D) ** 2
     return 0.5 * p.lam * trace * trace + p.mu * square
 
 

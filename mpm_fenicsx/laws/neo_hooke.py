@@ -17,52 +17,51 @@ class Params(NamedTuple):
     mu: float
 
 
-@njit(cache=True, inline="always")
-def _determinant(F):
-    if len(F) == 2:
+D = 2  # fixed by specialise
+
+
+@njit(inline="always")
+def _determinant(F, D):
+    if D == 2:
         return F[0, 0] * F[1, 1] - F[0, 1] * F[1, 0]
     return (F[0, 0] * (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1]) - F[0, 1] * (F[1, 0] * F[2, 2] - F[1, 2] * F[2, 0])
             + F[0, 2] * (F[1, 0] * F[2, 1] - F[1, 1] * F[2, 0]))
 
 
-@njit(cache=True, inline="always")
-def _cofactor(F, i, j):
+@njit(inline="always")
+def _cofactor(F, i, j, D):
     """Component ij of the cofactor matrix: F^-T = cofactor / det F."""
-    if len(F) == 2:
+    if D == 2:
         return F[1 - i, 1 - j] if i == j else -F[1 - i, 1 - j]
     a, b = (i + 1) % 3, (i + 2) % 3
     c, d = (j + 1) % 3, (j + 2) % 3
     return F[a, c] * F[b, d] - F[a, d] * F[b, c]
 
 
-@njit(cache=True)
 def stress(p, F, F33, old, new, P):
-    D = len(F)
-    J = _determinant(F)
+    J = _determinant(F, D)
     volume = J * F33
     log_J = math.log(volume) if volume > 0.0 else math.nan
     for i in range(D):
         for j in range(D):
-            P[i * D + j] = p.mu * F[i, j] + (p.lam * log_J - p.mu) * _cofactor(F, i, j) / J
+            P[i * D + j] = p.mu * F[i, j] + (p.lam * log_J - p.mu) * _cofactor(F, i, j, D) / J
     P[D * D] = p.mu * F33 + (p.lam * log_J - p.mu) / F33
 
 
-@njit(cache=True)
 def tangent(p, F, F33, old, new, P, A):
     """dP_iJ/dF_kL = mu delta_ik delta_JL + lam F^-T_iJ F^-T_kL + (mu - lam ln J) F^-T_iL F^-T_kJ."""
     stress(p, F, F33, old, new, P)
-    D = len(F)
-    J = _determinant(F)
+    J = _determinant(F, D)
     volume = J * F33
     shear = p.mu - p.lam * (math.log(volume) if volume > 0.0 else math.nan)
     last = D * D
     for i in range(D):
         for j in range(D):
-            inverse = _cofactor(F, i, j) / J
+            inverse = _cofactor(F, i, j, D) / J
             for k in range(D):
                 for l in range(D):
-                    a = (p.lam * inverse * _cofactor(F, k, l)
-                         + shear * _cofactor(F, i, l) * _cofactor(F, k, j) / J) / J
+                    a = (p.lam * inverse * _cofactor(F, k, l, D)
+                         + shear * _cofactor(F, i, l, D) * _cofactor(F, k, j, D) / J) / J
                     if i == k and j == l:
                         a += p.mu
                     A[i * D + j, k * D + l] = a
@@ -71,10 +70,8 @@ def tangent(p, F, F33, old, new, P, A):
     A[last, last] = p.mu + (p.lam + shear) / (F33 * F33)
 
 
-@njit(cache=True)
 def energy(p, F, F33, old):
-    D = len(F)
-    volume = _determinant(F) * F33
+    volume = _determinant(F, D) * F33
     log_J = math.log(volume) if volume > 0.0 else math.nan
     square = F33 * F33 - 3.0 if D == 2 else -3.0
     for i in range(D):

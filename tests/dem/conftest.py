@@ -1,8 +1,8 @@
-"""Walls for the DEM tests."""
+"""Walls and scenes for the DEM tests."""
 import numpy as np
 import pytest
 
-from dem_liggghts import Wall
+from dem_liggghts import Interaction, Material, Scene, Spheres, Wall
 
 
 @pytest.fixture
@@ -27,3 +27,27 @@ def make_sheet(dim=2, cells=8, size=0.1, height=None):
 @pytest.fixture(params=[2, 3], ids=["plane", "space"])
 def dim(request):
     return request.param
+
+
+@pytest.fixture
+def tumble():
+    """``tumble(dim, friction)``: a scene of five spheres of two sizes thrown at each other and at a bent wall, and how
+    the wall waves and stretches: ``window(t, length)`` gives its nodes and velocities."""
+    return make_tumble
+
+
+def make_tumble(dim, friction=0.3, restitution=0.7):
+    random, up = np.random.default_rng(3), np.eye(dim)[-1]
+    wall = make_sheet(dim, 9, 0.2, height=lambda x: 1e-3 * np.cos(40 * x))
+    x, v, omega = np.zeros((5, dim)), 0.3 * random.normal(size=(5, dim)), np.zeros((5, 3))
+    x[:, 0] = np.linspace(-0.03, 0.03, 5) + 1e-3 * random.normal(size=5)
+    x[:, -1], v[:, -1] = 0.013 + 0.002 * random.random(5), -0.4
+    omega[:, 2 if dim == 2 else 1] = 30 * random.normal(size=5)
+    meet = Interaction(restitution, friction)
+    balls = Spheres(x, v, [7e-3, 6e-3, 7e-3, 6e-3, 7e-3], 2500.0, omega)
+    scene = Scene(balls, wall, Material(1e7, 0.3), Material(2e7, 0.2), meet, meet, gravity=-9.81 * up)
+
+    def window(t, length):
+        at = [wall.nodes * (1 + 0.05 * np.sin(30 * s)) + 1e-3 * np.sin(200 * s) * up for s in (t, t + length)]
+        return at[0], (at[1] - at[0]) / length
+    return scene, window

@@ -7,6 +7,7 @@ from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 
 HEADERS = os.environ.get("LIGGGHTS_INCLUDE", "/usr/include/liggghts")
+SHIM = "dem_liggghts/shim/"
 MODELS = "surface", "normal", "tangential", "cohesion", "rolling"  # their generated headers are not in the package
 
 
@@ -21,7 +22,8 @@ def shim():
         return without("mpicxx of Open MPI is missing (apt install libopenmpi-dev)")
     if not Path(HEADERS, "lammps.h").exists():
         return without(f"no LIGGGHTS headers in {HEADERS} (apt install libliggghts-dev)")
-    return [Extension("dem_liggghts.libdemshim", ["dem_liggghts/shim/wall.cpp"], libraries=["liggghts"], optional=True,
+    return [Extension("dem_liggghts.libdemshim", [SHIM + "shim.cpp"], depends=[SHIM + "wall.h", SHIM + "geometry.h"],
+                      libraries=["liggghts"], optional=True,
                       extra_compile_args=["-std=c++14", "-O2", "-g0", "-isystem", HEADERS, *compile_flags],
                       extra_link_args=link_flags)]
 

@@ -24,12 +24,12 @@ _SIGNATURES = {
     "dem_same_layout": (ctypes.c_void_p,),
     "dem_add_spheres": (ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p),
     "dem_set_wall": (ctypes.c_void_p, ctypes.c_int, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p),
-    "dem_advance": (ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p),
+    "dem_advance": (ctypes.c_void_p, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p),
     "dem_count": (ctypes.c_void_p,),
     "dem_particles": (ctypes.c_void_p, ctypes.c_void_p),
-    "dem_get_state": (ctypes.c_void_p, ctypes.POINTER(ctypes.c_void_p), ctypes.POINTER(ctypes.c_int),
+    "dem_get_state": (ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(ctypes.c_void_p), ctypes.POINTER(ctypes.c_int),
                       ctypes.c_void_p, ctypes.c_void_p),
-    "dem_set_state": (ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p),
+    "dem_set_state": (ctypes.c_void_p, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p),
 }
 
 
@@ -50,7 +50,8 @@ def load(path):
     except OSError as error:
         raise MissingLiggghts(
             "LIGGGHTS is not available: install it with `apt install liggghts libliggghts-dev libopenmpi-dev` and "
-            f"reinstall this package to compile its shim, or use dem=reference, which works without ({error})") from None
+            "reinstall this package to compile its shim, or use dem=reference, which works without "
+            f"({error})") from None
     library.dem_last_error.restype = ctypes.c_char_p
     for name, arguments in _SIGNATURES.items():
         getattr(library, name).argtypes = arguments
@@ -81,7 +82,7 @@ class LiggghtsDEM:
 
     A restitution of exactly 0.05 becomes 0.0500001 (see `script`). Raises MissingLiggghts when LIGGGHTS or the shim is
     not installed, LiggghtsError with LIGGGHTS' own text, ValueError for a negative Poisson's ratio. An instance that
-    raised LiggghtsError is lost; the process and other instances go on (on several ranks only for errors all ranks see).
+    raised LiggghtsError is lost; the process and other instances go on. An error on some of several ranks ends all.
     """
 
     def __init__(self, scene, dt, comm=None):
@@ -107,8 +108,8 @@ class LiggghtsDEM:
             self._check(self._library.dem_open(len(ARGUMENTS), arguments,
                                                _Comm.from_address(MPI._addressof(self.comm)), ctypes.byref(handle)))
         if not self._library.dem_same_layout(handle):
-            raise LiggghtsError("the shim was compiled for another version of LIGGGHTS than the one installed: reinstall "
-                                "this package, or use dem=reference")
+            raise LiggghtsError("the shim was compiled for another version of LIGGGHTS than the one installed: "
+                                "reinstall this package, or use dem=reference")
         self._handle = handle
 
     def _check(self, code):
@@ -139,7 +140,7 @@ class LiggghtsDEM:
             raise ValueError(f"steps is {steps}: a window has at least one DEM step")
         x, v = np.ascontiguousarray(x, float), np.ascontiguousarray(v, float)
         out = np.empty(x.size + 2)
-        code = self._call("dem_advance", steps, _pointer(x), _pointer(v), _pointer(out))
+        code = self._call("dem_advance", self.scene.dim, steps, _pointer(x), _pointer(v), _pointer(out))
         if code and not (np.isfinite(x).all() and np.isfinite(v).all()):
             raise FloatingPointError(f"the wall given at t = {self.time:.6g} s contains NaN or infinity: "
                                      "look at the motion of the body")
@@ -163,8 +164,8 @@ class LiggghtsDEM:
         particles = self.particles()
         check_finite(particles["x"], self.time)
         lost = sorted(set(range(1, len(self.scene.spheres.x) + 1)) - set(particles["id"].tolist()))
-        raise LiggghtsError(f"particles {lost} were lost at t = {self.time:.6g} s: they cross more than one rank between "
-                            "two neighbour lists; use fewer ranks or a shorter time step")
+        raise LiggghtsError(f"particles {lost} were lost at t = {self.time:.6g} s: they flew across a whole rank "
+                            "between two neighbour lists; use fewer ranks")
 
     def particles(self):
         """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene."""
@@ -188,7 +189,10 @@ class LiggghtsDEM:
         go on with the same order of summation."""
         records, count = ctypes.c_void_p(), ctypes.c_int()
         wall, force = np.empty(self._nodes.shape), np.empty(self._nodes.shape)
-        self._call("dem_get_state", ctypes.byref(records), ctypes.byref(count), _pointer(wall), _pointer(force))
+        code = self._call("dem_get_state", self.scene.dim, ctypes.byref(records), ctypes.byref(count), _pointer(wall),
+                          _pointer(force))
+        if code:
+            self._report()
         mine = np.array((ctypes.c_double * count.value).from_address(records.value)) if count.value else np.empty(0)
         parts = [mine] if self.comm.size == 1 else self.comm.allgather(mine)
         particles = sorted((r for part in parts for r in _split(part)), key=lambda r: r[1])
@@ -203,7 +207,10 @@ class LiggghtsDEM:
         force = np.array(state["wall_force"]) if self.comm.rank == 0 else np.zeros(wall.shape)
         if wall.shape != self._nodes.shape or len(_split(particles)) != len(self.scene.spheres.x):
             raise ValueError("the state belongs to another scene: it has other numbers of spheres or wall nodes")
-        self._call("dem_set_state", len(particles), _pointer(particles), _pointer(wall), _pointer(force))
+        code = self._call("dem_set_state", self.scene.dim, len(particles), _pointer(particles), _pointer(wall),
+                          _pointer(force))
+        if code:
+            self._report()
         self._steps, self._nodes = int(state["steps"]), wall
 
     def close(self):

@@ -1,0 +1,294 @@
+// LIGGGHTS in the process of Python: the few calls that drive one instance, and its errors as return codes.
+//
+// Contact models, time integration, neighbour lists and migration between ranks are LIGGGHTS' own; the wall is in
+// wall.h. All arrays are contiguous doubles in SI units, of nodes with dim components each. Calls return 0, or 1 with
+// the text in dem_last_error(), or 2 when a particle or a node is NaN or infinite.
+#include <mpi.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "atom_vec.h"
+#include "comm.h"
+#include "domain.h"
+#include "input.h"
+#include "integrate.h"
+#include "lammps.h"
+#include "library.h"
+#include "output.h"
+#include "wall.h"
+
+// Same mangled names as in the library, which is loaded after this file: the first definition wins, and an error no
+// longer ends the process.
+static std::string last_error;
+
+[[noreturn]] static void raise_error(const char *file, int line, const std::string &text)
+{
+    const char *name = std::strrchr(file, '/');
+    throw std::runtime_error(text + " (" + (name ? name + 1 : file) + ":" + std::to_string(line) + ")");
+}
+
+namespace LAMMPS_NS {
+void Error::all(const char *file, int line, const char *text) { raise_error(file, line, text); }
+void Error::one(const char *file, int line, const char *text)
+{
+    int ranks;
+    MPI_Comm_size(world, &ranks);
+    if (ranks > 1) {  // the other ranks know nothing of it and would wait for ever
+        std::fprintf(stderr, "LIGGGHTS error on one rank: %s (%s:%d)\n", text, file, line);
+        MPI_Abort(world, 1);
+    }
+    raise_error(file, line, text);
+}
+void Error::universe_all(const char *file, int line, const char *text) { raise_error(file, line, text); }
+void Error::universe_one(const char *file, int line, const char *text) { Error::one(file, line, text); }
+void Error::fix_error(const char *file, int line, Fix *fix, const char *style, const char *text)
+{
+    raise_error(file, line, std::string("fix ") + fix->id + " (" + style + "): " + text);
+}
+void Error::fix_error(const char *file, int line, Fix *fix, const char *text)
+{
+    fix_error(file, line, fix, fix->style, text);
+}
+}  // namespace LAMMPS_NS
+
+// Modify's table of fix styles is private; an explicit instantiation may name it all the same.
+using FixStyles = std::map<std::string, Fix *(*)(LAMMPS *, int, char **)>;
+template <FixStyles *Modify::*member> struct StyleTable {
+    friend FixStyles &fix_styles(Modify *modify) { return *(modify->*member); }
+};
+FixStyles &fix_styles(Modify *modify);
+template struct StyleTable<&Modify::fix_map>;
+
+static FixWallNodal *wall_of(LAMMPS *lmp)
+{
+    FixWallNodal *wall = dynamic_cast<FixWallNodal *>(lmp->modify->find_fix_id("wall"));
+    if (!wall) throw std::runtime_error("there is no fix \"wall\" of style wall/gran/nodal");
+    return wall;
+}
+
+template <class Work> static int guarded(Work work)
+{
+    try {
+        work();
+        return 0;
+    } catch (const std::exception &e) {
+        last_error = e.what();
+        return 1;
+    } catch (const NotFinite &) {
+        return 2;
+    }
+}
+
+static std::vector<Vec> read_nodes(const double *flat, int dim, size_t nodes)
+{
+    std::vector<Vec> out(nodes);
+    for (Vec &node : out) {
+        node = {flat[0], flat[1], dim == 3 ? flat[2] : 0.0};
+        flat += dim;
+    }
+    return out;
+}
+
+static double *write_nodes(const std::vector<Vec> &nodes, int dim, double *flat)
+{
+    for (const Vec &node : nodes) {
+        flat[0] = node.x, flat[1] = node.y;
+        if (dim == 3) flat[2] = node.z;
+        flat += dim;
+    }
+    return flat;
+}
+
+static void run_steps(LAMMPS *lmp, int steps)  // "run N pre no post no" without its parsing and output
+{
+    Update *update = lmp->update;
+    update->whichflag = 1;
+    update->nsteps = steps;
+    update->beginstep = update->firststep = update->ntimestep;
+    update->endstep = update->laststep = update->ntimestep + steps;
+    lmp->output->next = update->laststep + 1;
+    update->integrate->run(steps);
+    update->whichflag = 0;
+}
+
+static void forget_particles(Atom *atom) { atom->nlocal = atom->nghost = 0; }
+
+// A record of the state: [length, tag, force (3), torque (3), what LIGGGHTS sends when the particle changes its rank].
+static const int HEAD = 8;
+
+// Records may come in any order of ranks; afterwards every rank holds its own particles in the order of the records.
+static void unpack_particles(LAMMPS *lmp, int count, double *records)
+{
+    Atom *atom = lmp->atom;
+    forget_particles(atom);
+    for (double *r = records; r != records + count; r += int(r[0])) atom->avec->unpack_exchange(r + HEAD);
+    lmp->domain->pbc();
+    lmp->domain->reset_box();
+    forget_particles(atom);
+    for (double *r = records; r != records + count; r += int(r[0]))
+        if (lmp->domain->is_in_subdomain(r + HEAD + 1)) atom->avec->unpack_exchange(r + HEAD);
+    lmp->update->whichflag = 1;  // else the fixes are left out
+    lmp->update->integrate->setup_minimal(1);
+    lmp->update->whichflag = 0;
+    int mine = 0;
+    for (double *r = records; r != records + count; r += int(r[0])) {
+        if (mine == atom->nlocal || atom->tag[mine] != int(r[1])) continue;
+        std::copy(r + 2, r + 5, atom->f[mine]);
+        std::copy(r + 5, r + HEAD, atom->torque[mine]);
+        mine++;
+    }
+    if (mine != atom->nlocal) throw std::runtime_error("the state is not one of these particles");
+}
+
+extern "C" {
+const char *dem_last_error() { return last_error.c_str(); }
+
+int dem_open(int argc, char **argv, MPI_Comm comm, void **out)
+{
+    return guarded([&] {
+        LAMMPS *lmp = new LAMMPS(argc, argv, comm);
+        fix_styles(lmp->modify)["wall/gran/nodal"] = &FixWallNodal::create;
+        *out = lmp;
+    });
+}
+
+int dem_close(void *handle)
+{
+    return guarded([&] { delete static_cast<LAMMPS *>(handle); });
+}
+
+int dem_command(void *handle, const char *line)
+{
+    return guarded([&] { static_cast<LAMMPS *>(handle)->input->one(line); });
+}
+
+// Do the headers this file was compiled with describe the library that was loaded? (0x3a0: measured in LIGGGHTS 3.8.0.)
+int dem_same_layout(void *handle)
+{
+    LAMMPS *lmp = static_cast<LAMMPS *>(handle);
+    char nlocal[] = "nlocal", ntimestep[] = "ntimestep";
+    return lammps_extract_global(lmp, nlocal) == static_cast<void *>(&lmp->atom->nlocal) &&
+           lammps_extract_global(lmp, ntimestep) == static_cast<void *>(&lmp->update->ntimestep) &&
+           sizeof(FixWallGran) == 0x3a0;
+}
+
+// Spheres of type 1 with tags 1..n; data: x (3), v (3), omega (3), radius, density of each. Call it once, on all ranks.
+int dem_add_spheres(void *handle, int n, const double *data)
+{
+    return guarded([&] {
+        LAMMPS *lmp = static_cast<LAMMPS *>(handle);
+        Atom *atom = lmp->atom;
+        for (int i = 0; i < n; i++, data += 11) {
+            double x[3] = {data[0], data[1], data[2]};
+            if (!lmp->domain->is_in_subdomain(x)) continue;
+            atom->avec->create_atom(1, x);
+            const int m = atom->nlocal - 1;
+            atom->tag[m] = i + 1;
+            atom->radius[m] = data[9];
+            atom->density[m] = data[10];
+            atom->rmass[m] = 4.0 / 3.0 * M_PI * data[9] * data[9] * data[9] * data[10];
+            for (int k = 0; k < 3; k++) {
+                atom->v[m][k] = data[3 + k];
+                atom->omega[m][k] = data[6 + k];
+                atom->f[m][k] = atom->torque[m][k] = 0.0;
+            }
+            for (int f = 0; f < lmp->modify->nfix; f++)
+                if (lmp->modify->fix[f]->create_attribute) lmp->modify->fix[f]->set_arrays(m);
+        }
+        atom->natoms = n;
+        atom->tag_extend();
+        atom->map_init();
+        atom->map_set();
+    });
+}
+
+int dem_set_wall(void *handle, int dim, int nodes, int elements, const int *element, const double *x)
+{
+    return guarded([&] {
+        FixWallNodal *wall = wall_of(static_cast<LAMMPS *>(handle));
+        wall->set_elements(dim, nodes, elements, element);
+        wall->x_ = read_nodes(x, dim, nodes);
+        wall->start_window(0.0);
+    });
+}
+
+// out: impulse on the nodes [N s] from this rank's particles, the number of particles, 1 if one of them is not finite.
+int dem_advance(void *handle, int dim, int steps, const double *x, const double *v, double *out)
+{
+    return guarded([&] {
+        LAMMPS *lmp = static_cast<LAMMPS *>(handle);
+        FixWallNodal *wall = wall_of(lmp);
+        wall->x_ = read_nodes(x, dim, wall->x_.size());
+        wall->v_ = read_nodes(v, dim, wall->v_.size());
+        wall->start_window(steps * lmp->update->dt);
+        run_steps(lmp, steps);
+        out = write_nodes(wall->impulse_, dim, out);
+        out[0] = lmp->atom->nlocal;
+        out[1] = !wall->finite_particles();
+    });
+}
+
+int dem_count(void *handle) { return static_cast<LAMMPS *>(handle)->atom->nlocal; }
+
+// out: tag, x (3), v (3), omega (3), radius, mass of each particle of this rank
+int dem_particles(void *handle, double *out)
+{
+    return guarded([&] {
+        Atom *atom = static_cast<LAMMPS *>(handle)->atom;
+        for (int i = 0; i < atom->nlocal; i++) {
+            *out++ = atom->tag[i];
+            for (double **field : {atom->x, atom->v, atom->omega}) out = std::copy(field[i], field[i] + 3, out);
+            *out++ = atom->radius[i];
+            *out++ = atom->rmass[i];
+        }
+    });
+}
+
+// Records of this rank's particles (valid until the next call), positions of the nodes, force of the last step on them.
+int dem_get_state(void *handle, int dim, double **records, int *count, double *x, double *force)
+{
+    return guarded([&] {
+        static std::vector<double> buffer;
+        LAMMPS *lmp = static_cast<LAMMPS *>(handle);
+        Atom *atom = lmp->atom;
+        lmp->modify->pre_exchange();  // tangential springs go from the neighbour lists to the particles
+        buffer.clear();
+        const size_t room = 1000 + lmp->comm->maxexchange_fix + lmp->comm->maxexchange_atom;
+        for (int i = 0; i < atom->nlocal; i++) {
+            const size_t start = buffer.size();
+            buffer.resize(start + HEAD + room);
+            double *r = &buffer[start];
+            r[0] = HEAD + atom->avec->pack_exchange(i, r + HEAD);
+            r[1] = atom->tag[i];
+            std::copy(atom->f[i], atom->f[i] + 3, r + 2);
+            std::copy(atom->torque[i], atom->torque[i] + 3, r + 5);
+            buffer.resize(start + size_t(r[0]));
+        }
+        *records = buffer.data();
+        *count = int(buffer.size());
+        FixWallNodal *wall = wall_of(lmp);
+        write_nodes(wall->positions(), dim, x);
+        write_nodes(wall->force_, dim, force);
+    });
+}
+
+// The counterpart: records of all particles, by tag and the same on every rank; force is zero on all ranks but one.
+int dem_set_state(void *handle, int dim, int count, double *records, const double *x, const double *force)
+{
+    return guarded([&] {
+        LAMMPS *lmp = static_cast<LAMMPS *>(handle);
+        FixWallNodal *wall = wall_of(lmp);
+        lmp->modify->pre_exchange();  // else the set-up would take the springs from the old neighbour lists
+        wall->x_ = read_nodes(x, dim, wall->x_.size());
+        wall->start_window(0.0);
+        unpack_particles(lmp, count, records);
+        wall->set_force(read_nodes(force, dim, wall->x_.size()));
+    });
+}
+}

@@ -1,0 +1,280 @@
+// The fix wall/gran/nodal: a wall of elements whose nodes move linearly within a window of DEM steps.
+//
+// The nodes are the same on every rank, so a LIGGGHTS mesh (distributed, rebuilt when it moves, coplanarity fixed when
+// it is read) would only cost: the fix is one of LIGGGHTS' primitive walls with its search replaced. The primitive that
+// the command must name is never used.
+#pragma once
+#include <mpi.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "atom.h"
+#include "error.h"
+#include "fix_property_atom.h"
+#include "fix_wall_gran.h"
+#include "geometry.h"
+#include "modify.h"
+#include "neighbor.h"
+#include "update.h"
+
+using namespace LAMMPS_NS;
+
+struct NotFinite {};  // thrown when a particle or a node is NaN or infinite
+
+class FixWallNodal : public FixWallGran {
+public:
+    FixWallNodal(LAMMPS *lmp, int argc, char **argv) : FixWallGran(lmp, argc, argv) {}
+    static Fix *create(LAMMPS *lmp, int argc, char **argv) { return new FixWallNodal(lmp, argc, argv); }
+
+    // Nodes move along x + v t within the window, t = step_ * dt; impulse [N s] and force of this rank's particles.
+    std::vector<Vec> x_, v_, impulse_, force_;
+
+    // Per particle, SLOTS springs [element + 1, or 0 when free; history values], in the order of its contacts; kept in
+    // a fix property/atom, so that they migrate with their particle.
+    void post_create() override
+    {
+        if (!dnum_) return;
+        std::vector<std::string> words = {"springs", "all", "property/atom", "springs", "vector", "no", "no", "no"};
+        words.resize(8 + SLOTS * (1 + dnum_), "0.");
+        std::vector<char *> argv;
+        for (std::string &word : words) argv.push_back(&word[0]);
+        modify->add_fix(int(argv.size()), argv.data());
+        springs_ = static_cast<FixPropertyAtom *>(modify->find_fix_id("springs"));
+        old_springs_.resize(SLOTS * (1 + dnum_));
+    }
+
+    int setmask() override
+    {
+        return FixConst::INITIAL_INTEGRATE | FixConst::PRE_EXCHANGE | FixConst::PRE_NEIGHBOR | FixConst::POST_FORCE;
+    }
+
+    void set_elements(int corners, int nodes, int elements, const int *element)
+    {
+        corners_ = corners;
+        for (int e = 0; e < elements; e++, element += corners)
+            elements_.push_back({element[0], element[1], element[corners == 3 ? 2 : 0]});
+        x_.resize(nodes);
+        v_ = x_listed_ = impulse_ = force_ = x_;
+    }
+
+    void start_window(double length)  // x_ and v_ are set
+    {
+        std::fill(impulse_.begin(), impulse_.end(), Vec());
+        step_ = 0;
+        length_ = length;
+        const double allowed = 0.25 * neighbor->skin * neighbor->skin;
+        for (size_t n = 0; n < x_.size(); n++) {
+            const Vec start = x_[n] - x_listed_[n], end = start + length * v_[n];
+            const double moved = std::max(dot(start, start), dot(end, end));
+            if (!std::isfinite(dot(start, start) + dot(end, end))) throw NotFinite();
+            if (moved > allowed) stale_ = true;
+        }
+    }
+
+    std::vector<Vec> positions() const  // of the nodes, now
+    {
+        std::vector<Vec> out(x_.size());
+        for (size_t n = 0; n < x_.size(); n++) out[n] = position(int(n), step_ * update->dt);
+        return out;
+    }
+
+    void set_force(const std::vector<Vec> &force)  // of the last step: it gives the first half kick of the next
+    {
+        force_ = force;
+        loaded_.clear();
+        for (size_t n = 0; n < force.size(); n++)
+            if (dot(force[n], force[n]) > 0) loaded_.push_back(int(n));
+    }
+
+    bool finite_particles() const
+    {
+        double sum = 0;
+        for (int i = 0; i < atom->nlocal; i++) sum += dot(Vec(atom->x[i]), {1, 1, 1});
+        return std::isfinite(sum);
+    }
+
+    void initial_integrate(int) override { step_++; }
+    void pre_neighbor() override { stale_ = true; }  // LIGGGHTS rebuilds its lists: particles are renumbered
+    void pre_exchange() override                     // a NaN would become the index of a bin
+    {
+        int bad = !finite_particles(), any;
+        MPI_Allreduce(&bad, &any, 1, MPI_INT, MPI_MAX, world);
+        if (any) throw NotFinite();
+    }
+
+private:
+    static const int SLOTS = 8;
+
+    int corners_ = 3, step_ = 0;
+    double length_ = 0;  // of the window [s]
+    bool stale_ = true;
+    std::vector<Element> elements_;
+    std::vector<Vec> x_listed_;           // nodes at the end of the window in which the lists were made
+    std::vector<int> loaded_;             // nodes with a force, perhaps more than once
+    std::vector<std::vector<int>> near_;  // elements near each particle
+    std::vector<Contact> contacts_;       // of one particle
+    std::vector<double> old_springs_;
+    FixPropertyAtom *springs_ = nullptr;
+
+    Vec position(int node, double t) const { return x_[node] + t * v_[node]; }
+
+    Contact nearest(int element, const Vec &p, double t) const
+    {
+        const Element &n = elements_[element];
+        const Vec node[3] = {position(n[0], t), position(n[1], t), position(n[2], t)};
+        Contact c;
+        c.element = element;
+        c.feature = corners_ == 2 ? nearest_on_segment(node, p, c.weight) : nearest_on_triangle(node, p, c.weight);
+        c.offset = c.weight[0] * node[0] + c.weight[1] * node[1] + c.weight[2] * node[2] - p;
+        c.distance = std::sqrt(dot(c.offset, c.offset));
+        return c;
+    }
+
+    // Elements that a particle may touch before the lists are made anew: nearer than its radius and the skin, half of
+    // which is for the particle and half for the nodes after this window, and than the way of the nodes in this window.
+    // Sorted along the longest axis of the wall, so that few distances are computed.
+    void list_near_elements(double t)
+    {
+        struct Range {
+            double low, high, travel;
+            int element;
+        };
+        double Vec::*axis = longest_axis();
+        std::vector<Range> ranges;
+        double widest = 0;
+        for (size_t e = 0; e < elements_.size(); e++) {
+            Range range = {HUGE_VAL, -HUGE_VAL, 0, int(e)};
+            for (int n : elements_[e]) {
+                range.low = std::min(range.low, position(n, t).*axis);
+                range.high = std::max(range.high, position(n, t).*axis);
+                range.travel = std::max(range.travel, (length_ - t) * std::sqrt(dot(v_[n], v_[n])));
+            }
+            range.low -= range.travel, range.high += range.travel;
+            widest = std::max(widest, range.high - range.low);
+            ranges.push_back(range);
+        }
+        std::sort(ranges.begin(), ranges.end(), [](const Range &a, const Range &b) { return a.low < b.low; });
+        near_.resize(atom->nlocal);
+        for (int i = 0; i < atom->nlocal; i++) {
+            const Vec p(atom->x[i]);
+            const double reach = atom->radius[i] + neighbor->skin;
+            auto low = [](const Range &range, double value) { return range.low < value; };
+            auto range = std::lower_bound(ranges.begin(), ranges.end(), p.*axis - reach - widest, low);
+            near_[i].clear();
+            for (; range != ranges.end() && range->low <= p.*axis + reach; ++range)
+                if (range->high >= p.*axis - reach && nearest(range->element, p, t).distance <= reach + range->travel)
+                    near_[i].push_back(range->element);
+            std::sort(near_[i].begin(), near_[i].end());
+        }
+        x_listed_ = x_;
+        for (size_t n = 0; n < x_.size(); n++) x_listed_[n] = position(int(n), length_);
+        stale_ = false;
+    }
+
+    double Vec::*longest_axis() const
+    {
+        double Vec::*longest = &Vec::x, most = -1;
+        for (double Vec::*axis : {&Vec::x, &Vec::y, &Vec::z}) {
+            auto less = [axis](const Vec &a, const Vec &b) { return a.*axis < b.*axis; };
+            const auto ends = std::minmax_element(x_.begin(), x_.end(), less);
+            if (x_.empty() || *ends.second.*axis - *ends.first.*axis <= most) continue;
+            most = *ends.second.*axis - *ends.first.*axis;
+            longest = axis;
+        }
+        return longest;
+    }
+
+    void post_force_primitive(int) override
+    {
+        const double t = step_ * update->dt;
+        if (stale_) list_near_elements(t);
+        kick_nodes();
+        for (int n : loaded_) force_[n] = Vec();
+        loaded_.clear();
+        for (int i = 0; i < atom->nlocal; i++) {
+            contacts_.clear();
+            for (int element : near_[i]) {
+                const Contact c = nearest(element, Vec(atom->x[i]), t);
+                if (c.distance <= atom->radius[i]) contacts_.push_back(c);
+            }
+            if (contacts_.size() > 1) keep_distinct(contacts_, atom->radius[i]);
+            if (springs_) update_springs(i);
+            for (size_t c = 0; c < contacts_.size(); c++) apply(i, int(c));
+        }
+        std::sort(loaded_.begin(), loaded_.end());
+        loaded_.erase(std::unique(loaded_.begin(), loaded_.end()), loaded_.end());
+        kick_nodes();
+    }
+
+    void kick_nodes()  // half a step, as velocity Verlet does with the particles before and after the force changes
+    {
+        if (update->setupflag) return;
+        for (int n : loaded_) impulse_[n] = impulse_[n] + 0.5 * update->dt * force_[n];
+    }
+
+    double *spring(int i, int contact) const { return springs_->array_atom[i] + contact * (1 + dnum_); }
+
+    // One spring per contact. A new contact takes the spring of one that has just ended on an element with a common
+    // node: the sphere went across the border (LIGGGHTS turns the spring into the new tangent plane).
+    void update_springs(int i)
+    {
+        const int width = 1 + dnum_, count = int(contacts_.size());
+        if (count > SLOTS) error->one(FLERR, "a particle touches the wall at more than 8 places");
+        std::copy_n(spring(i, 0), SLOTS * width, old_springs_.begin());
+        std::fill_n(spring(i, 0), SLOTS * width, 0.0);
+        for (int c = 0; c < count; c++) {
+            const double *from = nullptr;
+            for (int s = 0; s < SLOTS && old_springs_[s * width] > 0; s++) {
+                const double *old = &old_springs_[s * width];
+                const int element = int(old[0]) - 1;
+                if (element == contacts_[c].element) {
+                    from = old;
+                    break;
+                }
+                if (!touched(element) && share_node(element, contacts_[c].element)) from = old;
+            }
+            if (from) std::copy_n(from, width, spring(i, c));
+            spring(i, c)[0] = contacts_[c].element + 1;
+        }
+    }
+
+    bool touched(int element) const
+    {
+        auto same = [element](const Contact &c) { return c.element == element; };
+        return std::any_of(contacts_.begin(), contacts_.end(), same);
+    }
+
+    bool share_node(int a, int b) const
+    {
+        const Element &p = elements_[a], &q = elements_[b];
+        return std::find_first_of(p.begin(), p.end(), q.begin(), q.end()) != p.end();
+    }
+
+    // The library's own contact model; what it adds to the particle's force goes to the nodes with the opposite sign.
+    void apply(int i, int contact)
+    {
+        const Contact &c = contacts_[contact];
+        const Element &n = elements_[c.element];
+        LCM::SurfacesIntersectData data;
+        data.is_wall = true;
+        data.i = i;
+        data.radi = atom->radius[i];
+        data.deltan = data.radi - c.distance;
+        data.contact_history = springs_ ? spring(i, contact) + 1 : nullptr;
+        (-1.0 * c.offset).copy_to(data.delta);
+        double v_wall[3];
+        (c.weight[0] * v_[n[0]] + c.weight[1] * v_[n[1]] + c.weight[2] * v_[n[2]]).copy_to(v_wall);
+        const Vec others(atom->f[i]);
+        Vec().copy_to(atom->f[i]);
+        impl->compute_force(this, data, true, v_wall);
+        const Vec force(atom->f[i]);
+        (others + force).copy_to(atom->f[i]);
+        for (int j = 0; j < corners_; j++) {
+            force_[n[j]] = force_[n[j]] - c.weight[j] * force;
+            loaded_.push_back(n[j]);
+        }
+    }
+};

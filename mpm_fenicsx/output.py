@@ -34,12 +34,12 @@ def _gather(comm, values):
 
 def _gather_nodes(mpm):
     """Nodal mass and velocity on the vertices of the whole grid."""
-    background, cover, D = mpm.background, mpm._cover, mpm.dim
+    background, cover, D = mpm.background, mpm.step.cover, mpm.dim
     if not mpm.steps:
         local = (np.zeros(0, int), np.zeros(0), np.zeros((0, D)))
     else:
         own = cover.node[:cover.owned]
-        local = (background.vertex_of[own], mpm._mass[:cover.owned], mpm._v[:cover.owned])
+        local = (background.vertex_of[own], mpm.step.mass[:cover.owned], mpm.step.v[:cover.owned])
     parts = mpm.comm.gather(local)
     if mpm.comm.rank != 0:
         return None

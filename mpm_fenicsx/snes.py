@@ -78,7 +78,7 @@ class Newton:
     def solve(self, guess, atol, when):
         """Solve from ``guess``, shape (owned, D); returns the solution and the number of iterations.
 
-        atol: residual norm that is round-off [N]; when: a text for the message, such as "step 3, t = 1e-6 s".
+        atol: residual norm to stop at [N]; when: a text for the message, such as "step 3, t = 1e-6 s".
         Raises MPMDiverged with PETSc's reason in words and the option to try.
         """
         if not self._user_atol:

@@ -37,7 +37,7 @@ def to_points(cell, cells, N, u, a_nodes, dt, x, v, a):
             a[p, i] = an
 
 
-def add_interpolated(cell, cells, N, nodal, values):
+def interpolate(cell, cells, N, nodal, values):
     """Add to the points' ``values``, shape (n, D), the field with ``nodal`` values, shape (nodes, D)."""
     for p in range(len(cell)):
         for q in range(K):

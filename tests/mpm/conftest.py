@@ -1,0 +1,101 @@
+"""Laws at one point, small bodies and PETSc options for the MPM tests."""
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from petsc4py import PETSc
+
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface
+from mpm_fenicsx.laws import kernels
+from mpm_fenicsx.specialise import specialise
+from mpm_fenicsx.stress_state import point_functions
+
+
+@pytest.fixture(params=sorted(LAWS))
+def law(request):
+    return LAWS[request.param](E=1.0, nu=0.3)
+
+
+@pytest.fixture(params=["plane_strain", "plane_stress", "three_dimensional"])
+def stress_state(request):
+    return request.param
+
+
+@pytest.fixture(params=["quadrilateral", "triangle"])
+def cell(request):
+    return request.param
+
+
+@pytest.fixture
+def at_point():
+    """``at_point(law, stress_state)``: the law as functions of F alone, see ``make_point``."""
+    return make_point
+
+
+def make_point(law, stress_state):
+    """P(F), A(F) and P33(F) [Pa], W(F) [J/m^3], F33(F) and the dimension; the old stretch F33 is 1, as are all states.
+    P has the shape of F, A = dP/dF twice that."""
+    D = 3 if stress_state == "three_dimensional" else 2
+    point_stress, point_tangent = point_functions(law, stress_state, D)
+    plain_energy = specialise(law.energy, D=D)
+    old, new = np.zeros(2, law.state)
+
+    def call(function, F):
+        P, A = np.zeros(D * D + 1), np.zeros((D * D + 1, D * D + 1))
+        F33 = function(law.params, np.ascontiguousarray(F, float), 1.0, old, new, P, A)
+        return P[:-1].reshape(D, D), A[:-1, :-1].reshape(D, D, D, D), P[-1], F33
+
+    def energy(F):
+        return plain_energy(law.params, np.ascontiguousarray(F, float), call(point_stress, F)[3], old)
+
+    return SimpleNamespace(dim=D, P=lambda F: call(point_stress, F)[0], A=lambda F: call(point_tangent, F)[1],
+                           P33=lambda F: call(point_stress, F)[2], F33=lambda F: call(point_stress, F)[3], W=energy,
+                           tangent_P=lambda F: call(point_tangent, F)[0], kernels=kernels(law, D))
+
+
+@pytest.fixture
+def taylor_rate():
+    """``taylor_rate(f, df, h)``: observed order of f(h) - f(0) - h df as the step h is halved; 2 for a derivative."""
+    def rate(f, df, h=1e-3):
+        start = f(0.0)
+        first, second = (np.linalg.norm(f(s) - start - s * df) for s in (h, h / 2))
+        return np.log2(first / second)
+    return rate
+
+
+@pytest.fixture
+def options():
+    """``options(snes_rtol=1e-12, …)``: PETSc options of the MPM, taken back at the end of the test."""
+    database, names = PETSc.Options("mpm_"), []
+
+    def put(**values):
+        for name, value in values.items():
+            names.append(name)
+            database[name] = value
+    yield put
+    for name in names:
+        database.delValue(name)
+
+
+@pytest.fixture
+def make_mpm():
+    """``make_mpm(**changes)``: a soft block of 2 m x 1 m, two grid cells away from the edges of its grid (cells of 0.5
+    m), with loads on its upper edge; keywords replace arguments of Grid, Body or MPM."""
+    opened = []
+
+    def make(cell="quadrilateral", box=((0.0, 0.0), (2.0, 1.0)), h=0.5, margin=2, law=LAWS["linear"](1e3, 0.3), rho=1.0,
+             body_cells=None, points=None, stress_state="plane_strain", thickness=1.0, velocity=0.0, segments=4,
+             grid=None, shift=0.1, **others):
+        box = Box(*box)
+        if grid is None:
+            lower, upper = np.subtract(box.lower, margin * h), np.add(box.upper, margin * h)
+            grid = Grid(Box(tuple(lower), tuple(upper)), Grid.counts(upper - lower, h), cell)
+        body = Body(box, body_cells or Grid.counts(box.size, h), points or (2 if cell == "quadrilateral" else 3), law,
+                    rho, stress_state, thickness, cell, velocity)
+        others.setdefault("interface", Interface.top(box, segments, shift))
+        opened.append(MPM(grid, body, **others))
+        return opened[-1]
+
+    yield make
+    for solid in opened:
+        solid.close()

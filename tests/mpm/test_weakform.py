@@ -1,0 +1,105 @@
+"""Residual and tangent of a whole step, on a body with random deformation, velocity and acceleration."""
+import numpy as np
+import pytest
+
+from mpm_fenicsx import LAWS, Support
+
+DT = 0.02
+
+
+class Problem:
+    """The equations of one step as functions of u; ``free`` masks the unknowns. The left side of the body is held."""
+
+    def __init__(self, solid):
+        random, p, self.solid, self.step = np.random.default_rng(2), solid.points, solid, solid.step
+        p.F += random.uniform(-0.1, 0.1, p.F.shape)
+        p.v += random.normal(size=p.v.shape)
+        p.a += random.normal(size=p.a.shape)
+        self.step.begin(DT, 0.0, random.normal(size=solid.boundary.x.shape))
+        self.F_old, self.F33_old = p.F.copy(), p.F33.copy()
+        self.shape = self.step.cover.node.size, 2
+        self.free = (~self.step.cover.fixed & self.step.active[:, None]).ravel()
+        self.u, self.du = np.where(self.free.reshape(self.shape), random.uniform(-0.05, 0.05, (2, *self.shape)), 0.0)
+        self.residual(self.u)
+        self.step.tangent()
+        self.K = self.step.cover.matrix.convert("dense").getDenseArray().copy()
+
+    def residual(self, u):
+        r = np.empty(self.shape)
+        self.step.residual(u.reshape(self.shape), r)
+        return r.ravel()
+
+
+@pytest.fixture(params=["consistent", "lumped"])
+def problem(request, make_mpm, cell, law, plane):
+    """All combinations of cell, law, stress state and inertia."""
+    law = LAWS[law.name](1e3, 0.3)
+    hold = Support(lambda x: x[:, 0] < 0.1, "xy")
+    return Problem(make_mpm(cell, law=law, stress_state=plane, inertia=request.param, supports=[hold], thickness=0.7))
+
+
+@pytest.fixture(params=["plane_strain", "plane_stress"])
+def plane(request):
+    return request.param
+
+
+def test_matrix_is_the_derivative_of_the_residual(problem, taylor_rate):
+    """r(u + h du) = r(u) + h K du + O(h^2)."""
+    u, du = problem.u.ravel(), problem.du.ravel()
+    rate = taylor_rate(lambda h: problem.residual(u + h * du), problem.K @ du, h=1e-2)
+    assert rate == pytest.approx(2.0, abs=0.02)
+
+
+def test_matrix_is_symmetric_and_positive_definite(problem):
+    K = problem.K
+    np.testing.assert_allclose(K, K.T, rtol=0, atol=1e-14 * abs(K).max())
+    assert np.linalg.eigvalsh(K).min() > 0
+
+
+def test_matrix_has_identity_rows_for_supports_and_empty_nodes(problem):
+    idle = ~problem.free
+    assert 0 < idle.sum() < idle.size
+    rest = problem.K - np.diag(np.diag(problem.K))
+    assert not rest[idle].any() and not rest[:, idle].any()
+    np.testing.assert_allclose(np.diag(problem.K)[idle], problem.step.idle_scale)
+
+
+def test_matrix_equals_a_dense_assembly(problem, at_point, plane):
+    """K = sum_p V0 B^T A B + alpha m N^T N, with dF_iM = B_iM,Jk du_Jk = delta_ik (grad N_J . F_old)_M du_Jk."""
+    solid, (nodes, D) = problem.solid, problem.shape
+    point, p, cells = at_point(solid.body.law, plane), solid.points, problem.step.cover.cells
+    values, gradients = np.empty((len(p), cells.shape[1])), np.empty((len(p), cells.shape[1], D))
+    solid.kernels.shapes(p.cell, p.x, solid.background.origin, solid.background.inverse, values, gradients)
+    K, alpha, mass = np.zeros((nodes, D, nodes, D)), 4 / DT**2, problem.step.mass
+    for q in range(len(p)):
+        on, N, G = cells[p.cell[q]], values[q], gradients[q]
+        F = (np.eye(D) + problem.u[on].T @ G) @ problem.F_old[q]
+        B = np.einsum("ik,JM->iMJk", np.eye(D), G @ problem.F_old[q])
+        stiffness = p.V0[q] * np.einsum("iMIa,iMkN,kNJb->IaJb", B, point.A(F), B)
+        inertia = alpha * p.mass[q] * np.einsum("I,J,ab->IaJb", N, N, np.eye(D)) if solid.step.consistent else 0.0
+        K[np.ix_(on, range(D), on, range(D))] += stiffness + inertia
+    K = K.reshape(nodes * D, -1)
+    if not solid.step.consistent:
+        K += np.diag(np.repeat(alpha * mass, D))
+    used = np.ix_(problem.free, problem.free)
+    np.testing.assert_allclose(problem.K[used], K[used], rtol=0, atol=1e-13 * abs(K).max())
+
+
+def test_inner_forces_add_up_to_nothing(make_mpm, cell):
+    """sum_I grad N_I = 0: on a body without inertia force the residual's sum is minus the load."""
+    solid = make_mpm(cell)
+    solid.points.F += np.random.default_rng(0).uniform(-0.1, 0.1, solid.points.F.shape)
+    force = np.random.default_rng(1).normal(size=solid.boundary.x.shape)
+    solid.step.begin(DT, 0.0, force)
+    solid.step.a[:] = 0.0  # without the jump that the load makes
+    r = np.empty((solid.step.cover.owned, 2))
+    solid.step.residual(np.zeros_like(r), r)
+    assert abs(r).max() > 10  # the inner forces are there
+    np.testing.assert_allclose(r.sum(axis=0), -force.sum(axis=0), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(solid.applied, force.sum(axis=0), rtol=0, atol=1e-14)
+
+
+def test_thickness_and_density_scale_the_matrix(make_mpm):
+    """A body twice as thick is twice as stiff and heavy."""
+    thin, thick = (Problem(make_mpm(thickness=t)).K for t in (1.0, 2.0))
+    np.testing.assert_allclose(thick, 2 * thin, rtol=1e-14)

@@ -22,6 +22,7 @@ def commands(scene, dt):
         "atom_style granular",
         "atom_modify map array sort 0 0",  # a restored state keeps its order of summation
         "boundary m m m",  # at least the box below, larger when a sphere leaves it: none gets lost
+        *(["processors * * 1"] if scene.dim == 2 else []),
         "newton off",
         "communicate single vel yes",
         f"region box block {_box(scene)} units box",

@@ -169,10 +169,10 @@ scene = Scene(Spheres(x, v, 0.01, 2500.0), wall, Material(1e7, 0.3), Material(1e
 dem, nodes = LiggghtsDEM(scene, 5e-6), wall.nodes
 own = set()
 for window in range(400):
+    own.add(dem._library.dem_count(dem._handle))
     if window == 200:
         dem.set_state(dem.get_state())
     force = dem.advance(20, nodes, np.cos(nodes))
-    own.add(dem._library.dem_count(dem._handle))
     nodes = nodes + 1e-4 * np.cos(nodes) * (-1) ** window
 result = np.concatenate([force.ravel(), dem.particles()["x"].ravel(), dem.particles()["omega"].ravel()])
 assert len({bytes(r) for r in MPI.COMM_WORLD.allgather(result)}) == 1, "ranks differ"

@@ -96,13 +96,13 @@ def warn_if_too_long(scene, dt):
         raise ValueError(f"dt is {dt} s: the DEM time step must be positive")
     limit = critical_step(scene)
     if dt > min(limit):
-        warnings.warn(f"DEM time step {dt:.3g} s exceeds the limit {min(limit):.3g} s (Rayleigh {limit.rayleigh:.3g} s, "
-                      f"Hertz {limit.hertz:.3g} s): use more substeps per window or a smaller window", stacklevel=3)
+        warnings.warn(f"DEM time step {dt:.3g} s exceeds the limit {min(limit):.3g} s (Rayleigh {limit.rayleigh:.3g} "
+                      f"s, Hertz {limit.hertz:.3g} s): use more substeps per window or a smaller window", stacklevel=3)
 
 
 def check_finite(x, time):
     """Raise FloatingPointError, naming the particle and the time [s], unless all positions x [m] are finite."""
     if not np.isfinite(x.sum()):
         bad = int(np.flatnonzero(~np.isfinite(x).all(axis=1))[0])
-        raise FloatingPointError(f"particle {bad + 1} is at {x[bad]} m at t = {time:.6g} s: its contact is too stiff for "
-                                 "the DEM time step, or the wall passed through it; use more substeps per window")
+        raise FloatingPointError(f"particle {bad + 1} is at {x[bad]} m at t = {time:.6g} s: its contact is too stiff "
+                                 "for the DEM time step, or the wall passed through it; use more substeps per window")

@@ -114,7 +114,7 @@ def contact_energy(scene, x, nodes):
 
 
 def kinetic_energy(particles):
-    """Energy of translation and spin [J] of ``particles`` (dtype PARTICLE): m v^2 / 2 + I omega^2 / 2, I = 2/5 m R^2."""
+    """Energy of translation and spin [J] of ``particles`` (dtype PARTICLE), with I = 2/5 m R^2."""
     p = particles
     spin = 0.4 * p["radius"] ** 2 * (p["omega"] ** 2).sum(axis=1)
     return float(0.5 * (p["mass"] * ((p["v"] ** 2).sum(axis=1) + spin)).sum())

@@ -41,7 +41,7 @@ class ReferenceDEM:
         return MovingWall(nodes, np.zeros_like(nodes), self._elements)
 
     def _build_lists(self, wall, t):
-        """Give the lists a skin of a tenth of the smallest radius, or what lasts some ten steps at the speeds of now."""
+        """The skin is a tenth of the smallest radius, or what lasts some ten steps at the speeds of now."""
         speed = np.sqrt((self._balls.v**2).sum(axis=1).max()) + np.sqrt((wall.v**2).sum(axis=1).max())
         skin = max(0.1 * self._balls.radius.min(), 20.0 * self.dt * speed)
         (*_, friction), (*_, wall_friction) = self._laws

@@ -7,7 +7,9 @@ from collections import namedtuple
 import numpy as np
 from numba import njit
 
-compiled = njit(cache=True, error_model="numpy")  # a division by zero gives NaN, which `advance` reports with its place
+# A division by zero gives NaN, which `advance` reports with its place. numba's cache does not see that a function called
+# from another file has changed: after editing this file or contact.py, touch verlet.py.
+compiled = njit(cache=True, error_model="numpy")
 
 COPLANAR = np.cos(np.radians(1.0))  # two contacts whose normals differ by less than this are one contact
 
@@ -33,13 +35,14 @@ def place(wall, e, t, corner):
 
 
 @compiled
-def closest_on_segment(a, b, p, weight):
-    """Weights of the point of a-b closest to p; returns the feature (an end counts as an edge: the segment is
+def closest_on_segment(corner, p, weight):
+    """Weights of the point of a segment closest to p; returns the feature (an end counts as an edge: the segment is
     the cut through a strip)."""
     along, length2 = 0.0, 0.0
     for k in range(3):
-        along += (p[k] - a[k]) * (b[k] - a[k])
-        length2 += (b[k] - a[k]) * (b[k] - a[k])
+        ab = corner[1, k] - corner[0, k]
+        along += (p[k] - corner[0, k]) * ab
+        length2 += ab * ab
     s = min(max(along / length2, 0.0), 1.0)
     weight[0], weight[1], weight[2] = 1.0 - s, s, 0.0
     return 0 if 0.0 < s < 1.0 else 1
@@ -52,18 +55,18 @@ def _set(weight, a, b, c, feature):
 
 
 @compiled
-def closest_on_triangle(a, b, c, p, weight):
-    """Weights of the point of a-b-c closest to p; returns the feature. Ericson, Real-Time Collision Detection
+def closest_on_triangle(corner, p, weight):
+    """Weights of the point of a triangle closest to p; returns the feature. Ericson, Real-Time Collision Detection
     (2005), section 5.1.5."""
     d1 = d2 = d3 = d4 = d5 = d6 = 0.0
     for k in range(3):
-        ab, ac = b[k] - a[k], c[k] - a[k]
-        d1 += ab * (p[k] - a[k])
-        d2 += ac * (p[k] - a[k])
-        d3 += ab * (p[k] - b[k])
-        d4 += ac * (p[k] - b[k])
-        d5 += ab * (p[k] - c[k])
-        d6 += ac * (p[k] - c[k])
+        ab, ac = corner[1, k] - corner[0, k], corner[2, k] - corner[0, k]
+        d1 += ab * (p[k] - corner[0, k])
+        d2 += ac * (p[k] - corner[0, k])
+        d3 += ab * (p[k] - corner[1, k])
+        d4 += ac * (p[k] - corner[1, k])
+        d5 += ab * (p[k] - corner[2, k])
+        d6 += ac * (p[k] - corner[2, k])
     if d1 <= 0.0 and d2 <= 0.0:
         return _set(weight, 1.0, 0.0, 0.0, 2)
     if d3 >= 0.0 and d4 <= d3:
@@ -90,9 +93,9 @@ def closest_on_triangle(a, b, c, p, weight):
 def closest(corner, nodes, p, weight, point):
     """Closest point of an element with 2 or 3 nodes, as a vector from p [m]; returns (distance [m], feature)."""
     if nodes == 2:
-        feature = closest_on_segment(corner[0], corner[1], p, weight)
+        feature = closest_on_segment(corner, p, weight)
     else:
-        feature = closest_on_triangle(corner[0], corner[1], corner[2], p, weight)
+        feature = closest_on_triangle(corner, p, weight)
     r2 = 0.0
     for k in range(3):
         point[k] = -p[k]
@@ -159,27 +162,38 @@ def _before(a, b, radius):
 @compiled
 def near_elements(x, radius, skin, wall, t, old, history):
     """List of the elements closer to each sphere (centres x [m], shape (n, 3)) than its radius plus ``skin`` [m]."""
-    n, nodes = len(x), wall.elements.shape[1]
-    start, partner, count = np.zeros(n + 1, np.int64), np.empty(64, np.int64), 0
+    nodes = wall.elements.shape[1]
+    low, high = boxes(wall, t)
+    start, partner, count = np.zeros(len(x) + 1, np.int64), np.empty(64, np.int64), 0
     corner, weight, point = np.empty((3, 3)), np.empty(3), np.empty(3)
-    for i in range(n):
+    for i in range(len(x)):
         reach = radius[i] + skin
         for e in range(len(wall.elements)):
-            place(wall, e, t, corner)
-            apart = False
-            for k in range(3):
-                low, high = min(corner[0, k], corner[1, k]), max(corner[0, k], corner[1, k])
-                if nodes == 3:
-                    low, high = min(low, corner[2, k]), max(high, corner[2, k])
-                apart = apart or low > x[i, k] + reach or high < x[i, k] - reach
-            if apart or closest(corner, nodes, x[i], weight, point)[0] > reach:
+            if low[e, 0] > x[i, 0] + reach or high[e, 0] < x[i, 0] - reach or low[e, 1] > x[i, 1] + reach or \
+                    high[e, 1] < x[i, 1] - reach or low[e, 2] > x[i, 2] + reach or high[e, 2] < x[i, 2] - reach:
                 continue
-            if count == len(partner):
-                partner = np.append(partner, partner)  # room for twice as many
-            partner[count] = e
-            count += 1
+            place(wall, e, t, corner)
+            if closest(corner, nodes, x[i], weight, point)[0] <= reach:
+                if count == len(partner):
+                    partner = np.append(partner, partner)  # room for twice as many
+                partner[count] = e
+                count += 1
         start[i + 1] = count
     return with_history(start, partner[:count], old, history)
+
+
+@compiled
+def boxes(wall, t):
+    """Lowest and highest corner of the box around each element at time t [s], both [m], shape (m, 3)."""
+    corner, nodes = np.empty((3, 3)), wall.elements.shape[1]
+    low, high = np.empty((len(wall.elements), 3)), np.empty((len(wall.elements), 3))
+    for e in range(len(wall.elements)):
+        place(wall, e, t, corner)
+        for k in range(3):
+            low[e, k], high[e, k] = corner[0, k], corner[0, k]
+            for a in range(1, nodes):
+                low[e, k], high[e, k] = min(low[e, k], corner[a, k]), max(high[e, k], corner[a, k])
+    return low, high
 
 
 @compiled

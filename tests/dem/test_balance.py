@@ -48,7 +48,8 @@ def test_torque_on_the_sphere_is_the_moment_of_the_nodal_forces(dem, sheet, dim)
     p = ball.particles()[0]
     moment = np.cross(arm - p["x"], force).sum(axis=0)
     torque = 0.4 * p["mass"] * radius**2 * (p["omega"] - spin) / 1e-6
-    assert torque == pytest.approx(-moment * (radius - 5e-5) / (radius - 1e-4), rel=1e-9, abs=1e-9 * np.abs(moment).max())
+    expected = -moment * (radius - 5e-5) / (radius - 1e-4)
+    assert torque == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(moment).max())
     assert np.abs(torque).max() > 0.0
 
 

@@ -56,7 +56,7 @@ def test_touching_is_fine_overlap_is_not(dem, sheet, dim):
 
 def test_sphere_inside_the_body(dem, sheet, dim):
     for height in (lambda x: 0 * x, lambda x: 0.5 * np.abs(x), lambda x: -0.5 * np.abs(x)):
-        with pytest.raises(ValueError, match="sphere 1 at .* lies inside the body, .* m below its surface: move it out"):
+        with pytest.raises(ValueError, match="sphere 1 at .* lies inside the body, .* below its surface: move it out"):
             dem(scene(sheet(dim, height=height), [-0.03 * np.eye(dim)[-1]]), 1e-8)
 
 

@@ -42,7 +42,7 @@ def test_sliding_becomes_rolling_on_a_moving_wall(dem, sheet, dim):
 
 
 def test_coulomb_limit_while_sliding(dem, sheet, dim):
-    """Friction is friction times normal force, against the motion, and the spin grows by 5/2 of what the speed loses."""
+    """The force is friction times normal force, against the motion; the spin gains 5/2 of what the speed loses."""
     ball = dem(sphere_on(sheet(dim, 6, 0.4), 2.0, friction=0.3, material=FIRM, gravity=gravity(dim)), 5e-6)
     nodes, still = np.array(ball.scene.wall.nodes), np.zeros(ball.scene.wall.nodes.shape)
     ball.advance(2000, nodes, still)

@@ -1,49 +1,54 @@
 """Ledger of impulse and energy over the interface, window by window."""
 import numpy as np
 
-UNITS = {"impulse_grains": "N s", "impulse_solid": "N s", "work_wall": "J", "work_solid": "J", "energy_grains": "J",
-         "energy_solid": "J", "energy_error": "1"}
+COLUMNS = {
+    "impulse_grains": ("N s", "vertical impulse of the interface on the particles since the start: their change of "
+                              "momentum less gravity's share"),
+    "impulse_solid": ("N s", "vertical impulse of the interface on the solid's grid nodes since the start; the sum with "
+                             "impulse_grains is round-off"),
+    "work_wall": ("J", "work of the exchanged force on the wall as the DEM moved it, since the start"),
+    "work_solid": ("J", "work of the exchanged force on the interface as the solid moved it, since the start"),
+    "energy_grains": ("J", "energy of the particles and their contacts"),
+    "energy_solid": ("J", "energy of the solid"),
+    "interface_error": ("1", "energy that the staggered scheme has made at the interface, work_solid - work_wall, "
+                             "relative to the largest energy so far"),
+    "energy_error": ("1", "change of the total energy, relative to the largest energy so far; of a closed system without "
+                          "damping, friction and moving supports: the error"),
+}
 
 
 class Ledger:
-    """Books what the interface exchanges. Every entry is since the start.
+    """Books what the interface exchanges; call it with each ``Window``. The entries are those of ``COLUMNS``.
 
-    impulse_grains, impulse_solid: impulse [N s] on the particles (their change of momentum less gravity's share) and on
-    the solid's nodes, component ``axis``; their sum is round-off. work_wall, work_solid: work [J] of the exchanged force
-    on the wall as the DEM moved it and on the interface as it then moved; the difference is the energy that the
-    staggered scheme makes or loses. energy_grains, energy_solid: energy now [J]. energy_error: change of the total
-    energy, relative to its start (of a closed system without damping, friction and moving supports: the error).
+    gravity: vertical (last) component of gravity on the particles [m/s^2].
     """
 
-    def __init__(self, solid, grains, gravity=0.0, axis=-1):
-        """gravity: component ``axis`` of gravity on the particles [m/s^2]."""
-        self._solid, self._grains, self._axis = solid, grains, axis
+    def __init__(self, solid, grains, gravity=0.0):
+        self._solid, self._grains = solid, grains
+        self._up = solid.surface()[0].shape[1] - 1
         particles = grains.particles()
-        self._mass = particles["mass"]
-        self._component = axis % solid.surface()[0].shape[1]
         self._momentum = self._momentum_of(particles)
-        self._weight = gravity * self._mass.sum()
-        self._solid_impulse = np.zeros(solid.surface()[0].shape[1])
-        self._work_wall = self._work_solid = 0.0
-        self._start = self._total()
-        self._scale = max(abs(part) for part in (*self._parts(), 1e-300))
+        self._weight, self._begin = gravity * particles["mass"].sum(), solid.time
+        self._impulse = self._work_wall = self._work_solid = 0.0
+        parts = self._energies()
+        self._start, self._scale = sum(parts), max(map(abs, parts))
 
     def _momentum_of(self, particles):
-        return float(self._mass @ particles["v"][:, self._component])
+        return float(particles["mass"] @ particles["v"][:, self._up])
 
-    def _parts(self):
+    def _energies(self):
         return sum(self._grains.energy().values()), sum(self._solid.energy().values())
-
-    def _total(self):
-        return sum(self._parts())
 
     def __call__(self, window):
         """Entries after this window, name → number."""
-        self._solid_impulse += self._solid.applied * window.dt
+        self._impulse += float(self._solid.applied[self._up]) * window.dt
         self._work_wall += window.dt * float(np.vdot(window.wall_force, window.wall_v))
         self._work_solid += float(np.vdot(window.force, window.moved))
-        grains, solid = self._parts()
-        gained = self._momentum_of(self._grains.particles()) - self._momentum - self._weight * window.time
-        return {"impulse_grains": gained, "impulse_solid": float(self._solid_impulse[self._component]),
-                "work_wall": self._work_wall, "work_solid": self._work_solid, "energy_grains": grains,
-                "energy_solid": solid, "energy_error": (grains + solid - self._start) / self._scale}
+        grains, solid = self._energies()
+        self._scale = max(self._scale, abs(grains), abs(solid))
+        scale = self._scale or 1.0  # nothing has moved yet
+        gained = self._momentum_of(window.particles) - self._momentum - self._weight * (window.time - self._begin)
+        return {"impulse_grains": gained, "impulse_solid": self._impulse, "work_wall": self._work_wall,
+                "work_solid": self._work_solid, "energy_grains": grains, "energy_solid": solid,
+                "interface_error": (self._work_solid - self._work_wall) / scale,
+                "energy_error": (grains + solid - self._start) / scale}

@@ -1,10 +1,17 @@
 """``key=value`` on the command line → typed keyword arguments of a case's ``main``. Words with a dash are PETSc's."""
+import difflib
 import inspect
+import math
 import re
 import sys
+import time
+import traceback
 import typing
+import warnings
 
 from mpi4py import MPI
+
+EXPECTED = (ValueError, RuntimeError, ImportError, ArithmeticError, OSError, MemoryError)  # anything else is a bug
 
 
 class UsageError(ValueError):
@@ -15,9 +22,10 @@ def run(main, presets=None):
     """Call ``main`` with the words of the command line; the script's last line.
 
     presets: name → keyword arguments, chosen by ``preset=NAME``; explicit keys win over the preset. An error ends the
-    run on all ranks with one sentence on rank 0 and exit status 1 (2 for a wrong command line).
+    run on all ranks with one sentence on rank 0 and exit status 1 (2 for a wrong command line); warnings are one line.
     """
     words = sys.argv[1:]
+    warnings.showwarning = _show
     try:
         if "--help" in words or "-h" in words:
             if MPI.COMM_WORLD.rank == 0:
@@ -26,96 +34,127 @@ def run(main, presets=None):
         main(**parse(main, words, presets))
     except UsageError as error:
         _stop(error, 2)
-    except (ValueError, RuntimeError, ImportError, ArithmeticError, OSError) as error:
+    except EXPECTED as error:
         _stop(error, 1)
     except KeyboardInterrupt:
         _stop("interrupted; what was written so far is complete up to the last window", 130)
+    except Exception:
+        traceback.print_exc()
+        _stop("this is a bug in the program: please report the lines above", 1)
+
+
+def _show(message, category, filename, lineno, file=None, line=None):
+    if MPI.COMM_WORLD.rank == 0:
+        print(f"warning: {message}", file=sys.stderr, flush=True)
 
 
 def _stop(message, status):
-    comm = MPI.COMM_WORLD
+    """End all ranks; those that do not share the error wait somewhere for this one and are aborted."""
+    comm, sentence = MPI.COMM_WORLD, " ".join(str(message).split())
     sys.stdout.flush()
-    if comm.rank == 0 or not isinstance(message, Exception):
-        print(f"error: {message}", file=sys.stderr, flush=True)
+    if comm.rank == 0:
+        print(f"error: {sentence}", file=sys.stderr, flush=True)
+    if comm.size > 1 and not _all_arrive(comm):
+        if comm.rank > 0:
+            print(f"error on rank {comm.rank}: {sentence}", file=sys.stderr, flush=True)
+        comm.Abort(status)
     sys.exit(status)
+
+
+def _all_arrive(comm, patience=5.0):
+    request, end = comm.Ibarrier(), time.monotonic() + patience
+    while not request.Test():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.01)
+    return True
 
 
 def parse(main, words, presets=None):
     """Keyword arguments for ``main`` from words such as ``dt=1e-6``; UsageError for an unknown key or a value that does
     not fit its type."""
-    hints = typing.get_type_hints(main)
-    known = [name for name in inspect.signature(main).parameters]
-    given = {}
-    skip_value = False
+    hints, known = typing.get_type_hints(main), list(inspect.signature(main).parameters)
+    preset, given, after_option = {}, {}, False
     for word in words:
-        if word.startswith("-"):
-            skip_value = True  # the value of an option, if it has one, follows as a word of its own
-            continue
         key, equals, text = word.partition("=")
-        if not equals:
-            if skip_value:
-                skip_value = False
-                continue
-            raise UsageError(f"{word!r} is not key=value; known keys: {', '.join(known)}")
-        skip_value = False
-        if key == "preset" and presets:
+        if word.startswith("-"):
+            if word.startswith("--") or equals or key[1:] in known:
+                raise UsageError(f"{word!r} starts with a dash, which is for PETSc's options: a key is given as "
+                                 f"{key.lstrip('-')}={text or '…'}")
+            after_option = True  # the value of an option, if it has one, follows as a word of its own
+        elif not equals:
+            if not after_option:
+                raise UsageError(f"{word!r} is not key=value; known keys: {', '.join(known)}")
+            after_option = False
+        elif key == "preset" and presets:
             if text not in presets:
-                raise UsageError(f"preset={text} does not exist; choose one of {', '.join(presets)}")
-            given = {**presets[text], **given}
+                raise UsageError(f"preset={text} does not exist: choose one of {', '.join(presets)}")
+            preset = presets[text]
         elif key not in known:
-            raise UsageError(f"unknown key {key!r}; known keys: {', '.join(known + ['preset'] * bool(presets))}")
+            raise UsageError(_unknown(key, known + ["preset"] * bool(presets)))
         else:
             given[key] = convert(key, text, hints[key])
-    return given
+    return {**preset, **given}
+
+
+def _unknown(key, known):
+    close = difflib.get_close_matches(key, known, 1)
+    hint = f" (did you mean {close[0]}?)" if close else ""
+    return f"unknown key {key!r}{hint}; known keys: {', '.join(known)}"
 
 
 def convert(key, text, kind):
-    """The word ``text`` as a value of the annotation ``kind``."""
+    """The word ``text`` as a value of the annotation ``kind``; UsageError when it is none."""
     origin, args = typing.get_origin(kind), typing.get_args(kind)
+    if origin is typing.Literal:
+        if text not in args:
+            raise UsageError(f"{key}={text} does not exist: choose one of {', '.join(args)}")
+        return text
+    if origin is typing.Union:  # Optional
+        return None if text == "none" else convert(key, text, args[0])
     try:
-        if origin is typing.Literal:
-            if text not in args:
-                raise UsageError(f"{key}={text} does not exist; choose one of {', '.join(args)}")
-            return text
         if origin is tuple:
             parts = text.strip("()").split(",")
             if len(parts) != len(args):
                 raise ValueError
-            return tuple(convert(key, part, arg) for part, arg in zip(parts, args))
-        if origin is typing.Union:  # Optional
-            return None if text == "none" else convert(key, text, args[0])
+            return tuple(arg(part) for part, arg in zip(parts, args))
         if kind is bool:
             return {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}[text.lower()]
-        return kind(text)
-    except UsageError:
-        raise
+        value = kind(text)
+        if kind is float and not math.isfinite(value):
+            raise ValueError
+        return value
     except (ValueError, KeyError):
         raise UsageError(f"{key}={text} cannot be read as {_kind_name(kind)}") from None
 
 
 def _kind_name(kind):
-    origin, args = typing.get_origin(kind), typing.get_args(kind)
-    if origin is tuple:
-        return f"{len(args)} numbers separated by commas, such as {key_example(args)}"
-    if origin is typing.Union:
-        return _kind_name(args[0]) + " or none"
-    return {int: "a whole number", float: "a number", bool: "yes or no", str: "a word"}.get(kind, str(kind))
-
-
-def key_example(args):
-    return ",".join("1" if a is int else "0.1" for a in args)
+    args = typing.get_args(kind)
+    if typing.get_origin(kind) is tuple:
+        return f"{len(args)} numbers separated by commas, such as {','.join('2' if a is int else '0.1' for a in args)}"
+    return {int: "a whole number", float: "a finite number", bool: "yes or no", str: "a word"}.get(kind, str(kind))
 
 
 def manual(main, presets=None):
-    """The case's manual: its docstring, and each key with default, unit and meaning (the comment behind it)."""
-    source = inspect.getsource(main)
-    comments = dict(re.findall(r"^\s+(\w+)\s*:[^\n#]*,\s*#\s*(.*)$", source, re.M))
-    lines = [inspect.getdoc(main) or "", "", "keys (key=value):"]
+    """The case's manual: its docstring, and each key with default, meaning (the comment behind it) and choices."""
+    comments = dict(re.findall(r"^\s+(\w+)\s*:[^\n#]*,\s*#\s*(.*)$", inspect.getsource(main), re.M))
+    hints = typing.get_type_hints(main)
+    lines = [inspect.getdoc(main) or "", "", "keys (key=value), with defaults:"]
     for name, parameter in inspect.signature(main).parameters.items():
-        default = parameter.default
-        shown = ",".join(map(str, default)) if isinstance(default, tuple) else default
-        lines.append(f"  {name + '=' + str(shown):28} {comments.get(name, '')}")
+        meaning = comments.get(name, "")
+        if typing.get_origin(hints[name]) is typing.Literal:
+            meaning += f"; one of {', '.join(typing.get_args(hints[name]))}"
+        lines.append(f"  {f'{name}={_shown(parameter.default)}':26} {meaning}")
     for name, values in (presets or {}).items():
-        lines.append(f"  preset={name}".ljust(31) + " ".join(f"{k}={v}" for k, v in values.items()))
-    lines += ["", "Options with a dash belong to PETSc: -mpm_snes_monitor, -mpm_ksp_type cg, …"]
+        lines.append(f"  {f'preset={name}':26} " + " ".join(f"{k}={_shown(v)}" for k, v in values.items()))
+    lines += ["", "Options with a dash belong to PETSc: -mpm_snes_monitor, -mpm_snes_rtol 1e-8, -mpm_pc_type lu, …"]
     return "\n".join(lines)
+
+
+def _shown(value):
+    """A value as it is typed on the command line."""
+    if isinstance(value, tuple):
+        return ",".join(map(_shown, value))
+    if isinstance(value, float):
+        return f"{value:.12g}"
+    return "none" if value is None else str(value)

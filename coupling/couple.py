@@ -6,9 +6,12 @@ import numpy as np
 
 
 class Window(NamedTuple):
-    """What happened in one coupling window. Wall nodes moved from ``wall_x`` with ``wall_v``, shape (m, dim); the mean
-    force on them was ``wall_force`` [N]; the interface got ``force`` [N] and moved by ``moved`` [m], shape (n, dim).
-    ``seconds``: run time of the DEM, the mapping and the MPM."""
+    """What happened in one coupling window. ``number`` counts from 1, ``time`` [s] is its end, ``dt`` [s] its length.
+
+    Wall nodes moved from ``wall_x`` with ``wall_v``, the mean force on them was ``wall_force`` [N], shape (m, dim); the
+    interface got ``force`` [N], moved by ``moved`` [m], is now at ``x`` with ``v``, and had ``v_start`` before, shape
+    (n, dim); ``particles``: the grains at its end; ``seconds``: run time of the DEM, the mapping and the MPM.
+    """
 
     number: int
     time: float
@@ -18,43 +21,67 @@ class Window(NamedTuple):
     wall_force: np.ndarray
     force: np.ndarray
     moved: np.ndarray
+    x: np.ndarray
+    v: np.ndarray
+    v_start: np.ndarray
+    particles: np.ndarray
     seconds: dict
 
 
-def count_windows(t_end, dt, substeps=1):
-    """Number of windows; ValueError unless dt > 0 divides t_end and substeps is at least 1."""
-    if substeps < 1:
+def count_windows(t_end, dt, substeps=1, start=0.0):
+    """Number of windows from ``start`` [s] on; ValueError unless dt > 0 divides the time and substeps is at least 1."""
+    if substeps < 1 or substeps != int(substeps):
         raise ValueError(f"substeps is {substeps}: give a whole number of at least 1")
     if not (dt > 0 and np.isfinite(dt)):
-        raise ValueError(f"dt is {dt} s: it must be positive")
-    count = round(t_end / dt) if np.isfinite(t_end) else 0
-    if count < 1 or abs(count * dt - t_end) > 1e-9 * t_end:
-        raise ValueError(f"t_end is {t_end} s, which is not a multiple of dt = {dt} s: take t_end = "
-                         f"{max(count, 1) * dt:.6g}")
+        raise ValueError(f"dt is {dt} s: the window must be positive")
+    if not (t_end > start and np.isfinite(t_end)):
+        raise ValueError(f"t_end is {t_end} s: it must lie after the start at {start} s")
+    count = round((t_end - start) / dt)
+    if count < 1 or abs(start + count * dt - t_end) > 1e-9 * t_end:
+        raise ValueError(f"t_end is {t_end} s, which is not a multiple of dt = {dt} s: take t_end="
+                         f"{start + max(count, 1) * dt:.10g}")
     return count
 
 
-def couple(solid, grains, mapping, *, dt, t_end, substeps=1, on_window=()):
+def couple(solid, grains, mapping, *, dt, t_end, substeps=1, on_window=(), v_before=None):
     """Advance both partitions to ``t_end`` [s] in windows of ``dt`` [s] of one MPM step and ``substeps`` DEM steps.
 
     In each window the DEM goes first, with the wall carried on at the interface's velocity; its mean force then drives
     the MPM (momentum is exact: force times window is the impulse). ``on_window`` are called with each ``Window``.
+
+    A run that stopped goes on bit for bit from the states of both partitions and from ``v_before``, the velocity of
+    the interface [m/s] one window earlier (``v_start`` of the last window). FloatingPointError when a number is lost.
     """
-    count = count_windows(t_end, dt, substeps)
+    start = solid.time
+    count = count_windows(t_end, dt, substeps, start)
     if abs(substeps * grains.dt - dt) > 1e-9 * dt:
         raise ValueError(f"{substeps} substeps of the DEM's {grains.dt} s do not make a window of {dt} s: make them fit")
     x, v = solid.surface()
-    v_old = v
+    v_old = v if v_before is None else v_before
     for number in range(1, count + 1):
-        start = perf_counter()
+        begin = perf_counter()
         wall_x, wall_v = mapping.motion(x, v + 0.5 * (v - v_old))  # the mean velocity to come, extrapolated
         mapped = perf_counter()
-        wall_force = grains.advance(substeps, wall_x, wall_v)
+        wall_force, particles = grains.advance(substeps, wall_x, wall_v), grains.particles()
+        time = start + number * dt
+        _check(number, time, force_on_the_wall=wall_force, position_of_a_particle=particles["x"],
+               velocity_of_a_particle=particles["v"])
         solved = perf_counter()
         force = mapping.force(wall_force)
         back = perf_counter()
         x_old, v_old, (x, v) = x, v, solid.advance(dt, force)
-        seconds = {"DEM": solved - mapped, "mapping": mapped - start + back - solved, "MPM": perf_counter() - back}
-        window = Window(number, number * dt, dt, wall_x, wall_v, wall_force, force, x - x_old, seconds)
+        _check(number, time, position_of_the_interface=x, velocity_of_the_interface=v)
+        seconds = {"DEM": solved - mapped, "mapping": mapped - begin + back - solved, "MPM": perf_counter() - back}
+        window = Window(number, time, dt, wall_x, wall_v, wall_force, force, x - x_old, x, v, v_old, particles, seconds)
         for report in on_window:
             report(window)
+
+
+def _check(number, time, **quantities):
+    """FloatingPointError naming the first array that holds NaN or infinity."""
+    if np.isfinite(sum(values.sum() for values in quantities.values())):
+        return
+    lost = next((name for name, values in quantities.items() if not np.isfinite(values).all()), None)
+    if lost:
+        raise FloatingPointError(f"the {lost.replace('_', ' ')} is not a finite number in window {number}, which ends at "
+                                 f"t = {time:.6g} s: take a smaller dt or more substeps")

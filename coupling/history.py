@@ -8,47 +8,52 @@ import numpy as np
 class History:
     """Rows of named numbers, written as they come, so that a run that fails leaves what it had.
 
-    path: the CSV file, or None to keep rows in memory only; units: name → unit, in the order of the columns; notes:
+    path: the CSV file, or None to keep rows in memory only; columns: name → (unit, meaning), in their order; notes:
     lines for the head of the file. Give a path on rank 0 only.
     """
 
-    def __init__(self, path, units, notes=()):
-        self.units, self.rows = dict(units), []
+    def __init__(self, path, columns, notes=()):
+        self.columns, self.rows = dict(columns), []
         self._file = None if path is None else open(path, "w", encoding="utf-8")
         self._flushed = time.monotonic()
         if self._file:
-            for note in notes:
-                self._file.write(f"# {note}\n")
-            self._file.write("# units: " + ", ".join(f"{n} [{u}]" for n, u in self.units.items()) + "\n")
-            self._file.write(",".join(self.units) + "\n")
+            notes = [*notes, *(f"{name} [{unit}]: {meaning}" for name, (unit, meaning) in self.columns.items())]
+            self._file.writelines(f"# {' '.join(note.split())}\n" for note in notes)
+            self._file.write(",".join(self.columns) + "\n")
             self._file.flush()
 
     def add(self, row):
         """Append one row, name → number; the names are those of the columns."""
-        values = [row[name] for name in self.units]
+        values = [row[name] for name in self.columns]
         self.rows.append(values)
         if self._file:
-            self._file.write(",".join(f"{value:.12g}" for value in values) + "\n")
+            self._file.write(",".join(f"{value:.15g}" for value in values) + "\n")
             if time.monotonic() - self._flushed > 0.5:
                 self._file.flush()
                 self._flushed = time.monotonic()
 
     def __getitem__(self, name):
         """Column as an array, shape (rows,)."""
-        return np.array(self.rows, float).reshape(-1, len(self.units))[:, list(self.units).index(name)]
+        return np.array(self.rows, float).reshape(-1, len(self.columns))[:, list(self.columns).index(name)]
 
     def __len__(self):
         return len(self.rows)
 
     def close(self):
+        """Write what is left; rows stay in memory."""
         if self._file:
             self._file.close()
             self._file = None
 
 
 def read(path):
-    """Columns of a history.csv as name → array, shape (rows,)."""
-    lines = [line for line in Path(path).read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
-    names, rows = lines[0].split(","), [line.split(",") for line in lines[1:]]
-    values = np.array([row for row in rows if len(row) == len(names)], float).reshape(-1, len(names))
-    return dict(zip(names, values.T))
+    """Columns of a history.csv as name → array, shape (rows,). A last line that was not written to its end is left out.
+    ValueError when the file has no header yet."""
+    whole, _, _ = Path(path).read_text(encoding="utf-8").rpartition("\n")
+    lines = [line for line in whole.split("\n") if line and not line.startswith("#")]
+    if not lines:
+        raise ValueError(f"{path} has no line with the names of its columns: it is not a history, or the run ended "
+                         "before its first window")
+    names = lines[0].split(",")
+    rows = np.array([line.split(",") for line in lines[1:]], float).reshape(-1, len(names))
+    return dict(zip(names, rows.T))

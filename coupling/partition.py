@@ -1,7 +1,7 @@
-"""What the loop needs of its two partitions: arrays, shapes and units, written down once.
+"""What the coupling needs of its two partitions: arrays, shapes and units, written down once.
 
 Both are matched by structure, so that neither solver package is imported here. n: interface points of the solid, m: wall
-nodes of the grains, dim: 2 or 3. All arrays are the same on every rank, and every method is collective.
+nodes of the grains, p: particles, dim: 2 or 3. All arrays are the same on every rank, and every method is collective.
 """
 from typing import Protocol, Tuple
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 class Solid(Protocol):
-    """The continuum: takes forces, answers with motion (eq. 26)."""
+    """The continuum as the loop sees it: takes forces, answers with motion (eq. 26)."""
 
     time: float  # [s]
 
@@ -25,7 +25,7 @@ class Solid(Protocol):
 
 
 class Grains(Protocol):
-    """The discrete elements: take motion, answer with forces (eq. 25)."""
+    """The discrete elements as the loop sees them: take motion, answer with forces (eq. 25)."""
 
     dt: float  # inner step [s]
 
@@ -33,6 +33,37 @@ class Grains(Protocol):
         """Advance ``steps`` inner steps while wall node i moves along x_i + v_i t [m], shape (m, dim); returns the mean
         force on the wall nodes [N], shape (m, dim): impulse / (steps dt)."""
 
+    def particles(self) -> np.ndarray:
+        """Structured array with at least ``x`` [m] and ``v`` [m/s], shape (p, dim or 3), and ``mass`` [kg], (p,)."""
+
     def get_state(self) -> dict: ...
 
     def set_state(self, state: dict) -> None: ...
+
+
+class BookedSolid(Solid, Protocol):
+    """What the ledger and the record of a case ask besides."""
+
+    applied: np.ndarray  # sum of the interface forces that arrived in the last step [N], shape (dim,)
+    iterations: int  # of Newton's method in the last step
+    phases: dict  # name of a phase of the step → seconds spent in it so far
+    count: int  # material points in all
+
+    def energy(self) -> dict:
+        """Kinds of energy now [J], name → number."""
+
+    def snapshot(self) -> dict:
+        """For ParaView: name → (positions, {cell type: connectivity}, data); "interface" is among them."""
+
+    def unused_options(self) -> list:
+        """Options of the command line that nobody asked for."""
+
+
+class BookedGrains(Grains, Protocol):
+    """What the ledger and the record of a case ask besides. ``scene.wall`` has ``nodes`` [m], shape (m, dim), and
+    ``elements``, shape (k, dim)."""
+
+    scene: object
+
+    def energy(self) -> dict:
+        """Kinds of energy now [J], name → number."""

@@ -1,47 +1,64 @@
 """What a case leaves in its folder: history.csv, report.json, ParaView files; and on the terminal: progress, summary."""
 import sys
+import warnings
 from pathlib import Path
-from time import perf_counter
 
+import numpy as np
 from mpi4py import MPI
 from tqdm import tqdm
 
-from . import STARTED, report
-from .balance import UNITS, Ledger
+from . import balance, report
 from .history import History
 from .paraview import Series
 
 
 class Record:
-    """Observer of a coupled run.
+    """Observer of a coupled run: ``with Record(…) as record: couple(…, on_window=[record]); record.finish(…)``.
 
-    case, parameters: name and keyword arguments of the run; out: folder; columns: name → (unit, function of the
-    ``Window``) of the case's own quantities; gravity: vertical component on the particles [m/s^2]; paraview: every how
-    many windows the state is written, 0 for never; label: goes into the file names when a case runs more than once.
-    Collective; files are written by rank 0.
+    case, parameters: name and keyword arguments of the run; out: folder; columns: name → (unit, meaning, function of
+    the ``Window``) of the case's own quantities; gravity: vertical component on the particles [m/s^2]; paraview: every
+    how many windows the state is written, 0 for never; label: goes into the file names when a case runs more than once.
+    Collective; files are written by rank 0. An error inside leaves the history so far and a report that names it.
+    Raises ValueError for a negative ``paraview`` and OSError when ``out`` cannot be written.
     """
 
     def __init__(self, case, parameters, out, solid, grains, *, windows, columns, gravity=0.0, paraview=0, label=""):
-        self.solid, self.grains = solid, grains
+        if paraview < 0:
+            raise ValueError(f"paraview is {paraview}: give the number of windows from file to file, or 0 for none")
+        self.solid, self.grains, self.out = solid, grains, Path(out)
         self._case, self._parameters, self._columns = case, parameters, columns
-        self._first = MPI.COMM_WORLD.rank == 0
-        self.out = Path(out)
-        if self._first:
-            self.out.mkdir(parents=True, exist_ok=True)
-        self._suffix = f"_{label}" if label else ""
-        self._ledger = Ledger(solid, grains, gravity)
-        units = {"time": "s", **{name: unit for name, (unit, _) in columns.items()}, "newton": "1", **UNITS}
-        self.history = History(self.out / f"history{self._suffix}.csv" if self._first else None, units,
-                               [case, " ".join(f"{k}={v}" for k, v in parameters.items())])
+        self._first, self._suffix = MPI.COMM_WORLD.rank == 0, f"_{label}" if label else ""
+        self._ledger, self._newton = balance.Ledger(solid, grains, gravity), 0
         self._every, self._series = paraview, {}
+        self._open({"time": ("s", "end of the window"),
+                    **{name: (unit, meaning) for name, (unit, meaning, _) in columns.items()},
+                    "newton": ("1", "Newton iterations of the MPM"), **balance.COLUMNS})
         self._bar = tqdm(total=windows, disable=not (self._first and sys.stderr.isatty()), leave=False,
                          bar_format="{desc} {percentage:3.0f}%|{bar}| {elapsed} gone, {remaining} to go")
-        self._windows, self._newton = windows, 0
-        self._paraview(0.0, None)
-        self._timing = report.Timing(solid)
+
+    def _open(self, columns):
+        """Folder and history; rank 0 tells the others when that fails."""
+        path, notes, problem = None, [], None
+        if self._first:
+            path = self.out / f"history{self._suffix}.csv"
+            notes = [self._case, " ".join(f"{k}={v}" for k, v in self._parameters.items())]
+        try:
+            if self._first:
+                self.out.mkdir(parents=True, exist_ok=True)
+            self.history = History(path, columns, notes)
+        except OSError as error:
+            problem = f"out={self.out} cannot be written ({error.strerror}): choose another folder"
+        problem = MPI.COMM_WORLD.bcast(problem)
+        if problem:
+            raise OSError(problem)
+
+    def __enter__(self):
+        self._paraview(self.solid.time, None)
+        self._timing = report.Timing(self.solid)
+        return self
 
     def __call__(self, window):
-        self.history.add({"time": window.time, **{name: of(window) for name, (_, of) in self._columns.items()},
+        self.history.add({"time": window.time, **{name: of(window) for name, (_, _, of) in self._columns.items()},
                           "newton": self.solid.iterations, **self._ledger(window)})
         self._newton += self.solid.iterations
         if self._every and window.number % self._every == 0:
@@ -52,66 +69,59 @@ class Record:
         self._timing(window)
 
     def _paraview(self, time, window):
-        """Points, grid, wall and particles at one time."""
+        """Points, grid, interface, wall and particles at one time."""
         if not self._every:
             return
         parts = self.solid.snapshot()  # collective
-        particles = self.grains.particles()
+        particles, wall = self.grains.particles(), self.grains.scene.wall
         if not self._first:
             return
+        kind = {2: "line", 3: "triangle"}[np.shape(wall.elements)[1]]
         parts["particles"] = (particles["x"], {"vertex": [[i] for i in range(len(particles))]},
                               {name: particles[name] for name in ("radius", "v", "omega", "mass")})
+        x, v, force = wall.nodes, np.zeros_like(wall.nodes), np.zeros_like(wall.nodes)
         if window is not None:
-            x, cells, data = parts["interface"]
-            parts["interface"] = x, cells, {**data, "force": window.force}
+            x, v, force = window.wall_x + window.dt * window.wall_v, window.wall_v, window.wall_force
+        parts["wall"] = x, {kind: wall.elements}, {"velocity": v, "force": force}
         for name, (x, cells, data) in parts.items():
             self._series.setdefault(name, Series(self.out, name + self._suffix)).add(time, x, cells, data)
 
-    def __enter__(self):
-        return self
-
     def __exit__(self, kind, error, trace):
-        self.close()
-        if kind is not None:
-            self._write_report({"error": f"{kind.__name__}: {error}"})
-
-    def close(self):
-        """End progress bar and history; what is written is complete up to the last window."""
         self._bar.close()
         self.history.close()
+        if kind is not None:  # perhaps on this rank only: no collective calls
+            self._write_report([report.peak_mb()], {"errors": {}, "error": f"{kind.__name__}: {error}"})
+        self._timing.end()
 
     def finish(self, errors, draw=None):
         """Write report.json with ``errors`` (name → number), the figure by ``draw(path)``, and five lines to the
-        terminal; returns the report."""
-        entries = self._write_report({"errors": errors})
-        unused = self.solid.unused_options()
+        terminal; returns the report. Call it last inside the ``with``."""
+        self._bar.close()
+        for option in self.solid.unused_options():
+            warnings.warn(f"nobody used the option {option}: is it spelt right?", stacklevel=2)
+        figure = self.out / f"{self._case}{self._suffix}.png"
+        if draw is not None and self._first:
+            draw(figure)
+        entries = self._write_report(MPI.COMM_WORLD.allgather(report.peak_mb()), {"errors": errors})
         if self._first:
-            figure = self.out / f"{self._case}{self._suffix}.png"
-            if draw is not None:
-                draw(figure)
-            for option in unused:
-                print(f"warning: nobody used the option {option}", file=sys.stderr)
             print("\n".join(self._summary(entries, figure)), flush=True)
         return entries
 
-    def _write_report(self, more):
+    def _write_report(self, peaks, more):
         windows = len(self.history)
-        peaks = MPI.COMM_WORLD.gather(report.peak_mb())
         entries = {"case": self._case, "parameters": self._parameters, "versions": report.versions(),
                    "ranks": MPI.COMM_WORLD.size, "points": self.solid.count, "windows": windows,
-                   "substeps": self._parameters.get("substeps", 1), "wall_s": round(perf_counter() - STARTED, 3),
-                   "startup_s": round(self._timing.startup, 3), **self._timing.figures(),
-                   "newton_mean": self._newton / max(windows, 1), "coupling_mean": 1.0, "peak_mb": peaks,
-                   "errors": {}, **more}
+                   "substeps": self._parameters.get("substeps", 1), **self._timing.figures(),
+                   "newton_mean": self._newton / max(windows, 1), "coupling_mean": 1.0, "peak_mb": peaks, **more}
         if self._first:
             report.write(self.out / f"report{self._suffix}.json", entries)
         return entries
 
     def _summary(self, entries, figure):
         phases = ", ".join(f"{name} {ms:.2f}" for name, ms in entries["phases_ms"].items() if ms >= 0.005)
-        total = sum(self._timing.windows)
         return [f"{self._case}: {entries['points']} points, {entries['windows']} windows of {entries['substeps']} DEM "
-                f"steps, {entries['ranks']} rank(s): {total:.2f} s (and {entries['startup_s']:.2f} s to start)",
+                f"steps, {entries['ranks']} rank(s): {sum(self._timing.windows):.2f} s (and {entries['startup_s']:.2f} s "
+                "to start)",
                 f"window {entries['window_ms']['median']:.2f} ms (median): {phases}",
                 "errors: " + ", ".join(f"{name} {value:.3g}" for name, value in entries["errors"].items()),
                 f"Newton iterations {entries['newton_mean']:.2f} per window, energy "

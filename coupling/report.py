@@ -2,52 +2,61 @@
 import json
 import platform
 import resource
+import sys
 from time import perf_counter
 
 import numpy as np
 
 from . import STARTED
 
+MODULES = ("numpy", "scipy", "numba", "mpi4py", "petsc4py", "dolfinx")
+
 
 class Timing:
-    """Seconds per window and phase. Call it at the end of each window."""
+    """Seconds per window and phase. Make it before the first window, call it at the end of each."""
+
+    began = STARTED  # of this run: the first one includes the import, a later one starts where the last one ended
 
     def __init__(self, solid):
         self._solid, self._last = solid, perf_counter()
-        self.startup = self._last - STARTED
         self._before = dict(solid.phases)
+        self.startup = self._last - self.began
         self.windows, self.phases = [], []
 
     def __call__(self, window):
-        now = perf_counter()
         phases = {name: total - self._before[name] for name, total in self._solid.phases.items()}
         phases |= {"DEM": window.seconds["DEM"], "mapping": window.seconds["mapping"]}
-        phases["output"] = now - self._last - sum(window.seconds.values())
         phases["rest"] = window.seconds["MPM"] - sum(phases[name] for name in self._before)
+        now = perf_counter()
+        phases["output"] = now - self._last - sum(window.seconds.values())
         self.phases.append(phases)
         self.windows.append(now - self._last)
         self._before, self._last = dict(self._solid.phases), now
 
+    def total(self):
+        """Seconds of this run so far."""
+        return perf_counter() - self.began
+
     def figures(self):
         """The entries of report.json that are times."""
-        if not self.windows:
-            return {"window_ms": None, "phases_ms": {}}
-        ms = 1e3 * np.array(self.windows)
-        return {"window_ms": {"median": round(float(np.median(ms)), 4), "p90": round(float(np.quantile(ms, 0.9)), 4)},
-                "phases_ms": {name: round(1e3 * float(np.median([p[name] for p in self.phases])), 4)
-                              for name in self.phases[0]}}
+        times = {"wall_s": round(self.total(), 3), "startup_s": round(self.startup, 3), "window_ms": None,
+                 "phases_ms": {}}
+        if self.windows:
+            ms = 1e3 * np.array(self.windows)
+            times["window_ms"] = {"median": round(float(np.median(ms)), 4), "p90": round(float(np.quantile(ms, 0.9)), 4)}
+            times["phases_ms"] = {name: round(1e3 * float(np.median([p[name] for p in self.phases])), 4)
+                                  for name in self.phases[0]}
+        return times
+
+    def end(self):
+        """The next run of this process starts now."""
+        Timing.began = perf_counter()
 
 
 def versions():
-    """Versions of what the run stands on."""
-    import dolfinx
-    import numba
-    from mpi4py import MPI
-    from petsc4py import PETSc
-
-    return {"python": platform.python_version(), "numpy": np.__version__, "numba": numba.__version__,
-            "dolfinx": dolfinx.__version__, "petsc": ".".join(map(str, PETSc.Sys.getVersion())),
-            "mpi": MPI.Get_library_version().split(",")[0].strip("\x00 \n")}
+    """Versions of what the run stands on, of the modules that are loaded."""
+    loaded = {name: sys.modules[name].__version__ for name in MODULES if name in sys.modules}
+    return {"python": platform.python_version(), **loaded}
 
 
 def peak_mb():
@@ -63,5 +72,6 @@ def write(path, entries):
 
 
 def relative_l2(values, reference):
-    """Relative L2 difference of two curves on the same, evenly spaced times."""
-    return float(np.linalg.norm(np.asarray(values) - reference) / np.linalg.norm(reference))
+    """Relative L2 difference of two curves on the same, evenly spaced times; the difference itself where the reference
+    is zero throughout."""
+    return float(np.linalg.norm(np.asarray(values) - reference) / (np.linalg.norm(reference) or 1.0))

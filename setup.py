@@ -1,13 +1,14 @@
 """Compile the LIGGGHTS shim, if LIGGGHTS is there: without it the package is complete but for dem=liggghts."""
 import os
 import subprocess
+import zlib
 from pathlib import Path
 
 from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 
 HEADERS = os.environ.get("LIGGGHTS_INCLUDE", "/usr/include/liggghts")
-SHIM = "dem_liggghts/shim/"
+SHIM = [f"dem_liggghts/shim/{name}" for name in ("geometry.h", "shim.cpp", "wall.h")]
 MODELS = "surface", "normal", "tangential", "cohesion", "rolling"  # their generated headers are not in the package
 
 
@@ -22,10 +23,10 @@ def shim():
         return without("mpicxx of Open MPI is missing (apt install libopenmpi-dev)")
     if not Path(HEADERS, "lammps.h").exists():
         return without(f"no LIGGGHTS headers in {HEADERS} (apt install libliggghts-dev)")
-    return [Extension("dem_liggghts.libdemshim", [SHIM + "shim.cpp"], depends=[SHIM + "wall.h", SHIM + "geometry.h"],
-                      libraries=["liggghts"], optional=True,
-                      extra_compile_args=["-std=c++14", "-O2", "-g0", "-isystem", HEADERS, *compile_flags],
-                      extra_link_args=link_flags)]
+    source = zlib.crc32(b"".join(Path(name).read_bytes() for name in SHIM))  # liggghts.py recognises an old shim by it
+    return [Extension("dem_liggghts.libdemshim", SHIM[1:2], depends=SHIM, libraries=["liggghts"], optional=True,
+                      define_macros=[("SHIM_SOURCE", f"{source}u")], extra_link_args=link_flags,
+                      extra_compile_args=["-std=c++14", "-O2", "-g0", "-isystem", HEADERS, *compile_flags])]
 
 
 def without(reason):

@@ -1,6 +1,7 @@
 """The LIGGGHTS back end: Debian's libliggghts in this process, through the project's own shim (``shim/wall.cpp``)."""
 import ctypes
 import os
+import zlib
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -14,6 +15,7 @@ from .protocol import PARTICLE
 from .script import commands
 
 SHIM = Path(__file__).with_name("libdemshim.so")
+SOURCE = Path(__file__).with_name("shim")  # there when the package is used from its source tree
 ARGUMENTS = ("liggghts", "-screen", "/dev/null", "-log", "none", "-nocite")  # with "-screen none" it may crash
 
 _Comm = ctypes.c_void_p if MPI._sizeof(MPI.Comm) == ctypes.sizeof(ctypes.c_void_p) else ctypes.c_int
@@ -52,7 +54,11 @@ def load(path):
             "LIGGGHTS is not available: install it with `apt install liggghts libliggghts-dev libopenmpi-dev` and "
             "reinstall this package to compile its shim, or use dem=reference, which works without "
             f"({error})") from None
-    library.dem_last_error.restype = ctypes.c_char_p
+    library.dem_last_error.restype, library.dem_source.restype = ctypes.c_char_p, ctypes.c_uint
+    source = [file.read_bytes() for file in sorted(SOURCE.glob("*")) if file.suffix in (".cpp", ".h")]
+    if source and library.dem_source() != zlib.crc32(b"".join(source)):
+        raise MissingLiggghts(f"the LIGGGHTS shim {path} is older than its source: reinstall this package to compile "
+                              "it, or use dem=reference, which works without")
     for name, arguments in _SIGNATURES.items():
         getattr(library, name).argtypes = arguments
     return library

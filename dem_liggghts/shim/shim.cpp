@@ -149,6 +149,8 @@ static void unpack_particles(LAMMPS *lmp, int count, double *records)
 extern "C" {
 const char *dem_last_error() { return last_error.c_str(); }
 
+unsigned dem_source() { return SHIM_SOURCE; }  // checksum of the source this was compiled from
+
 int dem_open(int argc, char **argv, MPI_Comm comm, void **out)
 {
     return guarded([&] {

@@ -113,7 +113,7 @@ private:
     bool stale_ = true;
     std::vector<Element> elements_;
     std::vector<Vec> x_listed_;           // nodes at the end of the window in which the lists were made
-    std::vector<int> loaded_;             // nodes with a force, perhaps more than once
+    std::vector<int> loaded_;             // nodes with a force
     std::vector<std::vector<int>> near_;  // elements near each particle
     std::vector<Contact> contacts_;       // of one particle
     std::vector<double> old_springs_;

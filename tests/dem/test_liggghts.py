@@ -80,6 +80,13 @@ def test_missing_shim_names_package_and_way_out(monkeypatch, tmp_path):
     assert push(open_dem("reference", scene(), STEP), 1).shape == (1, 21, 2)
 
 
+def test_shim_older_than_its_source_is_refused(monkeypatch, tmp_path):
+    (tmp_path / "shim.cpp").write_text("// edited")
+    monkeypatch.setattr(liggghts, "SOURCE", tmp_path)
+    with pytest.raises(liggghts.MissingLiggghts, match="older than its source: reinstall"):
+        liggghts.load.__wrapped__(liggghts.SHIM)
+
+
 @pytest.mark.parametrize("E", [2.16e11, 1e6, 1e4])
 def test_stiffness_beyond_the_limits_of_liggghts(start, E):
     dt = 1e-8 if E > 1e9 else STEP

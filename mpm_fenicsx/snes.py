@@ -6,7 +6,7 @@ Defaults are set on the objects before ``setFromOptions``, so the command line a
     cholesky (CHOLMOD on one rank, MUMPS on several)
 
 The tangent is kept until the caller has a reason for a new one (``-mpm_snes_lag_jacobian 1`` makes it anew in every
-Newton iteration, 2 in every second one, …).
+Newton iteration, 2 in every second one, …). A step that fails with the kept tangent is tried again with new ones.
 """
 import sys
 
@@ -22,8 +22,8 @@ REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items
 ADVICE = {
     "DIVERGED_FNORM_NAN": "the residual is not a number: take a smaller dt, or a law that bears the deformation",
     "DIVERGED_LINEAR_SOLVE": "the linear solver failed: try -mpm_pc_type lu",
-    "DIVERGED_LINE_SEARCH": "the line search found no descent: try -mpm_snes_lag_jacobian 1 or a smaller dt",
-    "DIVERGED_MAX_IT": "too many iterations: try -mpm_snes_lag_jacobian 1, a smaller dt, or -mpm_snes_max_it 100",
+    "DIVERGED_LINE_SEARCH": "the line search found no descent: try a smaller dt or -mpm_snes_linesearch_type basic",
+    "DIVERGED_MAX_IT": "too many iterations: try a smaller dt, -mpm_snes_linesearch_type basic, or -mpm_snes_max_it 100",
 }
 
 
@@ -57,7 +57,7 @@ class Newton:
             ksp.getPC().setFactorSolverType("cholmod" if cover.comm.size == 1
                                             and options.getString("pc_type", "cholesky") == "cholesky" else "mumps")
         snes.setFromOptions()
-        self._user_atol = options.hasName("snes_atol")
+        self._user_atol, self._user_lag = options.hasName("snes_atol"), options.hasName("snes_lag_jacobian")
         ksp.setOperators(cover.matrix)
         r.destroy()  # the SNES holds its own reference
 
@@ -83,19 +83,27 @@ class Newton:
         """
         if not self._user_atol:
             self.snes.setTolerances(atol=atol)
+        reason, iterations = self._run(guess)
+        if reason < 0 and not self._user_lag:  # a body that turns leaves the kept tangent behind
+            compat.set_lag_jacobian(self.snes, 1)
+            reason, more = self._run(guess)
+            compat.set_lag_jacobian(self.snes, KEEP)
+            iterations += more
+        if reason < 0:
+            name = REASONS.get(reason, str(reason))
+            advice = ADVICE.get(name, "try a smaller dt or -mpm_snes_linesearch_type basic")
+            raise MPMDiverged(f"Newton's method diverged in {when} after {iterations} iterations with residual "
+                              f"{self.snes.getFunctionNorm():.3g} N ({name}): {advice}")
+        return self.u.array_r.reshape(self._shape).copy(), iterations
+
+    def _run(self, guess):
+        """Reason and number of iterations of one attempt."""
         self.u.array_w[:] = guess.ravel()
         self.snes.solve(None, self.u)
         if self._failure is not None:
             failure, self._failure = self._failure, None
             raise failure
-        reason = self.snes.getConvergedReason()
-        iterations = self.snes.getIterationNumber()
-        if reason < 0:
-            name = REASONS.get(reason, str(reason))
-            advice = ADVICE.get(name, "try -mpm_snes_lag_jacobian 1 or a smaller dt")
-            raise MPMDiverged(f"Newton's method diverged in {when} after {iterations} iterations with residual "
-                              f"{self.snes.getFunctionNorm():.3g} N ({name}): {advice}")
-        return self.u.array_r.reshape(self._shape).copy(), iterations
+        return self.snes.getConvergedReason(), self.snes.getIterationNumber()
 
     def destroy(self):
         """Free the SNES: petsc4py does not break the cycle through the callbacks by itself."""

@@ -8,7 +8,7 @@ petsc4py.init(sys.argv)  # before dolfinx is imported: afterwards PETSc no longe
 from .errors import MPMDiverged, MPMError  # noqa: E402
 from .laws import LAWS, linear, neo_hooke  # noqa: E402
 from .mpm import MPM  # noqa: E402
-from .scene import Body, Box, Grid, Interface, Support  # noqa: E402
+from .scene import Body, Box, Grid, Interface, MeshGrid, Support  # noqa: E402
 
-__all__ = ["MPM", "Body", "Box", "Grid", "Interface", "LAWS", "MPMDiverged", "MPMError", "Support", "linear",
+__all__ = ["MPM", "Body", "Box", "Grid", "Interface", "LAWS", "MPMDiverged", "MPMError", "MeshGrid", "Support", "linear",
            "neo_hooke"]

@@ -5,8 +5,9 @@ from mpi4py import MPI
 from . import output
 from .boundary import Supports
 from .errors import MPMError
-from .grid import Background, settle
+from .grid import Background
 from .kernels import compile_kernels
+from .migrate import Router
 from .points import Points, seed
 from .snes import unused_options
 from .step import PHASES, Step
@@ -16,15 +17,20 @@ class MPM:
     """A body on a background grid.
 
     supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry loads and follow the
-    motion; gravity: [m/s^2], shape (dim,); inertia: "consistent" (eq. 11) or "lumped". ``phases`` sums the seconds
+    motion; gravity: [m/s^2], shape (dim,); inertia: "consistent" (eq. 11) or "lumped"; rebalance: imbalance of material
+    points over the ranks from which the grid is partitioned anew. ``phases`` sums the seconds
     spent per phase, ``iterations`` is the number of Newton iterations of the last step, ``count`` the number of material
     points in all. Everything is collective.
+
+    ``balance`` lists the times that happened: (step, imbalance before, after).
 
     Raises ValueError for a scene that cannot be run, MPMError and MPMDiverged when a step fails.
     """
 
+    balance_every = 50  # steps between two looks at the balance
+
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
-                 comm=MPI.COMM_WORLD):
+                 rebalance=1.2, comm=MPI.COMM_WORLD):
         if inertia not in ("consistent", "lumped"):
             raise ValueError(f"inertia is {inertia!r}: choose consistent or lumped")
         self.comm, self.dim, self.grid, self.body, self.interface = comm, grid.box.dim, grid, body, interface
@@ -33,13 +39,12 @@ class MPM:
         self.phases = dict.fromkeys(PHASES, 0.0)
         x, volume = seed(body)
         self._check_inside(x, "the body reaches out of the grid: a material point")
-        self.background = Background(grid, comm, x)
-        self.supports = Supports(supports, self.background.x)
+        self._support_scene, self.rebalance, self.balance = tuple(supports), rebalance, []
+        self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent = inertia == "consistent"
         self.kernels = compile_kernels(body, self.background.cells.shape[1], self._consistent)
         self._make_points(x, volume)
         self._make_boundary()
-        self.step = None
         self._search()
 
     # ---------------------------------------------------------------- set-up
@@ -54,8 +59,12 @@ class MPM:
         given = self.body.velocity
         return np.array(given(x) if callable(given) else np.broadcast_to(given, x.shape), float)
 
-    def _mine(self, x):
-        return self.background.owner_of[self.background.find(x)] == self.comm.rank
+    def _keep_mine(self, points):
+        """Of points seeded alike on every rank, keep those in cells of this rank."""
+        rank, number = self.background.search.assign(points.x)
+        mine = rank == self.comm.rank
+        points.take(mine)
+        points.cell[:] = self.background.search.local(number[mine])
 
     def _make_points(self, x, volume):
         n, body = len(x), self.body
@@ -65,7 +74,7 @@ class MPM:
             mass=body.rho * volume, V0=volume, F=np.tile(np.eye(self.dim), (n, 1, 1)), F33=np.ones(n),
             state=np.zeros(n, body.law.state))
         self.count = n
-        self.points.take(self._mine(x))
+        self._keep_mine(self.points)
 
     def _make_boundary(self):
         x = np.zeros((0, self.dim)) if self.interface is None else np.array(self.interface.x, float)
@@ -74,7 +83,7 @@ class MPM:
         self.boundary = Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=self._velocity_at(x),
                                a=np.tile(self.gravity, (n, 1)), force=np.zeros((n, self.dim)))
         self._boundary_count = n
-        self.boundary.take(self._mine(x))
+        self._keep_mine(self.boundary)
 
     # ---------------------------------------------------------------- one step
 
@@ -88,6 +97,8 @@ class MPM:
             raise MPMError(f"the force on boundary particle {np.argwhere(~np.isfinite(force))[0][0]} is not a number "
                            f"at t = {self.time:.6g} s: look at the grains that sent it")
         self.step.restart_clock()
+        if self.comm.size > 1 and self.steps and self.steps % self.balance_every == 0:
+            self._rebalance()
         self._search()
         self.step.begin(dt, self.time, force[self.boundary.gid])
         u, self.iterations = self.step.solve(f"step {self.steps + 1}, t = {self.time + dt:.6g} s")
@@ -103,25 +114,28 @@ class MPM:
 
     def _search(self):
         """Phase I: cell of every point; points travel to the rank of their cell; the cover follows them."""
-        travelled = uncovered = 0
-        for points in (self.points, self.boundary):
-            outside, moved, bare = self._settle(points)
-            self._raise_if_outside(points, outside)
-            if self.comm.allreduce(moved, MPI.MAX):
-                points.migrate(self.comm, self.background.owner_of[self.background.find(points.x)])
-                _, _, bare = self._settle(points)
-                travelled = 1
-            uncovered |= bare
-        if self.comm.allreduce(uncovered, MPI.MAX):
+        search, slot = self.background.search, self._no_slot if self.step is None else self.step.cover.slot
+        sets = (self.points, self.boundary)
+        away, bare = np.array([search.settle(points, slot) for points in sets]).T
+        flags = self._any([*away, bare.max()])
+        for points, somebody in zip(sets, flags):
+            if somebody:
+                rank, number = search.destinations(points)
+                self._raise_if_outside(points, rank)
+                numbers = points.migrate(self._router, rank, number)
+                points.cell[:] = search.local(numbers)
+                flags[2] |= self._any([(slot[points.cell] < 0).any()])[0]
+        if flags[2]:
             self._make_step(np.unique(np.concatenate([self.points.cell, self.boundary.cell])))
-        elif travelled:
+        elif flags[:2].any():
             self.step.attach(self.points, self.boundary)
 
-    def _settle(self, points):
-        background = self.background
-        slot = np.full(len(background.cells), -1, np.int32) if self.step is None else self.step.cover.slot
-        return settle(background.find(points.x), background.owner_of, background.local_of, slot, self.comm.rank,
-                      points.cell)
+    def _any(self, flags):
+        """Which of the ``flags`` is set on any rank."""
+        flags = np.array(flags, np.int32)
+        if self.comm.size > 1:
+            self.comm.Allreduce(MPI.IN_PLACE, flags, MPI.MAX)
+        return flags
 
     def _make_step(self, filled):
         if self.step is not None:
@@ -130,15 +144,45 @@ class MPM:
                          self._consistent, self.phases)
         self.step.attach(self.points, self.boundary)
 
-    def _raise_if_outside(self, points, outside):
+    def _raise_if_outside(self, points, rank):
         """Name the first point that left the grid, on all ranks alike."""
-        if self.comm.allreduce(outside, MPI.MAX) < 0:
+        outside = np.flatnonzero(rank < 0)[:1]
+        found = [(int(points.gid[p]), points.x[p].tolist()) for p in outside]
+        found = sum(self.comm.allgather(found), [])
+        if found:
+            number, x = min(found)
+            kind = "material point" if points is self.points else "boundary particle"
+            raise MPMError(f"{kind} {number} left the grid at x = {x} m, t = {self.time:.6g} s: enlarge the grid, or "
+                           "look for the cause in an unstable step")
+
+    def imbalance(self):
+        """Most material points on one rank over the mean."""
+        return self.comm.allreduce(len(self.points), MPI.MAX) * self.comm.size / self.count
+
+    def _rebalance(self):
+        """A new partition of the grid when the points have gathered on few ranks; they move with all they carry. It
+        costs a new mesh, so it is looked at only every ``balance_every`` steps."""
+        before = self.imbalance()
+        if before <= self.rebalance:
             return
-        mine = [] if outside < 0 else [(int(points.gid[outside]), points.x[outside].tolist())]
-        number, x = min(sum(self.comm.allgather(mine), []))
-        kind = "material point" if points is self.points else "boundary particle"
-        raise MPMError(f"{kind} {number} left the grid at x = {x} m, t = {self.time:.6g} s: enlarge the grid, or look "
-                       "for the cause in an unstable step")
+        self.step.destroy()
+        self._router.free()
+        self._lay_out(self.points.x)
+        for points in (self.points, self.boundary):
+            rank, number = self.background.search.relocate(points)
+            self._raise_if_outside(points, rank)
+            numbers = points.migrate(self._router, rank, number)
+            points.cell[:] = self.background.search.local(numbers)
+        self._make_step(np.unique(np.concatenate([self.points.cell, self.boundary.cell])))
+        self.balance.append((self.steps, before, self.imbalance()))
+
+    def _lay_out(self, filling):
+        """Background grid, supports and routes for points at ``filling`` [m], shape (n, dim)."""
+        self.background = Background(self.grid, self.comm, filling)
+        self.supports = Supports(self._support_scene, self.background.x)
+        self._router = Router(self.comm, self.background.neighbours)
+        self._no_slot = np.full(len(self.background.cells), -1, np.int32)
+        self.step = None
 
     # ---------------------------------------------------------------- what others ask
 

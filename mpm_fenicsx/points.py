@@ -54,22 +54,20 @@ class Points:
         self.__dict__.update({name: np.ascontiguousarray(getattr(self, name)[index]) for name in self.names})
 
     def record(self):
-        """dtype of one point with all its fields."""
+        """dtype of one point with all its fields, and ``number``, the cell it travels to."""
         arrays = [(name, getattr(self, name)) for name in self.names]
-        return np.dtype([(name, a.dtype, a.shape[1:]) for name, a in arrays])
+        return np.dtype([("number", np.int64)] + [(name, a.dtype, a.shape[1:]) for name, a in arrays])
 
-    def migrate(self, comm, rank):
-        """Send every point to its ``rank``, shape (n,), and keep the order by number. Collective."""
-        dtype = self.record()
-        leaving = rank != comm.rank
-        packed = np.empty(int(leaving.sum()), dtype)
+    def migrate(self, router, rank, number):
+        """Send points to their ``rank``, with the ``number`` of their cell, shape (n,) both; the order by gid stays.
+        Returns the numbers of the cells of all points then here. Collective."""
+        staying = rank == router.comm.rank
+        packed = np.empty(np.count_nonzero(~staying), self.record())
+        packed["number"] = number[~staying]
         for name in self.names:
-            packed[name] = getattr(self, name)[leaving]
-        packed = packed[np.lexsort((packed["gid"], rank[leaving]))]
-        counts = np.bincount(rank[leaving], minlength=comm.size)
-        arrived = comm.alltoall([part.tobytes() for part in np.split(packed, np.cumsum(counts)[:-1])])
-        arrived = np.frombuffer(b"".join(arrived), dtype)
-        keep = ~leaving
-        merged = {name: np.concatenate([getattr(self, name)[keep], arrived[name]]) for name in self.names}
-        order = np.argsort(merged["gid"], kind="stable")
-        self.__dict__.update({name: np.ascontiguousarray(values[order]) for name, values in merged.items()})
+            packed[name] = getattr(self, name)[~staying]
+        arrived = router.exchange(packed, rank[~staying])
+        place = np.searchsorted(self.gid[staying], arrived["gid"])
+        for name in self.names:
+            setattr(self, name, np.insert(getattr(self, name)[staying], place, arrived[name], axis=0))
+        return np.insert(number[staying], place, arrived["number"])

@@ -64,6 +64,34 @@ class Grid:
 
 
 @dataclass(frozen=True)
+class MeshGrid:
+    """Background grid given as a mesh: vertices [m], shape (n, dim), cells, shape (m, nodes), in dolfinx's order of
+    vertices; quadrilaterals must be parallelograms."""
+
+    vertices: np.ndarray
+    cells: np.ndarray
+    cell: str = "triangle"
+
+    def __post_init__(self):
+        vertices, cells = np.array(self.vertices, float), np.array(self.cells, np.int64)
+        if self.cell not in CELLS:
+            raise ValueError(f"cell is {self.cell!r}: choose one of {', '.join(CELLS)}")
+        wanted = {"triangle": 3, "quadrilateral": 4}[self.cell]
+        if vertices.ndim != 2 or vertices.shape[1] != 2 or cells.ndim != 2 or cells.shape[1] != wanted:
+            raise ValueError(f"a mesh of {self.cell} cells needs vertices of shape (n, 2) and cells of shape (m, "
+                             f"{wanted}), not {vertices.shape} and {cells.shape}")
+        if not 0 <= cells.min() <= cells.max() < len(vertices):
+            raise ValueError(f"the cells name vertices {cells.min()}..{cells.max()}, there are {len(vertices)}")
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "cells", cells)
+
+    @property
+    def box(self):
+        """Smallest box around the mesh."""
+        return Box(tuple(self.vertices.min(axis=0)), tuple(self.vertices.max(axis=0)))
+
+
+@dataclass(frozen=True)
 class Body:
     """A body: ``box`` divided into ``cells`` body cells with ``points`` material points each.
 

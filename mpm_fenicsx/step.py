@@ -1,5 +1,5 @@
 """One implicit step on one cover: nodal fields, loads, residual and tangent for the SNES (the paper's phases I to III)."""
-from time import perf_counter
+from time import perf_counter, time_ns
 
 import numpy as np
 from mpi4py import MPI
@@ -34,6 +34,7 @@ class Step:
         self._nodal, self._R = np.empty((nodes, 1 + 2 * self.dim)), np.empty((nodes, self.dim))
         self._load = np.empty((nodes, self.dim))
         self.tangent_is_valid, self.tangents, self.tangent_dt = False, 0, 0.0
+        self._tangent_made = 0  # [ns], tells one tangent from another
         self.idle_scale = self.stiffness2 = 0.0
         self._clock = perf_counter()
 
@@ -176,6 +177,7 @@ class Step:
         self.stiffness2 = float(np.sum(stiffness[~self._idle] ** 2))
         self.tangent_is_valid, self.tangent_dt = True, self.dt
         self.tangents += 1
+        self._tangent_made = time_ns()
         self.lap("tangent")
 
     # ---------------------------------------------------------------- phase III
@@ -197,7 +199,7 @@ class Step:
     def get_state(self):
         """Cover, active nodes and kept tangent as name → array copy."""
         state = dict(filled=self.filled.copy(), active=self.active.copy(),
-                     tangent=np.array([self.tangents, self.tangent_is_valid]))
+                     tangent=np.array([self._tangent_made, self.tangent_is_valid]))
         if self.tangent_is_valid:
             state.update(matrix=self.cover.values.copy(),
                          tangent_data=np.array([self.tangent_dt, self.idle_scale, self.stiffness2]))
@@ -206,12 +208,12 @@ class Step:
     def set_state(self, state):
         """Go back; the factorisation is made again only if the tangent has changed since."""
         self.active = state["active"].copy()
-        tangents, valid = int(state["tangent"][0]), bool(state["tangent"][1])
+        made, valid = int(state["tangent"][0]), bool(state["tangent"][1])
         if valid:
             self.tangent_dt, self.idle_scale, self.stiffness2 = map(float, state["tangent_data"])
-            if tangents != self.tangents or not self.tangent_is_valid:
+            if made != self._tangent_made or not self.tangent_is_valid:
                 self.cover.set_values(state["matrix"])
-        self.tangents, self.tangent_is_valid = tangents, valid
+        self._tangent_made, self.tangent_is_valid = made, valid
 
     def destroy(self):
         self.newton.destroy()

@@ -14,6 +14,8 @@ _petsc.MatSetValuesCOO.argtypes = [_handle, _pointer, ctypes.c_int]
 _petsc.SNESSetLagJacobian.argtypes = [_handle, _int]
 _petsc.PetscOptionsUsed.argtypes = [_handle, ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
 _INSERT = 1  # INSERT_VALUES
+_messages = [ctypes.c_double.in_dll(_petsc, f"petsc_{kind}_ct") for kind in ("send", "isend")]
+_bytes = [ctypes.c_double.in_dll(_petsc, f"petsc_{kind}_len") for kind in ("send", "isend")]
 
 
 def _check(code):
@@ -42,6 +44,11 @@ def option_used(name):
     used = ctypes.c_int()
     _check(_petsc.PetscOptionsUsed(None, name.encode(), ctypes.byref(used)))
     return bool(used.value)
+
+
+def sent():
+    """Messages and bytes that PETSc itself has sent from this rank so far (external solvers do not count)."""
+    return sum(c.value for c in _messages), sum(c.value for c in _bytes)
 
 
 def create_mesh(comm, cells, x, cell, owners):

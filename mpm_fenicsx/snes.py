@@ -2,8 +2,10 @@
 
 Defaults are set on the objects before ``setFromOptions``, so the command line always wins:
 
-    -mpm_snes_rtol 1e-6, -mpm_snes_stol 0, -mpm_snes_max_it 25, line search bt, -mpm_ksp_type preonly, -mpm_pc_type
-    cholesky (CHOLMOD on one rank, MUMPS on several)
+    -mpm_snes_rtol 1e-6, -mpm_snes_stol 0, -mpm_snes_max_it 25, line search bt, and by size and stiffness
+    small: -mpm_ksp_type preonly -mpm_pc_type cholesky (CHOLMOD on one rank, MUMPS on several),
+    large and dominated by inertia: -mpm_ksp_type cg -mpm_pc_type bjacobi -mpm_sub_pc_type icc -mpm_ksp_rtol 1e-8,
+    large and stiff: -mpm_ksp_type cg -mpm_pc_type gamg (with the rigid-body modes).
 
 The tangent is kept until the caller has a reason for a new one (``-mpm_snes_lag_jacobian 1`` makes it anew in every
 Newton iteration, 2 in every second one, …). A step that fails with the kept tangent is tried again with new ones.
@@ -18,6 +20,8 @@ from .errors import MPMDiverged
 
 PREFIX = "mpm_"
 KEEP = -1  # never made anew by the SNES itself
+DIRECT_UP_TO = {2: 100_000, 3: 20_000}  # unknowns: beyond, factorisation costs more than conjugate gradients
+STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
 REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
 ADVICE = {
     "DIVERGED_FNORM_NAN": "the residual is not a number: take a smaller dt, or a law that bears the deformation",
@@ -48,18 +52,53 @@ class Newton:
         snes.setJacobian(self._jacobian, cover.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
         compat.set_lag_jacobian(snes, KEEP)
-        options, ksp = PETSc.Options(PREFIX), snes.getKSP()
-        direct = options.getString("pc_type", "cholesky") in ("cholesky", "lu")
-        ksp.setType("preonly" if direct else "cg")
-        ksp.setTolerances(rtol=1e-8)
-        ksp.getPC().setType("cholesky")
-        if direct:
-            ksp.getPC().setFactorSolverType("cholmod" if cover.comm.size == 1
-                                            and options.getString("pc_type", "cholesky") == "cholesky" else "mumps")
-        snes.setFromOptions()
+        options = PETSc.Options(PREFIX)
+        snes.getKSP().setOperators(cover.matrix)
         self._user_atol, self._user_lag = options.hasName("snes_atol"), options.hasName("snes_lag_jacobian")
-        ksp.setOperators(cover.matrix)
+        self._cover, self._chosen = cover, False
         r.destroy()  # the SNES holds its own reference
+
+    def choose_solver(self, stiffness, coordinates):
+        """Defaults for a tangent with ``stiffness`` times as much stiffness as inertia, then the user's options.
+
+        coordinates: of the owned nodes [m], shape (owned, D). Does nothing when called again.
+        """
+        if self._chosen:
+            return
+        options, ksp, comm = PETSc.Options(PREFIX), self.snes.getKSP(), self._cover.comm
+        pc, asked = ksp.getPC(), options.getString("pc_type", "")
+        small = self.u.getSize() <= DIRECT_UP_TO[self._cover.dim]
+        if asked in ("cholesky", "lu") or (small and not asked):
+            ksp.setType("preonly")
+            pc.setType(asked or "cholesky")
+            pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if asked == "lu" else "cholmod")
+        else:
+            ksp.setType("cg")
+            ksp.setTolerances(rtol=1e-8)
+            pc.setType(asked or ("gamg" if stiffness > STIFF else "bjacobi"))
+            if pc.getType() == "gamg":
+                self._set_rigid_body_modes(coordinates)
+            elif pc.getType() == "bjacobi" and not options.hasName("sub_pc_type"):
+                options["sub_pc_type"] = "icc"
+        self.snes.setFromOptions()
+        self._chosen = True
+
+    def _set_rigid_body_modes(self, coordinates):
+        """What multigrid needs to know of elasticity: the motions that cost no energy."""
+        x = self._cover.matrix.createVecRight()
+        x.array_w[:] = coordinates.ravel()
+        x.setBlockSize(self._cover.dim)
+        modes = PETSc.NullSpace().createRigidBody(x)
+        self._cover.matrix.setNearNullSpace(modes)
+        modes.destroy()
+        x.destroy()
+
+    def describe(self):
+        """The solver in use, for the report."""
+        ksp = self.snes.getKSP()
+        pc = ksp.getPC()
+        package = f" ({pc.getFactorSolverType()})" if pc.getType() in ("cholesky", "lu") else ""
+        return f"{self.snes.getType()}, {ksp.getType()}, {pc.getType()}{package}, {self.u.getSize()} unknowns"
 
     def _function(self, snes, u, r):
         out = r.array_w.reshape(self._shape)

@@ -4,7 +4,7 @@ from time import perf_counter, time_ns
 import numpy as np
 from mpi4py import MPI
 
-from . import newmark
+from . import compat, newmark
 from .cover import Cover
 from .errors import MPMError
 from .snes import Newton
@@ -35,14 +35,19 @@ class Step:
         self._load = np.empty((nodes, self.dim))
         self.tangent_is_valid, self.tangents, self.tangent_dt = False, 0, 0.0
         self._tangent_made = 0  # [ns], tells one tangent from another
-        self.idle_scale = self.stiffness2 = 0.0
-        self._clock = perf_counter()
+        self.idle_scale = self.stiffness2 = self.stiff = 0.0
+        self._clock, self._sent = perf_counter(), compat.sent()
+        self.traffic = {phase: np.zeros(2) for phase in PHASES}  # messages and bytes sent by PETSc for this rank
 
     def lap(self, phase):
         """Book the time since the last lap under ``phase``."""
         now = perf_counter()
         self.phases[phase] += now - self._clock
         self._clock = now
+        if self.comm.size > 1:
+            messages, size = compat.sent()
+            self.traffic[phase] += (messages - self._sent[0], size - self._sent[1])
+            self._sent = messages, size
 
     def restart_clock(self):
         self._clock = perf_counter()
@@ -175,10 +180,16 @@ class Step:
         cover.fill_matrix(np.where(self._idle, self.idle_scale, 0.0 if self.consistent else inertia))
         stiffness = cover.matrix.getDiagonal().array.reshape(n, -1) - inertia
         self.stiffness2 = float(np.sum(stiffness[~self._idle] ** 2))
+        norms = self.comm.allreduce(np.array([self.stiffness2, np.sum(inertia**2) * self.dim]))
+        self.stiff = float(np.sqrt(norms[0] / norms[1]))
+        self._choose_solver()
         self.tangent_is_valid, self.tangent_dt = True, self.dt
         self.tangents += 1
         self._tangent_made = time_ns()
         self.lap("tangent")
+
+    def _choose_solver(self):
+        self.newton.choose_solver(self.stiff, self.background.x[self.cover.node[:self.cover.owned]])
 
     # ---------------------------------------------------------------- phase III
 
@@ -202,7 +213,7 @@ class Step:
                      tangent=np.array([self._tangent_made, self.tangent_is_valid]))
         if self.tangent_is_valid:
             state.update(matrix=self.cover.values.copy(),
-                         tangent_data=np.array([self.tangent_dt, self.idle_scale, self.stiffness2]))
+                         tangent_data=np.array([self.tangent_dt, self.idle_scale, self.stiffness2, self.stiff]))
         return state
 
     def set_state(self, state):
@@ -210,7 +221,8 @@ class Step:
         self.active = state["active"].copy()
         made, valid = int(state["tangent"][0]), bool(state["tangent"][1])
         if valid:
-            self.tangent_dt, self.idle_scale, self.stiffness2 = map(float, state["tangent_data"])
+            self.tangent_dt, self.idle_scale, self.stiffness2, self.stiff = map(float, state["tangent_data"])
+            self._choose_solver()
             if made != self._tangent_made or not self.tangent_is_valid:
                 self.cover.set_values(state["matrix"])
         self._tangent_made, self.tangent_is_valid = made, valid

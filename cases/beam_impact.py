@@ -102,14 +102,16 @@ def compare(runs, reference, dt, wait):
 def draw(path, runs, reference, wait):
     """The paper's figure 7: displacements and contact force over time."""
     displacement, force, (*_, last) = [], [], runs
-    for name, history in runs.items():
-        t, style = 1e3 * history["time"], "run" if name == last else "under"
-        displacement += [(t, 1e6 * history[f"u_{body}"], f"{body} ({name})", style) for body in ("beam", "sphere")]
-        force.append((t, history["force"], f"contact force ({name})", style))
+    for backend, history in runs.items():
+        t, style = 1e3 * history["time"], "run" if backend == last else "under"
+        name = "LIGGGHTS" if backend == "liggghts" else "built-in DEM"
+        displacement += [(t, 1e6 * history["u_beam"], f"beam at midspan, {name}", style),
+                         (t, 1e6 * history["u_sphere"], f"sphere, {name}", style)]
+        force.append((t, history["force"], f"contact, {name}", style))
     t, gap = 1e3 * (reference.time + wait), wait * abs(reference.v_sphere[0])
-    displacement += [(t, 1e6 * reference.u_beam, "Timoshenko beam with Hertz contact", "reference"),
+    displacement += [(t, 1e6 * reference.u_beam, "Timoshenko beam", "reference"),
                      (t, 1e6 * (reference.u_sphere - gap), None, "reference")]
-    force.append((t, reference.force, "Timoshenko beam with Hertz contact", "reference"))
+    force.append((t, reference.force, "Timoshenko beam", "reference"))
     figure.draw(path, "time [ms]", {"upward displacement [µm]": displacement, "contact force [N]": force})
 
 

@@ -6,8 +6,8 @@ COLUMNS = {
                               "momentum less gravity's share"),
     "impulse_solid": ("N s", "vertical impulse of the interface on the solid's grid nodes since the start; the sum with "
                              "impulse_grains is round-off"),
-    "work_wall": ("J", "work of the exchanged force on the wall as the DEM moved it, since the start"),
-    "work_solid": ("J", "work of the exchanged force on the interface as the solid moved it, since the start"),
+    "work_wall": ("J", "work of the exchanged force on the wall along the path of the wall's end positions, since the start"),
+    "work_solid": ("J", "work of the exchanged force along the path of the interface, since the start"),
     "energy_grains": ("J", "energy of the particles and their contacts"),
     "energy_solid": ("J", "energy of the solid"),
     "interface_error": ("1", "energy that the staggered scheme has made at the interface, work_solid - work_wall, "
@@ -29,6 +29,7 @@ class Ledger:
         particles = grains.particles()
         self._momentum = self._momentum_of(particles)
         self._weight, self._begin = gravity * particles["mass"].sum(), solid.time
+        self._wall_end = None
         self._impulse = self._work_wall = self._work_solid = 0.0
         parts = self._energies()
         self._start, self._scale = sum(parts), max(map(abs, parts))
@@ -42,7 +43,10 @@ class Ledger:
     def __call__(self, window):
         """Entries after this window, name → number."""
         self._impulse += float(self._solid.applied[self._up]) * window.dt
-        self._work_wall += window.dt * float(np.vdot(window.wall_force, window.wall_v))
+        wall_end = window.wall_x + window.dt * window.wall_v
+        wall_start = window.wall_x if self._wall_end is None else self._wall_end  # includes the jump between windows
+        self._work_wall += float(np.vdot(window.wall_force, wall_end - wall_start))
+        self._wall_end = wall_end
         self._work_solid += float(np.vdot(window.force, window.moved))
         grains, solid = self._energies()
         self._scale = max(self._scale, abs(grains), abs(solid))

@@ -36,6 +36,8 @@ def count_windows(t_end, dt, substeps=1, start=0.0):
         raise ValueError(f"dt is {dt} s: the window must be positive")
     if not (t_end > start and np.isfinite(t_end)):
         raise ValueError(f"t_end is {t_end} s: it must lie after the start at {start} s")
+    if (t_end - start) / dt > 1e12:
+        raise ValueError(f"dt is {dt} s: that makes more than 1e12 windows until {t_end} s, take a longer one")
     count = round((t_end - start) / dt)
     if count < 1 or abs(start + count * dt - t_end) > 1e-9 * t_end:
         raise ValueError(f"t_end is {t_end} s, which is not a multiple of dt = {dt} s: take t_end="

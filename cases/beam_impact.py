@@ -58,7 +58,7 @@ def main(
     scene = Scene(ball, Wall(wall.x, wall.elements), steel, steel, at_wall=Interaction(restitution, friction))
     follow = (nearest(interface.x, wall.x) if mapping == "nearest" else
               linear(interface.x, interface.elements, wall.x))
-    columns = {"force": ("N", "contact force on the sphere, mean over the window", lambda w: -w.wall_force[:, 1].sum()),
+    columns = {"force": ("N", "contact force on the sphere, mean over the window", lambda w: 0.0 - w.wall_force[:, 1].sum()),
                "u_beam": ("m", "upward displacement of the beam's upper edge at midspan",
                           lambda w: np.interp(0.0, interface.x[:, 0], w.x[:, 1] - interface.x[:, 1])),
                "u_sphere": ("m", "upward displacement of the sphere", lambda w: w.particles["x"][0, 1] - ball.x[0, 1]),

@@ -85,8 +85,9 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, on_window=(), last=
 
 def _check(number, time, **quantities):
     """FloatingPointError naming the first array that holds NaN or infinity."""
-    if np.isfinite(sum(values.sum() for values in quantities.values())):
-        return
+    with np.errstate(all="ignore"):
+        if np.isfinite(sum(values.sum() for values in quantities.values())):
+            return
     lost = next((name for name, values in quantities.items() if not np.isfinite(values).all()), None)
     if lost:
         raise FloatingPointError(f"the {lost.replace('_', ' ')} is not a finite number in window {number}, which ends at "

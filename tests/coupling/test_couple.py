@@ -182,7 +182,6 @@ def test_lost_numbers_are_named(where, quantity):
         couple(solid, grains, COPY, dt=INNER, t_end=2 * INNER)
 
 
-@pytest.mark.filterwarnings("ignore:overflow")
 def test_large_numbers_are_not_lost():
     grains = Ball()
     balls = grains.particles()

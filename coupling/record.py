@@ -78,7 +78,8 @@ class Record:
             return
         kind = {2: "line", 3: "triangle"}[np.shape(wall.elements)[1]]
         parts["particles"] = (particles["x"], {"vertex": [[i] for i in range(len(particles))]},
-                              {name: particles[name] for name in ("radius", "v", "omega", "mass")})
+                              {"velocity": particles["v"], "spin": particles["omega"], "radius": particles["radius"],
+                               "mass": particles["mass"]})
         x, v, force = wall.nodes, np.zeros_like(wall.nodes), np.zeros_like(wall.nodes)
         if window is not None:
             x, v, force = window.wall_x + window.dt * window.wall_v, window.wall_v, window.wall_force

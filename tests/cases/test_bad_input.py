@@ -1,8 +1,10 @@
 """What a user can get wrong, through the real command line: one clear sentence, exit status, readable files."""
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 import warnings
 from pathlib import Path
 
@@ -19,7 +21,7 @@ def call(case, words, monkeypatch, capsys):
     """``call("key=value …")`` runs the script's last line in this process; returns exit status, stdout and stderr."""
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # run() replaces it: put it back afterwards
 
-    def start(more):
+    def begin(more):
         monkeypatch.setattr(sys, "argv", ["beam_impact.py", *words(more)])
         status = 0
         with warnings.catch_warnings():
@@ -30,13 +32,20 @@ def call(case, words, monkeypatch, capsys):
                 status = end.code
         return (status, *capsys.readouterr())
 
-    return start
+    return begin
+
+
+def start(*words, stderr=subprocess.PIPE, **keys):
+    """The script as a process of its own."""
+    return subprocess.Popen([sys.executable, ROOT / "cases/beam_impact.py", *words], stdout=subprocess.PIPE, stderr=stderr,
+                            env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}, text=True, **keys)
 
 
 def script(*words):
-    """The script as a process of its own."""
-    return subprocess.run([sys.executable, ROOT / "cases/beam_impact.py", *words], capture_output=True, text=True,
-                          env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}, timeout=60)
+    """The script as a process of its own that ended."""
+    process = start(*words)
+    out, err = process.communicate(timeout=60)
+    return subprocess.CompletedProcess(words, process.returncode, out, err)
 
 
 @pytest.mark.parametrize("given, status, sentence", [
@@ -118,6 +127,18 @@ def test_files_so_far_are_readable_after_an_error(call, case, monkeypatch, tmp_p
     assert (tmp_path / "points.pvd").read_text().endswith("</VTKFile>\n")
 
 
+def test_interrupted_run_leaves_what_it_had(words, tmp_path):
+    process = start(*words("dt=5e-9 substeps=1"), preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+    history = tmp_path / "history.csv"
+    while process.poll() is None and not (history.exists() and "\n5e-09," in history.read_text()):
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130 and out == "" and err.count("\n") == 1 and err.startswith("error: interrupted; ")
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert report["error"].startswith("KeyboardInterrupt") and report["windows"] == len(read(history)["time"]) > 0
+
+
 def test_option_that_diverges_and_option_that_nobody_used(words, tmp_path):
     done = script(*words("-mpm_snes_max_it 1 -mpm_snes_atol 0 -mpm_snes_rtol 1e-15"))
     assert done.returncode == 1 and done.stdout == "" and done.stderr.count("\n") == 1, done.stderr
@@ -151,12 +172,11 @@ def test_progress_bar_is_for_terminals_only(words):
     pty, fcntl, termios, struct = (pytest.importorskip(name) for name in ("pty", "fcntl", "termios", "struct"))
     primary, secondary = pty.openpty()
     fcntl.ioctl(secondary, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 100, 0, 0))
-    done = subprocess.run([sys.executable, ROOT / "cases/beam_impact.py", *words("dt=5e-7 substeps=10")], stdout=-1,
-                          stderr=secondary, text=True, timeout=60,
-                          env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"})
+    process = start(*words("dt=5e-7 substeps=10"), stderr=secondary)
+    out, _ = process.communicate(timeout=60)
     os.close(secondary)
     shown = os.read(primary, 100000).decode()
     os.close(primary)
-    assert done.returncode == 0 and done.stdout.count("\n") == 5
+    assert process.returncode == 0 and out.count("\n") == 5
     assert "t = 1." in shown and "e-04 s" in shown and "to go" in shown and "%|" in shown
     assert script(*words("t_end=4e-6")).stderr == ""

@@ -144,7 +144,7 @@ def test_paraview_series(run, tmp_path):
         meshes[name] = meshio.read(tmp_path / f"{name}_00002.vtu")
     at = 7  # of window 8
     assert meshes["particles"].points[0, 1] - 0.01 == pytest.approx(history["u_sphere"][at])
-    assert meshes["particles"].point_data["v"][0, 1] == pytest.approx(history["v_sphere"][at])
+    assert meshes["particles"].point_data["velocity"][0, 1] == pytest.approx(history["v_sphere"][at])
     assert -meshes["wall"].point_data["force"].sum(axis=0)[1] == pytest.approx(history["force"][at])
     assert len(meshes["wall"].cells_dict["line"]) == 20 and len(meshes["interface"].cells_dict["line"]) == 30
     assert meshes["interface"].point_data["displacement"][15, 1] == pytest.approx(history["u_beam"][at])
@@ -209,7 +209,7 @@ def environment():
 
 @pytest.mark.mpi
 def test_two_ranks_give_the_same(run, words, backend, tmp_path):
-    """The order of the sums differs, and Newton stops at its tolerance: measured 2e-9 of the peak."""
+    """Only the order of the sums differs: measured at most 7e-12 of the largest value, on three ranks too."""
     if shutil.which("mpirun") is None:
         (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
     alone = only(run(dem=backend, t_end=1e-4))
@@ -219,6 +219,6 @@ def test_two_ranks_give_the_same(run, words, backend, tmp_path):
     assert done.returncode == 0 and done.stdout.count("\n") == 5, done.stderr
     two = read(tmp_path / "history.csv")
     for name in FIRST:
-        assert np.abs(two[name] - alone[name]).max() < 1e-7 * np.abs(alone[name]).max(), name
+        assert np.abs(two[name] - alone[name]).max() < 1e-9 * np.abs(alone[name]).max(), name
     assert json.loads((tmp_path / "report.json").read_text())["ranks"] == 2
     assert len(meshio.read(tmp_path / "points_00002.vtu").points) == 60 * 4 * 9

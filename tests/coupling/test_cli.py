@@ -1,6 +1,10 @@
 """From the words of the command line to typed keyword arguments, and from errors to one sentence."""
+import os
+import shutil
+import subprocess
 import sys
 import warnings
+from pathlib import Path
 from typing import Literal, Optional, Tuple
 
 import pytest
@@ -122,3 +126,29 @@ def test_a_warning_is_one_line(monkeypatch, capsys):
         warnings.simplefilter("always")
         run(monkeypatch, function=careless)
     assert capsys.readouterr().err == "warning: the step is long\n"
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("rank, line", [("0", "error: only here"), ("1", "error on rank 1: only here"), ("2", "error: only here")])
+def test_an_error_on_one_rank_ends_all(tmp_path, rank, line):
+    """The others wait for it: they are aborted after some seconds. Rank "2" means that all have the error."""
+    if shutil.which("mpirun") is None:
+        (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
+    (tmp_path / "case.py").write_text("""
+from coupling import cli
+
+def main(rank: int = 0):
+    if cli.MPI.COMM_WORLD.rank == rank or rank == 2:
+        raise ValueError("only here")
+    cli.MPI.COMM_WORLD.Barrier()
+    print("never")
+
+cli._all_arrive.__defaults__ = 0.5,
+cli.run(main)
+""")
+    command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "2", sys.executable, tmp_path / "case.py"]
+    done = subprocess.run([*command, f"rank={rank}"], capture_output=True, text=True, timeout=60,
+                          env={**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[1])})
+    assert done.returncode == 1 and "never" not in done.stdout
+    assert [shown for shown in done.stderr.splitlines() if "only here" in shown] == [line]
+    assert ("MPI_ABORT" in done.stderr) == (rank != "2")

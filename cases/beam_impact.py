@@ -58,7 +58,7 @@ def main(
     scene = Scene(ball, Wall(wall.x, wall.elements), steel, steel, at_wall=Interaction(restitution, friction))
     follow = (nearest(interface.x, wall.x) if mapping == "nearest" else
               linear(interface.x, interface.elements, wall.x))
-    columns = {"force": ("N", "contact force on the sphere, mean over the window", lambda w: 0.0 - w.wall_force[:, 1].sum()),
+    columns = {"force": ("N", "force on the sphere, mean over the window", lambda w: 0 - w.wall_force[:, 1].sum()),
                "u_beam": ("m", "upward displacement of the beam's upper edge at midspan",
                           lambda w: np.interp(0.0, interface.x[:, 0], w.x[:, 1] - interface.x[:, 1])),
                "u_sphere": ("m", "upward displacement of the sphere", lambda w: w.particles["x"][0, 1] - ball.x[0, 1]),
@@ -88,7 +88,7 @@ def background(box, cells, h, cell):
 
 def compare(runs, reference, dt, wait):
     """Errors of the last of ``runs`` against the reference, whose contact starts after ``wait`` [s], and the largest
-    difference in force between two back ends. The force is the mean over a window: it belongs to the window's middle."""
+    difference in force between back ends. The force is the mean over a window: it belongs to the window's middle."""
     *others, history = runs.values()
     at_end, at_middle = (reference.at(np.maximum(history["time"] - wait - lag, 0.0)) for lag in (0.0, dt / 2))
     errors = {"force": report.relative_l2(history["force"], at_middle.force),

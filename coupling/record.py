@@ -1,4 +1,4 @@
-"""What a case leaves in its folder: history.csv, report.json, ParaView files; and on the terminal: progress, summary."""
+"""What a case leaves in its folder, history.csv, report.json, ParaView files, and shows: progress bar and summary."""
 import sys
 import warnings
 from pathlib import Path
@@ -121,8 +121,8 @@ class Record:
     def _summary(self, entries, figure):
         phases = ", ".join(f"{name} {ms:.2f}" for name, ms in entries["phases_ms"].items() if ms >= 0.005)
         return [f"{self._case}: {entries['points']} points, {entries['windows']} windows of {entries['substeps']} DEM "
-                f"steps, {entries['ranks']} rank(s): {sum(self._timing.windows):.2f} s (and {entries['startup_s']:.2f} s "
-                "to start)",
+                f"steps, {entries['ranks']} rank(s): {sum(self._timing.windows):.2f} s "
+                f"(and {entries['startup_s']:.2f} s to start)",
                 f"window {entries['window_ms']['median']:.2f} ms (median): {phases}",
                 "errors: " + ", ".join(f"{name} {value:.3g}" for name, value in entries["errors"].items()),
                 f"Newton iterations {entries['newton_mean']:.2f} per window, energy "

@@ -37,8 +37,9 @@ def call(case, words, monkeypatch, capsys):
 
 def start(*words, stderr=subprocess.PIPE, **keys):
     """The script as a process of its own."""
-    return subprocess.Popen([sys.executable, ROOT / "cases/beam_impact.py", *words], stdout=subprocess.PIPE, stderr=stderr,
-                            env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}, text=True, **keys)
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+    return subprocess.Popen([sys.executable, ROOT / "cases/beam_impact.py", *words], stdout=subprocess.PIPE,
+                            stderr=stderr, env=env, text=True, **keys)
 
 
 def script(*words):
@@ -56,7 +57,7 @@ def script(*words):
     ("t_end=0.0002003", 1, "t_end is 0.0002003 s, which is not a multiple of dt = 4e-06 s: take t_end=0.0002"),
     ("t_end=-1e-4", 1, "t_end is -0.0001 s: it must lie after the start"),
     ("substeps=0", 1, "substeps is 0: "), ("nu=0.5", 1, "nu = 0.5 "), ("nu=-1.2", 1, "nu = -1.2 "),
-    ("radius=-0.01", 1, "radius = -0.01 must be a positive number"), ("rho=-1", 1, "rho = -1.0 must be a positive number"),
+    ("radius=-0.01", 1, "radius = -0.01 must be a positive number"), ("rho=-1", 1, "rho = -1.0 must be a positive"),
     ("E=0", 1, "E = 0.0 must be"), ("length=-1", 1, "length = -1.0 must be"), ("v0=0", 1, "v0 = 0.0 must be"),
     ("cells=0,13", 1, "cells of the grid is (0, 13): give 2 whole numbers, each at least 1"),
     ("body=4,-2", 1, "body (its cells) is (4, -2): "), ("segments=0", 1, "segments is 0: "),
@@ -65,7 +66,7 @@ def script(*words):
     ("cell=triangle points=4", 1, "points is 4: choose one of 1, 3, 6, 7, 12 (per triangle)"),
     ("gap=-1e-4", 1, "sphere 1 overlaps the wall by 0.0001 m at the start: move it away"),
     ("gap=-0.02", 1, "sphere 1 at [ 0. -0.01] m lies inside the body, 0.01 m below its surface: move it out"),
-    ("shift=-1e-3", 1, "shift is -0.001 m: "), ("shift=0.02", 1, "shift is 0.02 m: it must lie between 0 and the height"),
+    ("shift=-1e-3", 1, "shift is -0.001 m: "), ("shift=0.02", 1, "shift is 0.02 m: it must lie between"),
     ("h=-1e-3", 1, "h is -0.001 m: the cell size must lie between 0 and the beam's height"), ("h=0", 1, "h is 0.0 m: "),
     ("h=0.02", 1, "h is 0.02 m: "), ("restitution=0", 1, "restitution is 0.0: give a value from 0.05 to 1"),
     ("friction=-0.1", 1, "friction is -0.1: "), ("paraview=-1", 1, "paraview is -1: "),
@@ -82,7 +83,7 @@ def test_missing_liggghts_names_the_package(call, monkeypatch, tmp_path):
     liggghts = pytest.importorskip("dem_liggghts.liggghts")
     monkeypatch.setattr(liggghts, "SHIM", tmp_path / "nowhere.so")
     code, _, err = call("dem=liggghts")
-    assert code == 1 and err.count("\n") == 1 and err.startswith("error: LIGGGHTS is not available: install it with `apt")
+    assert code == 1 and err.count("\n") == 1 and err.startswith("error: LIGGGHTS is not available: install it with")
     assert "dem=reference" in err and call("dem=reference")[0] == 0
 
 
@@ -118,7 +119,7 @@ def test_files_so_far_are_readable_after_an_error(call, case, monkeypatch, tmp_p
     report = json.loads((tmp_path / "report.json").read_text())
     assert code == 1 and out == "" and err.count("\n") == 1
     if failure == "force":
-        assert err.startswith("error: the force on the wall is not a finite number in window 11, which ends at t = 4.4e-05 s: ")
+        assert err.startswith("error: the force on the wall is not a finite number in window 11, which ends at t = ")
         assert report["error"].startswith("FloatingPointError: the force on the wall")
     else:
         assert "No space left on device" in err and "No space left" in report["error"]
@@ -128,7 +129,8 @@ def test_files_so_far_are_readable_after_an_error(call, case, monkeypatch, tmp_p
 
 
 def test_interrupted_run_leaves_what_it_had(words, tmp_path):
-    process = start(*words("dt=5e-9 substeps=1"), preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+    process = start(*words("dt=5e-9 substeps=1"),  # even where the tests run with interrupts turned off
+                    preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
     history = tmp_path / "history.csv"
     while process.poll() is None and not (history.exists() and "\n5e-09," in history.read_text()):
         time.sleep(0.05)
@@ -154,9 +156,10 @@ def test_help_is_the_manual_and_a_wrong_key_a_status():
     done = script("--help")
     lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
     assert done.returncode == 0 and done.stderr == ""
-    for line in ("dt=1e-06 coupling window and MPM time step [s]", "h=none cell size that replaces cells, with grid columns "
-                 "at the beam's ends [m], or none", "dem=reference back end; compare runs both; one of reference, liggghts, "
-                 "compare", "preset=paper cells=62,13 body=120,8 points=4 segments=60 dt=5e-08 substeps=1 t_end=0.0004"):
+    for line in ("dt=1e-06 coupling window and MPM time step [s]",
+                 "h=none cell size that replaces cells, with grid columns at the beam's ends [m], or none",
+                 "dem=reference back end; compare runs both; one of reference, liggghts, compare",
+                 "preset=paper cells=62,13 body=120,8 points=4 segments=60 dt=5e-08 substeps=1 t_end=0.0004"):
         assert line in lines
     done = script("raduis=1")
     assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1

@@ -105,7 +105,7 @@ class Cover:
         dof = self.number[:, None] * D + np.arange(D, dtype=PETSc.IntType)
         diagonal = dof[:self.owned].flatten()
         dof[self.fixed] = -1  # rows and columns of supports stay out: their displacement is known
-        cell_dofs = dof[self.cells[covered]].reshape(len(covered), -1)
+        cell_dofs = dof[self.cells[covered]].reshape(len(covered), self.cells.shape[1] * D)
         rows = np.repeat(cell_dofs, cell_dofs.shape[1], axis=1).ravel()
         columns = np.tile(cell_dofs, (1, cell_dofs.shape[1])).ravel()
         size = (self.owned * D, PETSc.DETERMINE)

@@ -178,7 +178,7 @@ class Step:
         self.idle_scale = alpha * total / nodes  # idle rows of the size of the others keep the matrix well scaled
         inertia = alpha * self.mass[:n, None]
         cover.fill_matrix(np.where(self._idle, self.idle_scale, 0.0 if self.consistent else inertia))
-        stiffness = cover.matrix.getDiagonal().array.reshape(n, -1) - inertia
+        stiffness = cover.matrix.getDiagonal().array.reshape(n, self.dim) - inertia
         self.stiffness2 = float(np.sum(stiffness[~self._idle] ** 2))
         norms = self.comm.allreduce(np.array([self.stiffness2, np.sum(inertia**2) * self.dim]))
         self.stiff = float(np.sqrt(norms[0] / norms[1]))

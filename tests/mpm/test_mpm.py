@@ -81,8 +81,8 @@ def test_patch(make_mpm, options, cell, law, stress_state, block, at_point):
     H, law = np.array([[0.1, 0.05], [-0.03, -0.08]]), LAWS[law.name](1.0, 0.3)
     x, y = (a.ravel() for a in np.meshgrid([0.0, 0.5, 1.0, 1.5, 2.0], [0.0, 0.5, 1.0, 1.5]))
     rim = (x == 0) | (x == 2) | (y == 0) | (y == 1.5)
-    solid = make_mpm(cell, box=((0.0, 0.0), (2.0, 1.5)), margin=0 if block == "fills the grid" else 1, law=law, rho=1e-16, interface=None,
-                     stress_state=stress_state, supports=clamped_sides(np.column_stack([x, y])[rim], H))
+    solid = make_mpm(cell, box=((0.0, 0.0), (2.0, 1.5)), margin=0 if block == "fills the grid" else 1, law=law, rho=1e-16,
+                     stress_state=stress_state, supports=clamped_sides(np.column_stack([x, y])[rim], H), interface=None)
     old = solid.points.x.copy()
     solid.advance(1.0)
     F = np.eye(2) + H

@@ -81,7 +81,7 @@ def test_patch(make_mpm, options, cell, law, stress_state, block, at_point):
     H, law = np.array([[0.1, 0.05], [-0.03, -0.08]]), LAWS[law.name](1.0, 0.3)
     x, y = (a.ravel() for a in np.meshgrid([0.0, 0.5, 1.0, 1.5, 2.0], [0.0, 0.5, 1.0, 1.5]))
     rim = (x == 0) | (x == 2) | (y == 0) | (y == 1.5)
-    solid = make_mpm(cell, box=((0.0, 0.0), (2.0, 1.5)), margin=0 if block == "fills the grid" else 1, law=law, rho=1e-16,
+    solid = make_mpm(cell, box=((0.0, 0.0), (2.0, 1.5)), margin=int(block == "inside the grid"), law=law, rho=1e-16,
                      stress_state=stress_state, supports=clamped_sides(np.column_stack([x, y])[rim], H), interface=None)
     old = solid.points.x.copy()
     solid.advance(1.0)
@@ -135,7 +135,7 @@ def quarter_period(make_mpm, h, steps, free=False, inertia="consistent"):
 @pytest.mark.parametrize("inertia, share", [("consistent", 1 / 24), ("lumped", 1 / 8)])
 def test_bar_vibrates_at_the_exact_frequency_as_the_grid_gets_finer(make_mpm, free, inertia, share):
     """The period is too long by (k h)^2 / 24 with consistent and (k h)^2 / 8 with lumped inertia: linear finite
-    elements have -1/24 and 1/24; the lumped projection of the velocity flattens the mode by (k h)^2 / 6, which adds 1/12."""
+    elements have -1/24 and 1/24; the lumped projection of the velocity flattens the mode by (k h)^2 / 6 and adds 1/12."""
     h, k = np.array([0.25, 0.125, 0.0625]), np.pi if free else np.pi / 2
     errors = np.array([quarter_period(make_mpm, size, 80, free, inertia) - 1 for size in h])
     np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), 2.0, atol=0.1)

@@ -135,7 +135,7 @@ def quarter_period(make_mpm, h, steps, free=False, inertia="consistent"):
 @pytest.mark.parametrize("inertia, share", [("consistent", 1 / 24), ("lumped", 1 / 8)])
 def test_bar_vibrates_at_the_exact_frequency_as_the_grid_gets_finer(make_mpm, free, inertia, share):
     """The period is too long by (k h)^2 / 24 with consistent and (k h)^2 / 8 with lumped inertia: linear finite
-    elements have -1/24 and 1/24; the lumped projection of the velocity flattens the mode by (k h)^2 / 6 and adds 1/12."""
+    elements have -1/24 and 1/24, the lumped projection of velocity flattens the mode by (k h)^2 / 6 and adds 1/12."""
     h, k = np.array([0.25, 0.125, 0.0625]), np.pi if free else np.pi / 2
     errors = np.array([quarter_period(make_mpm, size, 80, free, inertia) - 1 for size in h])
     np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), 2.0, atol=0.1)

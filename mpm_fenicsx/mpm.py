@@ -42,7 +42,7 @@ class MPM:
         self._support_scene, self.rebalance, self.balance = tuple(supports), rebalance, []
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent = inertia == "consistent"
-        self.kernels = compile_kernels(body, self.background.cells.shape[1], self._consistent)
+        self.kernels = compile_kernels(body, self.background, self._consistent)
         self._make_points(x, volume)
         self._make_boundary()
         self._search()

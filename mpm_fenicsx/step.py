@@ -27,7 +27,7 @@ class Step:
         self.cover = Cover(background, filled, supports.fixed)
         self.filled, self.supports, self.gravity, self.kernels = filled, supports, gravity, kernels
         self.params, self.consistent, self.phases = body.law.params, consistent, phases
-        self._smallest_mass = 1e-14 * body.rho * np.prod(background.h) * body.thickness  # "numeric zero" of eq. 14
+        self._smallest_mass = 1e-14 * body.rho * np.prod(background.h) * (body.thickness if self.dim == 2 else 1.0)  # "numeric zero" of eq. 14
         self.newton = Newton(self.cover, self.residual, self.tangent)
         nodes = len(self.cover.node)
         self.active = np.zeros(nodes, bool)
@@ -68,7 +68,7 @@ class Step:
         points, boundary, D = self.points, self.boundary, self.dim
         self.dt = dt
         for p, N, G in ((points, self._N, self._G), (boundary, self._Nb, self._Gb)):
-            self.kernels.shapes(p.cell, p.x, self.background.origin, self.background.inverse, N, G)
+            self.kernels.shapes(p.cell, p.x, self.background.corner, self.background.inverse, N, G)
         self.lap("search")
         self._nodal[:] = 0.0
         self.kernels.to_grid(points.cell, self.cover.cells, self._N, points.mass, points.v, points.a, self._nodal)

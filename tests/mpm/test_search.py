@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from mpm_fenicsx import MPM, Body, Box, Grid, MeshGrid, MPMError, linear
-from mpm_fenicsx.grid import Background, lattice
+from mpm_fenicsx import MPM, Body, Box, Grid, Mesh, MPMError, linear
+from mpm_fenicsx.grid import Background, whole_mesh
 from mpm_fenicsx.partition import bisect
 from mpm_fenicsx.points import Points
 
@@ -15,19 +15,21 @@ def shaken(cell="triangle", counts=(20, 10), by=0.25, seed=1):
     """The lattice's cells with inner vertices moved by up to ``by`` of a cell and with shuffled numbers; parallelograms
     are sheared instead."""
     grid = Grid(BOX, counts, cell)
-    vertices, cells = lattice(grid)
+    vertices, cells = whole_mesh(grid)
     rng = np.random.default_rng(seed)
     if cell == "quadrilateral":
         vertices = vertices @ np.array([[1.0, 0.2], [0.3, 1.0]])
     else:
         inner = ((vertices > BOX.lower) & (vertices < BOX.upper)).all(axis=1)
         vertices[inner] += by * BOX.size / counts * rng.uniform(-1, 1, (inner.sum(), 2))
-    return MeshGrid(vertices, cells[rng.permutation(len(cells))], cell)
+    return Mesh(vertices, cells[rng.permutation(len(cells))], cell)
 
 
 def inside(background, x, cell):
     """Whether each point lies in its cell, by reference coordinates."""
-    xi = np.einsum("pij,pj->pi", background.inverse[cell], x - background.origin[cell])
+    corner = background.corner[cell]
+    edges = np.swapaxes(corner[:, 1:3] - corner[:, :1], 1, 2)
+    xi = np.linalg.solve(edges, x - corner[:, 0])
     upper = 1 - xi.sum(axis=1) if background.cells.shape[1] == 3 else 1 - xi.max(axis=1)
     return (xi.min(axis=1) > -1e-10) & (upper > -1e-10)
 
@@ -39,7 +41,7 @@ def points_at(x):
 def random_points(grid, n=2000):
     """Points in random cells of the grid's mesh, away from its boundary by construction."""
     rng = np.random.default_rng(3)
-    vertices, cells = (grid.vertices, grid.cells) if isinstance(grid, MeshGrid) else lattice(grid)
+    vertices, cells = whole_mesh(grid)
     weights = rng.dirichlet(np.ones(cells.shape[1]), n)
     return np.einsum("pk,pkd->pd", weights, vertices[cells[rng.integers(len(cells), size=n)]])
 
@@ -75,10 +77,10 @@ def test_the_walk_follows_points_over_several_cells(cell):
 
 def test_a_walk_that_meets_a_hole_is_finished_by_the_tree():
     """A U-shaped mesh: from the left arm the walk to the right arm leaves through the gap, which is not the outside."""
-    vertices, cells = lattice(Grid(BOX, (20, 10), "triangle"))
+    vertices, cells = whole_mesh(Grid(BOX, (20, 10), "triangle"))
     centre = vertices[cells].mean(axis=1)
     gap = (np.abs(centre[:, 0] - 2.0) < 0.5) & (centre[:, 1] > 0.5)
-    background = Background(MeshGrid(vertices, cells[~gap]), MPI.COMM_SELF, np.zeros((0, 2)))
+    background = Background(Mesh(vertices, cells[~gap], "triangle"), MPI.COMM_SELF, np.zeros((0, 2)))
     points = points_at(np.array([[1.0, 1.5]]))
     points.cell[:] = background.search.local(background.search.relocate(points)[1])
     points.x[:] = [3.0, 1.6]
@@ -102,7 +104,7 @@ def test_both_searches_give_the_same_run():
     box = Box((0.2, 0.5), (1.2, 1.5))
     runs = []
     grid = Grid(BOX, (20, 10), "triangle")
-    for background in (grid, MeshGrid(*lattice(grid))):
+    for background in (grid, Mesh(*whole_mesh(grid), grid.cell)):
         solid = MPM(background, Body(box, (6, 6), 2, linear(1e3, 0.3), 1.0, velocity=(1.0, 0.1)))
         for _ in range(8):
             solid.advance(0.25)

@@ -3,7 +3,8 @@
 Defaults are set on the objects before ``setFromOptions``, so the command line always wins:
 
     -mpm_snes_rtol 1e-6, -mpm_snes_stol 0, -mpm_snes_max_it 25, line search bt, and by size and stiffness
-    small: -mpm_ksp_type preonly -mpm_pc_type cholesky (CHOLMOD on one rank, MUMPS on several),
+    small: -mpm_ksp_type preonly -mpm_pc_type cholesky (CHOLMOD on one rank, MUMPS on several; very small systems on
+    several ranks: -mpm_pc_type redundant, each rank solves the whole with CHOLMOD),
     large and dominated by inertia: -mpm_ksp_type cg -mpm_pc_type bjacobi -mpm_sub_pc_type icc -mpm_ksp_rtol 1e-8,
     large and stiff: -mpm_ksp_type cg -mpm_pc_type gamg (with the rigid-body modes).
 
@@ -21,6 +22,9 @@ from .errors import MPMDiverged
 PREFIX = "mpm_"
 KEEP = -1  # never made anew by the SNES itself
 DIRECT_UP_TO = {2: 100_000, 3: 20_000}  # unknowns: beyond, factorisation costs more than conjugate gradients
+REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
+REDUNDANT = {"redundant_ksp_type": "preonly", "redundant_pc_type": "cholesky",
+             "redundant_pc_factor_mat_solver_type": "cholmod"}
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
 REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
 ADVICE = {
@@ -70,8 +74,14 @@ class Newton:
         small = self.u.getSize() <= DIRECT_UP_TO[self._cover.dim]
         if asked in ("cholesky", "lu") or (small and not asked):
             ksp.setType("preonly")
-            pc.setType(asked or "cholesky")
-            pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if asked == "lu" else "cholmod")
+            if comm.size > 1 and not asked and self.u.getSize() <= REDUNDANT_UP_TO:
+                pc.setType("redundant")
+                for name, value in REDUNDANT.items():
+                    if not options.hasName(name):
+                        options[name] = value
+            else:
+                pc.setType(asked or "cholesky")
+                pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if asked == "lu" else "cholmod")
         else:
             ksp.setType("cg")
             ksp.setTolerances(rtol=1e-8)

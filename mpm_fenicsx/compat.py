@@ -3,6 +3,7 @@ import ctypes
 
 import numpy as np
 import ufl
+from dolfinx import geometry
 from dolfinx import mesh as dmesh
 from dolfinx.cpp.graph import AdjacencyList_int32
 from petsc4py import PETSc
@@ -68,3 +69,14 @@ def create_mesh(comm, cells, x, cell, owners):
 def geometry_cells(mesh, nodes_per_cell):
     """Node numbers of owned and ghost cells, shape (n, nodes_per_cell)."""
     return np.asarray(mesh.geometry.dofmap.array, np.int32).reshape(-1, nodes_per_cell)
+
+
+def cell_tree(mesh, cells):
+    """Bounding-box tree over the local ``cells`` of the mesh."""
+    return geometry.BoundingBoxTree(mesh, mesh.topology.dim, np.asarray(cells, np.int32), padding=1e-12)
+
+
+def candidates(tree, x):
+    """Pairs (point, cell) whose boxes meet, two arrays; x: points [m], shape (n, D)."""
+    found = geometry.compute_collisions(tree, np.column_stack([x, np.zeros((len(x), 3 - x.shape[1]))]))
+    return np.repeat(np.arange(len(x)), np.diff(found.offsets)), found.array

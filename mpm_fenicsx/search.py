@@ -5,10 +5,10 @@ Both searches answer two questions. ``settle``: the local cell of the points of 
 here, and it is collective.
 """
 import numpy as np
-from dolfinx.geometry import BoundingBoxTree, compute_collisions
 from mpi4py import MPI
 from numba import njit
 
+from . import compat
 from .shape import reference
 from .specialise import specialise
 
@@ -221,10 +221,9 @@ class WalkSearch:
         b, best = self._background, np.full(len(x), -1, np.int64)
         if len(x) and b.cells_owned:
             if self._tree is None:
-                self._tree = BoundingBoxTree(b.mesh, b.dim, np.arange(b.cells_owned, dtype=np.int32), padding=1e-12)
-            candidates = compute_collisions(self._tree, np.column_stack([x, np.zeros((len(x), 3 - b.dim))]))
-            point = np.repeat(np.arange(len(x)), np.diff(candidates.offsets))
-            c, inside = candidates.array, np.empty(len(point), np.bool_)
+                self._tree = compat.cell_tree(b.mesh, np.arange(b.cells_owned))
+            point, c = compat.candidates(self._tree, x)
+            inside = np.empty(len(point), np.bool_)
             self._holds(x[point], c, b.corner, b.inverse, inside)
             np.maximum.at(best, point[inside], self._number[c[inside]])
         return best

@@ -8,6 +8,11 @@ CASES = Path(__file__).parents[2] / "cases"
 COARSE = dict(cells=(31, 7), body=(60, 4), points=3, segments=30, dt=4e-6, substeps=80, t_end=2e-4)
 
 
+def coarse(with_h):
+    """Keys of the coarse beam; ``cells`` would win over a cell size h."""
+    return {key: value for key, value in COARSE.items() if not (with_h and key == "cells")}
+
+
 def load(name):
     spec = importlib.util.spec_from_file_location(name, CASES / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
@@ -30,11 +35,14 @@ def case():
 @pytest.fixture
 def run(case, tmp_path):
     """``run(key=value, …)`` runs the coarse beam, results in ``tmp_path``; returns its histories."""
-    return lambda **keys: case.main(**{**COARSE, "out": str(tmp_path), **keys})
+    return lambda **keys: case.main(**{**coarse("h" in keys), "out": str(tmp_path), **keys})
 
 
 @pytest.fixture
 def words(tmp_path):
     """``words("key=value …")``: the coarse beam as words of a command line."""
-    plain = ["=".join([k, ",".join(map(str, v)) if isinstance(v, tuple) else str(v)]) for k, v in COARSE.items()]
-    return lambda more="": [*plain, f"out={tmp_path}", *more.split()]
+    def plain(with_h):
+        return ["=".join([k, ",".join(map(str, v)) if isinstance(v, tuple) else str(v)])
+                for k, v in coarse(with_h).items()]
+
+    return lambda more="": [*plain(more.startswith("h=")), f"out={tmp_path}", *more.split()]

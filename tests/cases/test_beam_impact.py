@@ -190,14 +190,14 @@ def test_preset_is_the_papers_discretisation(case):
     """Grid 62 x 13 over 15.87 cm x 3 cm, 120 x 8 body cells of 16 points, 60 segments, 5e-8 s (Singer et al. 2022)."""
     keys = {**{name: p.default for name, p in signature(case.main).parameters.items()}, **case.PRESETS["paper"]}
     assert (keys["cells"], keys["body"], keys["points"] ** 2, keys["segments"]) == ((62, 13), (120, 8), 16, 60)
-    assert (keys["dt"], keys["substeps"], keys["h"], keys["wall_segments"]) == (5e-8, 1, None, None)
+    assert (keys["dt"], keys["substeps"], keys["wall_segments"]) == (5e-8, 1, None)
     assert (keys["length"], keys["radius"], keys["restitution"], keys["friction"]) == (0.1535, 0.01, 1.0, 0.0)
     grid = case.background(case.Box((-0.07675, -0.01), (0.07675, 0.0)), keys["cells"], None, "quadrilateral")
     assert grid.box.size == pytest.approx([0.1587, 0.03])
 
 
 def test_grid_by_size_has_columns_at_the_ends(case):
-    grid = case.background(case.Box((-0.07675, -0.01), (0.07675, 0.0)), (1, 1), 1e-3, "quadrilateral")
+    grid = case.background(case.Box((-0.07675, -0.01), (0.07675, 0.0)), None, 1e-3, "quadrilateral")
     columns = np.linspace(grid.box.lower[0], grid.box.upper[0], grid.cells[0] + 1)
     assert columns[[1, -2]] == pytest.approx([-0.07675, 0.07675], rel=1e-14)
     assert grid.box.size / grid.cells == pytest.approx([1e-3, 1e-3], rel=5e-3)

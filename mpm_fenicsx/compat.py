@@ -13,6 +13,8 @@ _handle, _int, _pointer = ctypes.c_void_p, np.ctypeslib.as_ctypes_type(PETSc.Int
 _petsc.MatSetPreallocationCOO.argtypes = [_handle, ctypes.c_ssize_t, _pointer, _pointer]
 _petsc.MatSetValuesCOO.argtypes = [_handle, _pointer, ctypes.c_int]
 _petsc.SNESSetLagJacobian.argtypes = [_handle, _int]
+_petsc.SNESGetLineSearch.argtypes = [_handle, ctypes.POINTER(_handle)]
+_petsc.SNESLineSearchSetType.argtypes = [_handle, ctypes.c_char_p]
 _petsc.PetscOptionsUsed.argtypes = [_handle, ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
 _INSERT = 1  # INSERT_VALUES
 _messages = [ctypes.c_double.in_dll(_petsc, f"petsc_{kind}_ct") for kind in ("send", "isend")]
@@ -38,6 +40,13 @@ def set_coo_values(A, values):
 def set_lag_jacobian(snes, lag):
     """How often the SNES itself makes the tangent anew (-1: never)."""
     _check(_petsc.SNESSetLagJacobian(snes.handle, lag))
+
+
+def set_line_search(snes, kind):
+    """Line search of the SNES: "bt", "basic", …"""
+    search = _handle()
+    _check(_petsc.SNESGetLineSearch(snes.handle, ctypes.byref(search)))
+    _check(_petsc.SNESLineSearchSetType(search, kind.encode()))
 
 
 def option_used(name):

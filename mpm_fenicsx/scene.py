@@ -102,8 +102,8 @@ class Body:
             raise ValueError(f"rho is {self.rho} kg/m^3: the density must be positive")
         if not (np.isfinite(self.thickness) and self.thickness > 0):
             raise ValueError(f"thickness is {self.thickness} m: it must be positive")
-        states = ("plane_strain", "plane_stress") if self.dim == 2 else ("three_dimensional",)
-        put("stress_state", self.stress_state or states[0])
+        states = ("plane_stress", "plane_strain") if self.dim == 2 else ("three_dimensional",)
+        put("stress_state", self.stress_state or states[-1])
         if self.stress_state not in states:
             raise ValueError(f"stress_state is {self.stress_state!r}: choose one of {', '.join(states)}")
         tensor = self.cell in ("quadrilateral", "hexahedron")

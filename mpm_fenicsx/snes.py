@@ -17,7 +17,8 @@ import numpy as np
 from petsc4py import PETSc
 
 from . import compat
-from .errors import MPMDiverged
+from .collective import somewhere
+from .errors import MPMDiverged, MPMError
 
 PREFIX = "mpm_"
 KEEP = -1  # never made anew by the SNES itself
@@ -59,6 +60,7 @@ class Newton:
         options = PETSc.Options(PREFIX)
         snes.getKSP().setOperators(cover.matrix)
         self._user_atol, self._user_lag = options.hasName("snes_atol"), options.hasName("snes_lag_jacobian")
+        self._user_search = options.hasName("snes_linesearch_type")
         self._cover, self._chosen = cover, False
         r.destroy()  # the SNES holds its own reference
 
@@ -124,34 +126,51 @@ class Newton:
         except Exception as error:
             self._failure = error
 
-    def solve(self, guess, atol, when):
+    def solve(self, guess, rest, atol, when):
         """Solve from ``guess``, shape (owned, D); returns the solution and the number of iterations.
 
-        atol: residual norm to stop at [N]; when: a text for the message, such as "step 3, t = 1e-6 s".
-        Raises MPMDiverged with PETSc's reason in words and the option to try.
+        rest: the displacement that only moves what is held, to start from when the guess leads nowhere; atol: residual
+        norm to stop at [N]; when: a text for the message, such as "step 3, t = 1e-6 s". Raises MPMDiverged with PETSc's
+        reason in words and the option to try.
         """
         if not self._user_atol:
             self.snes.setTolerances(atol=atol)
-        reason, iterations = self._run(guess)
-        if reason < 0 and not self._user_lag:  # a body that turns leaves the kept tangent behind
-            compat.set_lag_jacobian(self.snes, 1)
-            reason, more = self._run(guess)
-            compat.set_lag_jacobian(self.snes, KEEP)
+        iterations = 0
+        for attempt, start in enumerate((guess, guess, rest, rest)):
+            if attempt and not self._set_back(attempt):
+                continue
+            reason, more = self._run(start)
             iterations += more
+            if reason >= 0:
+                break
+        if attempt:
+            self._set_back(0)
         if reason < 0:
             name = REASONS.get(reason, str(reason))
-            advice = ADVICE.get(name, "try a smaller dt or -mpm_snes_linesearch_type basic")
+            advice = ADVICE.get(name, "try a smaller dt or lumped inertia")
             raise MPMDiverged(f"Newton's method diverged in {when} after {iterations} iterations with residual "
                               f"{self.snes.getFunctionNorm():.3g} N ({name}): {advice}")
         return self.u.array_r.reshape(self._shape).copy(), iterations
+
+    def _set_back(self, attempt):
+        """What changes from attempt to attempt, where the user has not chosen; False when that would change nothing.
+
+        1: new tangents, because a body that turns leaves the kept one behind; 2: from ``rest``; 3: full Newton steps,
+        because a nearly empty cell lets the line search stall on a residual that no point feels.
+        """
+        if not self._user_lag:
+            compat.set_lag_jacobian(self.snes, 1 if attempt else KEEP)
+        if not self._user_search:
+            compat.set_line_search(self.snes, "basic" if attempt == 3 else "bt")
+        return attempt == 2 or not (self._user_lag if attempt == 1 else self._user_search)
 
     def _run(self, guess):
         """Reason and number of iterations of one attempt."""
         self.u.array_w[:] = guess.ravel()
         self.snes.solve(None, self.u)
-        if self._failure is not None:
-            failure, self._failure = self._failure, None
-            raise failure
+        failure, self._failure = self._failure, None
+        if somewhere(self._cover.comm, failure is not None)[0]:
+            raise failure or MPMError("another rank has failed")
         return self.snes.getConvergedReason(), self.snes.getIterationNumber()
 
     def destroy(self):

@@ -135,7 +135,8 @@ class Step:
             self.tangent()
         guess = (dt * self.v + 0.5 * dt**2 * self.a)[:n]
         guess[self._idle] = self._known[:n][self._idle]
-        u, iterations = self.newton.solve(guess, self._atol(guess), when)
+        rest = np.where(self._idle, guess, 0.0)
+        u, iterations = self.newton.solve(guess, rest, self._atol(guess), when)
         if iterations > self.slow:
             self.tangent_is_valid = False
         self.lap("solve")

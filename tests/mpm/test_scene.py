@@ -40,7 +40,7 @@ def test_interface_on_the_upper_edge_has_the_outside_on_its_left():
 
 
 def body(**changes):
-    return Body(**{**dict(box=BOX, cells=(4, 2), points=2, law=LAW, rho=1.0), **changes})
+    return Body(**{**dict(shape=BOX, cells=(4, 2), points=2, law=LAW, rho=1.0), **changes})
 
 
 @pytest.mark.parametrize("call, words", [
@@ -51,7 +51,7 @@ def body(**changes):
     (lambda: Grid(BOX, (0, 2)), r"cells of the grid is \(0, 2\): give 2 whole numbers, each at least 1"),
     (lambda: Grid(BOX, (4,)), "give 2 whole numbers"),
     (lambda: Grid(BOX, (4, 2.5)), "give 2 whole numbers"),
-    (lambda: Grid(BOX, (4, 2), "hexagon"), "cell is 'hexagon': choose one of quadrilateral, triangle"),
+    (lambda: Grid(BOX, (4, 2), "hexagon"), "cell of the grid is 'hexagon': choose one of quadrilateral, triangle"),
     (lambda: Grid.counts((2.0, 1.0), 0.0), "h is 0.0 m: the cell size must lie between 0 and 1 m"),
     (lambda: Grid.counts((2.0, 1.0), 3.0), "h is 3.0 m"),
     (lambda: Grid.counts((2.0, 1.0), np.nan), "h is nan m"),

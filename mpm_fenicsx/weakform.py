@@ -22,21 +22,22 @@ point_stress = point_tangent = strain_energy = stress = None
 def residual(cell, cells, N, G, mass, V0, F_old, F33_old, old, p, u, a, F, F33, new, R):
     """Add internal and inertia forces [N] to R, shape (nodes, D); fills F, F33 and new."""
     H = np.empty((D, D))
-    acceleration = np.empty(D)
-    T = np.empty((D, D))
     P = np.empty(D * D + 1)
     A = np.empty((D * D + 1, D * D + 1))
+    T = np.empty((D, D))
     for q in range(len(cell)):
+        c = cell[q]
         for i in range(D):
-            acceleration[i] = 0.0
-            for j in range(D):
-                H[i, j] = 0.0
-        for b in range(K):
-            node = cells[cell[q], b]
-            for i in range(D):
-                acceleration[i] += N[q, b] * a[node, i]
-                for j in range(D):
-                    H[i, j] += u[node, i] * G[q, b, j]
+            h0 = h1 = h2 = 0.0  # row i of du/dx
+            for b in range(K):
+                d = u[cells[c, b], i]
+                h0 += d * G[q, b, 0]
+                h1 += d * G[q, b, 1]
+                if D == 3:
+                    h2 += d * G[q, b, D - 1]
+            H[i, 0], H[i, 1] = h0, h1
+            if D == 3:
+                H[i, D - 1] = h2
         for i in range(D):
             for j in range(D):
                 f = F_old[q, i, j]
@@ -50,13 +51,18 @@ def residual(cell, cells, N, G, mass, V0, F_old, F33_old, old, p, u, a, F, F33, 
                 for k in range(D):
                     t += P[i * D + k] * F_old[q, j, k]
                 T[i, j] = V0[q] * t
-        for b in range(K):
-            node = cells[cell[q], b]
-            for i in range(D):
-                r = mass[q] * N[q, b] * acceleration[i] if CONSISTENT else 0.0
-                for j in range(D):
-                    r += T[i, j] * G[q, b, j]
-                R[node, i] += r
+        for i in range(D):
+            inertia = 0.0
+            if CONSISTENT:
+                for b in range(K):
+                    inertia += N[q, b] * a[cells[c, b], i]
+                inertia *= mass[q]
+            t0, t1, t2 = T[i, 0], T[i, 1], T[i, D - 1]
+            for b in range(K):
+                r = inertia * N[q, b] + t0 * G[q, b, 0] + t1 * G[q, b, 1]
+                if D == 3:
+                    r += t2 * G[q, b, D - 1]
+                R[cells[c, b], i] += r
 
 
 def tangent(cell, slot, N, G, mass, V0, F_old, F33_old, old, p, alpha, F, F33, new, Ke):

@@ -7,17 +7,20 @@ from .boundary import Supports
 from .errors import MPMError
 from .grid import Background
 from .kernels import compile_kernels
+from .loads import SurfaceLoads
 from .migrate import Router
+from .penalty import make_penalties
 from .points import Points, seed
 from .snes import unused_options
 from .step import PHASES, Step
+from .surface import everywhere
 
 
 class MPM:
     """A body on a background grid.
 
     supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry loads and follow the
-    motion; gravity: [m/s^2], shape (dim,); inertia: "consistent" (eq. 11) or "lumped"; rebalance: imbalance of material
+    motion; loads: ``Load`` records; penalties: ``Penalty`` and ``GridWall`` records; gravity: [m/s^2], shape (dim,); inertia: "consistent" (eq. 11) or "lumped"; rebalance: imbalance of material
     points over the ranks from which the grid is partitioned anew. ``phases`` sums the seconds
     spent per phase, ``iterations`` is the number of Newton iterations of the last step, ``count`` the number of material
     points in all. Everything is collective.
@@ -30,7 +33,7 @@ class MPM:
     balance_every = 50  # steps between two looks at the balance
 
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
-                 rebalance=1.2, comm=MPI.COMM_WORLD):
+                 rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=()):
         if inertia not in ("consistent", "lumped"):
             raise ValueError(f"inertia is {inertia!r}: choose consistent or lumped")
         self.comm, self.dim, self.grid, self.body, self.interface = comm, grid.box.dim, grid, body, interface
@@ -45,6 +48,7 @@ class MPM:
         self.kernels = compile_kernels(body, self.background.cells.shape[1], self._consistent)
         self._make_points(x, volume)
         self._make_boundary()
+        self._make_conditions(loads, penalties)
         self._search()
 
     # ---------------------------------------------------------------- set-up
@@ -59,9 +63,13 @@ class MPM:
         given = self.body.velocity
         return np.array(given(x) if callable(given) else np.broadcast_to(given, x.shape), float)
 
-    def _keep_mine(self, points):
+    def _keep_mine(self, points, names=None):
         """Of points seeded alike on every rank, keep those in cells of this rank."""
         rank, number = self.background.search.assign(points.x)
+        if (rank < 0).any():
+            p = np.argmin(rank)
+            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p]} m, the grid covers {self.grid.box.lower} "
+                             f"to {self.grid.box.upper} m: enlarge the grid or shorten the surface")
         mine = rank == self.comm.rank
         points.take(mine)
         points.cell[:] = self.background.search.local(number[mine])
@@ -85,6 +93,20 @@ class MPM:
         self._boundary_count = n
         self._keep_mine(self.boundary)
 
+    def _make_conditions(self, loads, penalties):
+        """What acts through particles of its own. ``_sets``: name, particles, whether their cells are covered, and
+        whether they move."""
+        given = self._velocity_at, self.gravity
+        thickness = self.body.thickness if self.dim == 2 else 1.0
+        self.loads = (SurfaceLoads(loads, self.dim, thickness, *given),) if loads else ()
+        self.penalties = make_penalties(penalties, self.background, self.body.law, thickness, *given)
+        self._sets = [("points", self.points, True, True), ("boundary", self.boundary, True, True)]
+        self._sets += [("loads", loads.points, True, True) for loads in self.loads]
+        self._sets += [("hinges" if held.follows else "walls", held.points, held.follows, held.follows or held.moves)
+                       for held in self.penalties]
+        for condition in (*self.loads, *self.penalties):
+            self._keep_mine(condition.points, condition.names)
+
     # ---------------------------------------------------------------- one step
 
     def advance(self, dt, force=None):
@@ -105,6 +127,8 @@ class MPM:
         self.step.finish(u)
         self.time += dt
         self.steps += 1
+        for held in self.penalties:
+            held.move(self.time)
         return self.surface()
 
     @property
@@ -115,20 +139,24 @@ class MPM:
     def _search(self):
         """Phase I: cell of every point; points travel to the rank of their cell; the cover follows them."""
         search, slot = self.background.search, self._no_slot if self.step is None else self.step.cover.slot
-        sets = (self.points, self.boundary)
-        away, bare = np.array([search.settle(points, slot) for points in sets]).T
+        sets = [(points, slot if covered else self._anywhere) for _, points, covered, moves in self._sets if moves]
+        away, bare = np.array([search.settle(*pair) for pair in sets]).T
         flags = self._any([*away, bare.max()])
-        for points, somebody in zip(sets, flags):
+        for (points, slot), somebody in zip(sets, flags):
             if somebody:
                 rank, number = search.destinations(points)
                 self._raise_if_outside(points, rank)
                 numbers = points.migrate(self._router, rank, number)
                 points.cell[:] = search.local(numbers)
-                flags[2] |= self._any([(slot[points.cell] < 0).any()])[0]
-        if flags[2]:
-            self._make_step(np.unique(np.concatenate([self.points.cell, self.boundary.cell])))
-        elif flags[:2].any():
+                flags[-1] |= self._any([(slot[points.cell] < 0).any()])[0]
+        if flags[-1]:
+            self._make_step(self._filled())
+        elif flags[:-1].any():
             self.step.attach(self.points, self.boundary)
+
+    def _filled(self):
+        """Cells of this rank that hold points."""
+        return np.unique(np.concatenate([points.cell for _, points, covered, _ in self._sets if covered]))
 
     def _any(self, flags):
         """Which of the ``flags`` is set on any rank."""
@@ -141,7 +169,7 @@ class MPM:
         if self.step is not None:
             self.step.destroy()
         self.step = Step(self.background, filled, self.supports, self.body, self.gravity, self.kernels,
-                         self._consistent, self.phases)
+                         self._consistent, self.phases, self.loads, self.penalties)
         self.step.attach(self.points, self.boundary)
 
     def _raise_if_outside(self, points, rank):
@@ -168,12 +196,12 @@ class MPM:
         self.step.destroy()
         self._router.free()
         self._lay_out(self.points.x)
-        for points in (self.points, self.boundary):
+        for _, points, *_ in self._sets:
             rank, number = self.background.search.relocate(points)
             self._raise_if_outside(points, rank)
             numbers = points.migrate(self._router, rank, number)
             points.cell[:] = self.background.search.local(numbers)
-        self._make_step(np.unique(np.concatenate([self.points.cell, self.boundary.cell])))
+        self._make_step(self._filled())
         self.balance.append((self.steps, before, self.imbalance()))
 
     def _lay_out(self, filling):
@@ -181,7 +209,7 @@ class MPM:
         self.background = Background(self.grid, self.comm, filling)
         self.supports = Supports(self._support_scene, self.background.x)
         self._router = Router(self.comm, self.background.neighbours)
-        self._no_slot = np.full(len(self.background.cells), -1, np.int32)
+        self._no_slot, self._anywhere = (np.full(len(self.background.cells), n, np.int32) for n in (-1, 0))
         self.step = None
 
     # ---------------------------------------------------------------- what others ask
@@ -189,12 +217,16 @@ class MPM:
     def surface(self):
         """Boundary particles: positions [m] and velocities [m/s], shape (n, dim) each, in the order of the interface,
         the same on every rank."""
-        if self.comm.size == 1:
-            return self.boundary.x.copy(), self.boundary.v.copy()
-        x, v = np.empty((2, self._boundary_count, self.dim))
-        for number, x_part, v_part in self.comm.allgather((self.boundary.gid, self.boundary.x, self.boundary.v)):
-            x[number], v[number] = x_part, v_part
-        return x, v
+        both = np.stack([self.boundary.x, self.boundary.v], axis=1)
+        return tuple(everywhere(self.comm, self.boundary.gid, both, self._boundary_count).transpose(1, 0, 2).copy())
+
+    def reaction(self, name):
+        """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
+        names = sorted({str(other) for held in self.penalties for other in held.names})
+        if name not in names:
+            raise ValueError(f"there is no penalty {name!r}: choose one of {', '.join(names) or 'none'}")
+        return self.comm.allreduce(sum(held.points.force[held.names[held.points.gid] == name].sum(axis=0)
+                                       for held in self.penalties))
 
     def energy(self):
         """``kinetic``, ``strain`` and ``potential`` (in gravity, zero at the origin) energy of the points [J]."""
@@ -222,16 +254,14 @@ class MPM:
     def get_state(self):
         """Everything that decides the future, as name → array copy: points and boundary particles of this rank, time,
         cover and kept tangent."""
-        state = {f"points.{name}": values for name, values in self.points.copy().items()}
-        state.update({f"boundary.{name}": values for name, values in self.boundary.copy().items()})
+        state = {f"{kind}.{name}": values for kind, points, *_ in self._sets for name, values in points.copy().items()}
         state.update(self.step.get_state(), time=np.array([self.time, self.steps]))
         return state
 
     def set_state(self, state):
         """Go back to ``state``; the run continues bit for bit."""
-        for name in ("points", "boundary"):
-            part = {key.split(".")[1]: values for key, values in state.items() if key.startswith(name + ".")}
-            getattr(self, name).restore(part)
+        for kind, points, *_ in self._sets:
+            points.restore({key.split(".")[1]: values for key, values in state.items() if key.startswith(kind + ".")})
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])
         same = np.array_equal(self.step.filled, state["filled"])
         if not self.comm.allreduce(int(same), MPI.MIN):

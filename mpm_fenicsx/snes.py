@@ -9,6 +9,7 @@ Defaults are set on the objects before ``setFromOptions``, so the command line a
 
 The tangent is kept until the caller has a reason for a new one (``-mpm_snes_lag_jacobian 1`` makes it anew in every
 Newton iteration, 2 in every second one, …). A step that fails with the kept tangent is tried again with new ones.
+An unsymmetric tangent has lu (UMFPACK on one rank) in the place of cholesky, gmres of cg, and ilu of icc.
 """
 import sys
 
@@ -38,10 +39,10 @@ def unused_options():
 
 
 class Newton:
-    """One SNES over one cover. residual(u, r): fills r from u, both (owned, D); tangent(): fills the matrix at the
-    deformation of the last residual. Collective."""
+    """One SNES over one cover. residual(u, r): fills r from u, both (owned, D); tangent(asked): fills the matrix at the
+    deformation of the last residual. watched: call it in every iteration and let it decide, asked or not. Collective."""
 
-    def __init__(self, cover, residual, tangent):
+    def __init__(self, cover, residual, tangent, watched=False):
         self._residual, self._tangent = residual, tangent
         self._failure = None
         self._shape = (cover.owned, cover.dim)
@@ -51,7 +52,8 @@ class Newton:
         snes.setFunction(self._function, r)
         snes.setJacobian(self._jacobian, cover.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
-        compat.set_lag_jacobian(snes, KEEP)
+        self._lag, self._again = 1 if watched else KEEP, False
+        compat.set_lag_jacobian(snes, self._lag)
         options = PETSc.Options(PREFIX)
         snes.getKSP().setOperators(cover.matrix)
         self._user_atol, self._user_lag = options.hasName("snes_atol"), options.hasName("snes_lag_jacobian")
@@ -70,16 +72,16 @@ class Newton:
         small = self.u.getSize() <= DIRECT_UP_TO[self._cover.dim]
         if asked in ("cholesky", "lu") or (small and not asked):
             ksp.setType("preonly")
-            pc.setType(asked or "cholesky")
-            pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if asked == "lu" else "cholmod")
+            pc.setType(asked or ("cholesky" if self._cover.symmetric else "lu"))
+            pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if pc.getType() == "lu" else "cholmod")
         else:
-            ksp.setType("cg")
+            ksp.setType("cg" if self._cover.symmetric else "gmres")
             ksp.setTolerances(rtol=1e-8)
             pc.setType(asked or ("gamg" if stiffness > STIFF else "bjacobi"))
             if pc.getType() == "gamg":
                 self._set_rigid_body_modes(coordinates)
             elif pc.getType() == "bjacobi" and not options.hasName("sub_pc_type"):
-                options["sub_pc_type"] = "icc"
+                options["sub_pc_type"] = "icc" if self._cover.symmetric else "ilu"
         self.snes.setFromOptions()
         self._chosen = True
 
@@ -110,7 +112,7 @@ class Newton:
 
     def _jacobian(self, snes, u, A, B):
         try:
-            self._tangent()
+            self._tangent(self._again or self._user_lag)
         except Exception as error:
             self._failure = error
 
@@ -124,9 +126,11 @@ class Newton:
             self.snes.setTolerances(atol=atol)
         reason, iterations = self._run(guess)
         if reason < 0 and not self._user_lag:  # a body that turns leaves the kept tangent behind
+            self._again = True
             compat.set_lag_jacobian(self.snes, 1)
             reason, more = self._run(guess)
-            compat.set_lag_jacobian(self.snes, KEEP)
+            compat.set_lag_jacobian(self.snes, self._lag)
+            self._again = False
             iterations += more
         if reason < 0:
             name = REASONS.get(reason, str(reason))

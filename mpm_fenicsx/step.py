@@ -5,8 +5,8 @@ import numpy as np
 from mpi4py import MPI
 
 from . import compat, newmark
+from .carriers import Carriers
 from .cover import Cover
-from .errors import MPMError
 from .snes import Newton
 
 PHASES = ("search", "to grid", "tangent", "residual", "solve", "to points")
@@ -22,13 +22,14 @@ class Step:
     tolerance = 1e-6  # of the residual, relative to loads and inertia (-mpm_snes_atol replaces it)
     slow = 4  # more Newton iterations than this: the kept tangent is out of date
 
-    def __init__(self, background, filled, supports, body, gravity, kernels, consistent, phases):
+    def __init__(self, background, filled, supports, body, gravity, kernels, consistent, phases, loads=(), penalties=()):
         self.comm, self.dim, self.background = background.comm, background.dim, background
-        self.cover = Cover(background, filled, supports.fixed)
+        self.loads, self.penalties = loads, penalties
+        self.cover = Cover(background, filled, supports.fixed, all(held.symmetric for held in penalties))
         self.filled, self.supports, self.gravity, self.kernels = filled, supports, gravity, kernels
         self.params, self.consistent, self.phases = body.law.params, consistent, phases
         self._smallest_mass = 1e-14 * body.rho * np.prod(background.h) * body.thickness  # "numeric zero" of eq. 14
-        self.newton = Newton(self.cover, self.residual, self.tangent)
+        self.newton = Newton(self.cover, self.residual, self._renew_tangent, watched=bool(penalties))
         nodes = len(self.cover.node)
         self.active = np.zeros(nodes, bool)
         self._nodal, self._R = np.empty((nodes, 1 + 2 * self.dim)), np.empty((nodes, self.dim))
@@ -54,10 +55,10 @@ class Step:
 
     def attach(self, points, boundary):
         """Work arrays for these points; needed whenever their number on this rank changes."""
-        self.points, self.boundary = points, boundary
+        self.points = points
         n, K, D = len(points), self.cover.cells.shape[1], self.dim
-        self._N, self._G = np.empty((n, K)), np.empty((n, K, D))
-        self._Nb, self._Gb = np.empty((len(boundary), K)), np.empty((len(boundary), K, D))
+        self.basis, self._G = np.empty((n, K)), np.empty((n, K, D))
+        self.carriers = Carriers(self, boundary)
         self._F, self._F33, self._state = np.empty((n, D, D)), np.empty(n), points.state.copy()
 
     # ---------------------------------------------------------------- phase I
@@ -65,13 +66,13 @@ class Step:
     def begin(self, dt, time, force):
         """Basis values, nodal mass, velocity and acceleration, known displacements, loads. ``force`` [N] on this rank's
         boundary particles, shape (n, D)."""
-        points, boundary, D = self.points, self.boundary, self.dim
+        points, D = self.points, self.dim
         self.dt = dt
-        for p, N, G in ((points, self._N, self._G), (boundary, self._Nb, self._Gb)):
-            self.kernels.shapes(p.cell, p.x, self.background.origin, self.background.inverse, N, G)
+        self.shapes(points.cell, points.x, self.basis, self._G)
+        self.carriers.shapes()
         self.lap("search")
         self._nodal[:] = 0.0
-        self.kernels.to_grid(points.cell, self.cover.cells, self._N, points.mass, points.v, points.a, self._nodal)
+        self.kernels.to_grid(points.cell, self.cover.cells, self.basis, points.mass, points.v, points.a, self._nodal)
         self.cover.accumulate(self._nodal)
         self.mass = self._nodal[:, 0].copy()
         self._find_active(time)
@@ -80,8 +81,13 @@ class Step:
         self.a[self.active] = self._nodal[self.active, 1 + D:] / self.mass[self.active, None]
         self._known = self.supports.displacement(self.cover.node, time, dt, self.v, self.a)
         self._idle = (self.cover.fixed | ~self.active[:, None])[:self.cover.owned]
-        self._add_loads(time, force)
+        self._load[:] = self.mass[:, None] * self.gravity
+        self.applied = self.carriers.begin(time, force, self._load)
         self.lap("to grid")
+
+    def shapes(self, cell, x, N, G):
+        """Basis values and gradients at positions x [m] in this rank's cells, see ``shape.shapes``."""
+        self.kernels.shapes(cell, x, self.background.origin, self.background.inverse, N, G)
 
     def _find_active(self, time):
         """Nodes that carry mass. A kept tangent has identity rows for the others, so a change ends its validity."""
@@ -90,50 +96,18 @@ class Step:
             self.supports.check(active, self.cover, time)
             self.active, self.tangent_is_valid = active, False
 
-    def _add_loads(self, time, force):
-        """Eq. 13 with the basis of eq. 14, and gravity."""
-        boundary, cover = self.boundary, self.cover
-        lost = self.kernels.only_active(boundary.cell, cover.cells, self.active, self._Nb)
-        if self.comm.allreduce(lost, MPI.MAX) >= 0:
-            found = [] if lost < 0 else [(int(boundary.gid[lost]), boundary.x[lost].tolist())]
-            number, x = min(sum(self.comm.allgather(found), []))
-            raise MPMError(f"boundary particle {number} at x = {x} m has no material point near it at t = {time:.6g} s: "
-                           "move the interface into the body (shift) or seed more points")
-        self._jump(force - boundary.force)
-        boundary.force[:] = force
-        self._load[:] = 0.0
-        self.applied = np.zeros(self.dim)
-        if self.comm.allreduce(int(force.any()), MPI.MAX):
-            self.kernels.spread(boundary.cell, cover.cells, self._Nb, force, self._load)
-            cover.accumulate(self._load)
-            self.applied = self.comm.allreduce(self._load[:cover.owned].sum(axis=0))
-        self._load += self.mass[:, None] * self.gravity
-
-    def _jump(self, change):
-        """A load that is constant over each step jumps between steps, and the acceleration with it: Newmark's method
-        then does the work of the load and takes up its impulse, step by step."""
-        if not self.comm.allreduce(int(change.any()), MPI.MAX):
-            return
-        cover, load = self.cover, self._load
-        load[:] = 0.0
-        self.kernels.spread(self.boundary.cell, cover.cells, self._Nb, change, load)
-        cover.accumulate(load)
-        load[self.active] /= self.mass[self.active, None]
-        load[cover.fixed] = 0.0
-        self.a += load
-        for p, N in ((self.points, self._N), (self.boundary, self._Nb)):
-            self.kernels.interpolate(p.cell, cover.cells, N, load, p.a)
-
     # ---------------------------------------------------------------- phase II
 
     def solve(self, when):
         """Displacement of the nodes over the step [m], shape (nodes, D), and the number of Newton iterations."""
         dt, n = self.dt, self.cover.owned
+        guess = (dt * self.v + 0.5 * dt**2 * (self.a + self.carriers.reaction))[:n]
+        guess[self._idle] = self._known[:n][self._idle]
         if not self.tangent_is_valid or self.tangent_dt != dt:
             self._F[:], self._F33[:] = self.points.F, self.points.F33
+            for held in self.penalties:
+                held.respond(self, self.cover.with_ghosts(guess))
             self.tangent()
-        guess = (dt * self.v + 0.5 * dt**2 * self.a)[:n]
-        guess[self._idle] = self._known[:n][self._idle]
         u, iterations = self.newton.solve(guess, self._atol(guess), when)
         if iterations > self.slow:
             self.tangent_is_valid = False
@@ -157,8 +131,10 @@ class Step:
         u = self.cover.with_ghosts(u)
         a = newmark.acceleration(u, self.v, self.a, self.dt)
         self._R[:] = 0.0
-        self.kernels.residual(points.cell, self.cover.cells, self._N, self._G, points.mass, points.V0, points.F,
+        self.kernels.residual(points.cell, self.cover.cells, self.basis, self._G, points.mass, points.V0, points.F,
                               points.F33, points.state, self.params, u, a, self._F, self._F33, self._state, self._R)
+        for held in self.penalties:
+            held.residual(self, u, self._R)
         self.cover.accumulate(self._R)
         r[:] = self._R[:n] - self._load[:n]
         if not self.consistent:
@@ -172,8 +148,10 @@ class Step:
         cover, points, n = self.cover, self.points, self.cover.owned
         alpha = newmark.alpha(self.dt)
         cover.element_matrices[:] = 0.0
-        self.kernels.tangent(points.cell, cover.slot, self._N, self._G, points.mass, points.V0, points.F, points.F33,
+        self.kernels.tangent(points.cell, cover.slot, self.basis, self._G, points.mass, points.V0, points.F, points.F33,
                              points.state, self.params, alpha, self._F, self._F33, self._state, cover.element_matrices)
+        for held in self.penalties:
+            held.tangent(self)
         total, nodes = self.comm.allreduce(np.array([self.mass[:n].sum(), np.count_nonzero(self.mass[:n])]))
         self.idle_scale = alpha * total / nodes  # idle rows of the size of the others keep the matrix well scaled
         inertia = alpha * self.mass[:n, None]
@@ -188,6 +166,11 @@ class Step:
         self._tangent_made = time_ns()
         self.lap("tangent")
 
+    def _renew_tangent(self, asked):
+        """For the SNES: a new tangent when ``asked`` for, or when a spring's law has changed its branch."""
+        if asked or self.comm.allreduce(int(any(held.switched() for held in self.penalties)), MPI.MAX):
+            self.tangent()
+
     def _choose_solver(self):
         self.newton.choose_solver(self.stiff, self.background.x[self.cover.node[:self.cover.owned]])
 
@@ -195,11 +178,11 @@ class Step:
 
     def finish(self, u):
         """Points and boundary particles move with the grid, which then goes back to rest."""
-        points, boundary = self.points, self.boundary
+        points = self.points
         a = newmark.acceleration(u, self.v, self.a, self.dt)
         a[~self.active] = 0.0
-        for p, N in ((points, self._N), (boundary, self._Nb)):
-            self.kernels.to_points(p.cell, self.cover.cells, N, u, a, self.dt, p.x, p.v, p.a)
+        self.carriers.finish(u, a)
+        self.kernels.to_points(points.cell, self.cover.cells, self.basis, u, a, self.dt, points.x, points.v, points.a)
         points.F, self._F = self._F, points.F
         points.F33, self._F33 = self._F33, points.F33
         points.state, self._state = self._state, points.state

@@ -1,0 +1,114 @@
+"""Springs between the body and boundary particles: walls anywhere in the grid, with friction, and hinges of the body.
+
+A particle of area A holds what lies at its place by the force (Chandra et al. 2021, doi 10.1007/s11440-020-01123-3)
+
+    f = -k A (g_n n + g_t),   |g_t| <= mu max(-g_n, 0)  by radial return (Coulomb),   f = 0 when it separates and g_n > 0,
+
+k: stiffness per area [Pa/m]; g: gap [m], the body's motion since contact began less the wall's; n: into the body. The
+gap is a state of the particle, so that a load at rest sinks in once, by pressure / k, and does not creep. A particle in
+space forgets its gap when the nodes with mass carry less than half of its basis: the body has left.
+
+In time, f is constant over the step, as other loads are, and follows from the gap half a step ahead, g + v dt / 2 at the
+end of the step. Newmark's average acceleration turns a stiff spring into v_new = -v, for ever; with the lead of a half
+a node that hits the wall rests after two steps, as one at a held grid node does. Constant over the step means that its
+change from the last step jumps in the acceleration; f therefore counts twice in eq. 11, once at either end of the step.
+"""
+import numpy as np
+
+AHEAD = 0.5  # steps
+LEAD = 1.0 + 2.0 * AHEAD  # change of the gap ahead per displacement over the step
+OPEN, STICK, SLIP, SLIDE = 0, 1, 2, 3  # SLIDE, with friction, and more for its direction
+D, K = 2, 4  # fixed by specialise
+
+
+def weigh(cell, cells, active, N, share):
+    """Share of the basis values N, shape (n, K), on nodes that carry mass, into share (n,); scales N to them (eq. 14)."""
+    for p in range(len(cell)):
+        share[p] = 0.0
+        for q in range(K):
+            if not active[cells[cell[p], q]]:
+                N[p, q] = 0.0
+            share[p] += N[p, q]
+        if share[p] > 0.0:
+            for q in range(K):
+                N[p, q] /= share[p]
+
+
+def respond(cell, cells, N, u, base, normal, stiffness, friction, separates, gap, force, status):
+    """Gap ahead [m] = base + LEAD u, force [N] on the body and status of each particle.
+
+    u: (nodes, D) displacement over the step [m]; base, normal: (n, D); stiffness: k A [N/m], friction, separates: (n,);
+    fills gap, force: (n, D) and status: (n,). Without a normal (zero) and with infinite friction all motion is held.
+    """
+    for p in range(len(cell)):
+        along = 0.0
+        for i in range(D):
+            g = base[p, i]
+            for q in range(K):
+                g += LEAD * N[p, q] * u[cells[cell[p], q], i]
+            gap[p, i] = g
+            along += g * normal[p, i]
+        if separates[p] and along >= 0.0:
+            status[p] = OPEN
+            for i in range(D):
+                force[p, i] = 0.0
+            continue
+        slip = 0.0
+        axis = 0
+        largest = 0.0
+        for i in range(D):
+            t = gap[p, i] - along * normal[p, i]
+            slip += t * t
+            if abs(t) > abs(largest):
+                axis, largest = i, t
+        slip = np.sqrt(slip)
+        limit = -friction[p] * along if along < 0.0 else 0.0
+        kept = limit / slip if slip > 0.0 else 0.0
+        if friction[p] == np.inf or slip < limit:
+            status[p], kept = STICK, 1.0
+        elif limit > 0.0:
+            status[p] = SLIDE + 2 * axis + (1 if largest > 0.0 else 0)
+        else:
+            status[p] = SLIP
+        for i in range(D):
+            force[p, i] = -stiffness[p] * (along * normal[p, i] + kept * (gap[p, i] - along * normal[p, i]))
+
+
+def spring_matrix(gap, normal, friction, status, C):
+    """C = -(df/dg) / (k A), shape (D, D), of one particle; it is not symmetric when it slides with friction."""
+    along = 0.0
+    for i in range(D):
+        along += gap[i] * normal[i]
+    slip = 0.0
+    for i in range(D):
+        t = gap[i] - along * normal[i]
+        slip += t * t
+    slip = np.sqrt(slip)
+    for i in range(D):
+        for j in range(D):
+            nn = normal[i] * normal[j]
+            one = 1.0 if i == j else 0.0
+            if status == OPEN:
+                C[i, j] = 0.0
+            elif status == STICK:
+                C[i, j] = one
+            else:
+                C[i, j] = nn
+            if status >= SLIDE:
+                s = (gap[i] - along * normal[i]) / slip
+                r = (gap[j] - along * normal[j]) / slip
+                C[i, j] += friction * (-s * normal[j] - along / slip * (one - nn - s * r))
+
+
+def tangent(cell, slot, N, normal, stiffness, friction, gap, status, Ke):
+    """Add -2 df/du to the element matrices Ke, shape (slots, K*D, K*D) [N/m], at the gaps of the last ``respond``."""
+    C = np.empty((D, D))
+    for p in range(len(cell)):
+        c = slot[cell[p]]
+        spring_matrix(gap[p], normal[p], friction[p], status[p], C)
+        for a in range(K):
+            for b in range(K):
+                w = 2.0 * LEAD * stiffness[p] * N[p, a] * N[p, b]
+                for i in range(D):
+                    for j in range(D):
+                        Ke[c, a * D + i, b * D + j] += w * C[i, j]

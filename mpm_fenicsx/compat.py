@@ -12,6 +12,9 @@ _handle, _int, _pointer = ctypes.c_void_p, np.ctypeslib.as_ctypes_type(PETSc.Int
 _petsc.MatSetPreallocationCOO.argtypes = [_handle, ctypes.c_ssize_t, _pointer, _pointer]
 _petsc.MatSetValuesCOO.argtypes = [_handle, _pointer, ctypes.c_int]
 _petsc.SNESSetLagJacobian.argtypes = [_handle, _int]
+_petsc.SNESGetLineSearch.argtypes = [_handle, _pointer]
+_petsc.SNESLineSearchSetType.argtypes = [_handle, ctypes.c_char_p]
+_petsc.SNESLineSearchSetTolerances.argtypes = [_handle, *[ctypes.c_double] * 5, _int]
 _petsc.PetscOptionsUsed.argtypes = [_handle, ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
 _INSERT = 1  # INSERT_VALUES
 _messages = [ctypes.c_double.in_dll(_petsc, f"petsc_{kind}_ct") for kind in ("send", "isend")]
@@ -37,6 +40,14 @@ def set_coo_values(A, values):
 def set_lag_jacobian(snes, lag):
     """How often the SNES itself makes the tangent anew (-1: never)."""
     _check(_petsc.SNESSetLagJacobian(snes.handle, lag))
+
+
+def set_line_search(snes, kind, most):
+    """Kind of line search and its largest number of iterations."""
+    search, default = _handle(), float(PETSc.DEFAULT)
+    _check(_petsc.SNESGetLineSearch(snes.handle, ctypes.byref(search)))
+    _check(_petsc.SNESLineSearchSetType(search, kind.encode()))
+    _check(_petsc.SNESLineSearchSetTolerances(search, *[default] * 5, most))
 
 
 def option_used(name):

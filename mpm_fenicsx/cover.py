@@ -17,10 +17,9 @@ class Cover:
     local number; fixed: (n, D) mask of supported directions. Collective.
     """
 
-    def __init__(self, background, filled, fixed, symmetric=True):
-        """filled: numbers of this rank's cells that hold points; fixed: (grid nodes, D) mask; symmetric: whether the
-        matrix will be."""
-        self.comm, self.dim, self.symmetric = background.comm, background.dim, symmetric
+    def __init__(self, background, filled, fixed):
+        """filled: numbers of this rank's cells that hold points; fixed: (grid nodes, D) mask."""
+        self.comm, self.dim = background.comm, background.dim
         self._vectors = {}
         grid_vec = self._ghosted(background.node_map, background.nodes_owned, 1)
         near = self._flags(grid_vec, background, background.cells[filled])  # nodes of filled cells, on any rank
@@ -114,7 +113,7 @@ class Cover:
         self.matrix.setSizes((size, size), bsize=D)
         self.matrix.setType(PETSc.Mat.Type.AIJ)
         compat.set_coo_pattern(self.matrix, np.append(rows, diagonal), np.append(columns, diagonal))
-        self.matrix.setOption(PETSc.Mat.Option.SYMMETRIC, self.symmetric)
+        self.matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         self.values = np.empty(len(rows) + len(diagonal))
 
     def fill_matrix(self, diagonal):

@@ -5,10 +5,13 @@ from . import laws
 from .conditions import GridWall
 from .points import Points
 from .specialise import specialise
-from .springs import AHEAD, OPEN, STICK, respond, spring_matrix, tangent, weigh
+from .springs import AHEAD, CLOSED, STICK, respond, spring_matrix, tangent, weigh
 from .surface import areas
 
-FACTOR = 100.0  # stiffness of the springs over that of one cell of the body: they give by 1 % of a cell's strain
+# Stiffness of the springs over that of one cell of the body. Those of a support give by 1 % of a cell's strain. A wall
+# with friction or separation gives as much as one more cell would: with 100, neighbours in one cell fight each other,
+# friction without separation is too large by 10 to 80 % and Newton's method fails (measured on a sliding block).
+SUPPORT_FACTOR, WALL_FACTOR = 100.0, 1.0
 HALF = 0.5  # share of its basis on nodes with mass from which a particle in space touches the body
 
 
@@ -28,20 +31,28 @@ def make_penalties(scene, background, law, thickness, velocity_at, acceleration)
     """
     if not scene:
         return ()
-    D, groups = background.dim, {False: [], True: []}
-    node_area = background.h.min() ** (D - 1) * thickness
+    D, groups, h = background.dim, {False: [], True: []}, background.h.min()
     for condition in scene:
         if isinstance(condition, GridWall):
             condition = condition.penalty(background.whole[0])
-            area = np.full(len(condition.surface.x), node_area)
-        elif np.shape(condition.surface.x)[1] != D:
+        if np.shape(condition.surface.x)[1] != D:
             raise ValueError(f"the surface of {condition.name} has {np.shape(condition.surface.x)[1]} dimensions, the "
                              f"scene {D}")
-        else:
-            area = areas(np.asarray(condition.surface.x, float), np.asarray(condition.surface.elements)) * thickness
-        groups[condition.follows].append((condition, area))
-    size, stiffness = dict(D=D, K=background.cells.shape[1]), modulus(law, D) / background.h.min()
+        area = areas(np.asarray(condition.surface.x, float), np.asarray(condition.surface.elements))
+        area[area == 0.0] = h ** (D - 1)  # a particle without elements stands for a node
+        groups[condition.follows].append((condition, area * thickness))
+    size, stiffness = dict(D=D, K=background.cells.shape[1]), modulus(law, D) / h
     return tuple(Penalties(*zip(*group), size, stiffness, velocity_at, acceleration) for group in groups.values() if group)
+
+
+def _has_kinks(penalty):
+    return penalty.separates or (penalty.normal is not None and 0.0 < penalty.friction < np.inf)
+
+
+def _stiffness(penalty, modulus_over_h):
+    """Of the springs per area [Pa/m]."""
+    factor = WALL_FACTOR if _has_kinks(penalty) else SUPPORT_FACTOR
+    return factor * modulus_over_h if penalty.stiffness is None else penalty.stiffness
 
 
 class Penalties:
@@ -62,9 +73,8 @@ class Penalties:
                                        for p in penalties])
         self._friction = repeated([np.inf if p.normal is None else p.friction for p in penalties])
         self._separates = repeated([p.separates for p in penalties], bool)
-        self._stiffness = np.concatenate(areas) * repeated(
-            [FACTOR * modulus_over_h if p.stiffness is None else p.stiffness for p in penalties])
-        self.symmetric = bool(np.isin(self._friction, (0.0, np.inf)).all())
+        self._stiffness = np.concatenate(areas) * repeated([_stiffness(p, modulus_over_h) for p in penalties])
+        self.kinks = any(_has_kinks(p) for p in penalties)
         self.moves = any(p.motion is not None for p in penalties)
         self.names = np.repeat([p.name for p in penalties], counts)
         self.points = self._make_points(velocity_at, acceleration)
@@ -125,7 +135,12 @@ class Penalties:
             before, now, after = (self._motion(time + k * step.dt)[self._index] for k in (0, 1, 2))
             self._wall = now - before
             self._base -= self._wall + 0.5 * AHEAD * (after - before)
-        self._fixed = (self._normal[gid], self._stiffness[gid], self._friction[gid], self._separates[gid])
+        normal, stiffness, limit = self._normal[gid], self._stiffness[gid], self._friction[gid]
+        separates, pressed = self._separates[gid], np.sum(p.force[self._index] * normal, axis=1)
+        limit[separates & (pressed <= 0.0)] = 0.0
+        rubs = np.isfinite(limit)
+        limit[rubs] *= np.maximum(pressed[rubs], 0.0) / stiffness[rubs]
+        self._fixed = normal, stiffness, limit, separates
         self._gap, self._force = np.empty_like(self._base), np.zeros_like(self._base)
         self._status = np.empty(len(gid), np.int8)
 
@@ -139,7 +154,7 @@ class Penalties:
             self._some_left = bool(p.status[off].any())
             p.force[off] = 0.0
             p.gap[off] = 0.0
-            p.status[off] = OPEN
+            p.status[off] = 0
         return p.gid[self._index]
 
     def respond(self, step, u):
@@ -158,9 +173,9 @@ class Penalties:
 
     def tangent(self, step):
         """Add the springs to the element matrices."""
-        normal, stiffness, friction, _ = self._fixed
+        normal, stiffness, limit, _ = self._fixed
         self.points.status[self._index], self._some_left = self._status, False
-        self._tangent(self._cell, step.cover.slot, self.N, normal, stiffness, friction, self._gap, self._status,
+        self._tangent(self._cell, step.cover.slot, self.N, normal, stiffness, limit, self._gap, self._status,
                       step.cover.element_matrices)
 
     def finish(self, step, u, nodal):
@@ -172,7 +187,7 @@ class Penalties:
         moved = p.gap[index] - self._wall
         step.kernels.interpolate(self._cell, cover.cells, self.N, u, moved)
         along = lambda vectors: np.sum(vectors * normal, axis=1)[:, None] * normal  # noqa: E731
-        spring = np.where(self._status[:, None] == STICK, moved, -self._force / stiffness[:, None])
+        spring = np.where(self._status[:, None] % CLOSED == STICK, moved, -self._force / stiffness[:, None])
         p.gap[index] = along(moved) + spring - along(spring)
         p.force[index] = self._force
 

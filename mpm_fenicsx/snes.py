@@ -9,7 +9,8 @@ Defaults are set on the objects before ``setFromOptions``, so the command line a
 
 The tangent is kept until the caller has a reason for a new one (``-mpm_snes_lag_jacobian 1`` makes it anew in every
 Newton iteration, 2 in every second one, …). A step that fails with the kept tangent is tried again with new ones.
-An unsymmetric tangent has lu (UMFPACK on one rank) in the place of cholesky, gmres of cg, and ilu of icc.
+Springs that open, stick and slide make the residual piecewise linear: they have a potential, of which line search cp
+(5 iterations) finds the minimum along a line, where bt gets stuck on the residual's norm.
 """
 import sys
 
@@ -40,9 +41,10 @@ def unused_options():
 
 class Newton:
     """One SNES over one cover. residual(u, r): fills r from u, both (owned, D); tangent(asked): fills the matrix at the
-    deformation of the last residual. watched: call it in every iteration and let it decide, asked or not. Collective."""
+    deformation of the last residual. watched: call it in every iteration and let it decide, asked or not; kinks: the
+    residual has some. Collective."""
 
-    def __init__(self, cover, residual, tangent, watched=False):
+    def __init__(self, cover, residual, tangent, watched=False, kinks=False):
         self._residual, self._tangent = residual, tangent
         self._failure = None
         self._shape = (cover.owned, cover.dim)
@@ -54,6 +56,8 @@ class Newton:
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
         self._lag, self._again = 1 if watched else KEEP, False
         compat.set_lag_jacobian(snes, self._lag)
+        if kinks:
+            compat.set_line_search(snes, "cp", 5)
         options = PETSc.Options(PREFIX)
         snes.getKSP().setOperators(cover.matrix)
         self._user_atol, self._user_lag = options.hasName("snes_atol"), options.hasName("snes_lag_jacobian")
@@ -72,16 +76,16 @@ class Newton:
         small = self.u.getSize() <= DIRECT_UP_TO[self._cover.dim]
         if asked in ("cholesky", "lu") or (small and not asked):
             ksp.setType("preonly")
-            pc.setType(asked or ("cholesky" if self._cover.symmetric else "lu"))
-            pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if pc.getType() == "lu" else "cholmod")
+            pc.setType(asked or "cholesky")
+            pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if asked == "lu" else "cholmod")
         else:
-            ksp.setType("cg" if self._cover.symmetric else "gmres")
+            ksp.setType("cg")
             ksp.setTolerances(rtol=1e-8)
             pc.setType(asked or ("gamg" if stiffness > STIFF else "bjacobi"))
             if pc.getType() == "gamg":
                 self._set_rigid_body_modes(coordinates)
             elif pc.getType() == "bjacobi" and not options.hasName("sub_pc_type"):
-                options["sub_pc_type"] = "icc" if self._cover.symmetric else "ilu"
+                options["sub_pc_type"] = "icc"
         self.snes.setFromOptions()
         self._chosen = True
 

@@ -25,11 +25,12 @@ class Step:
     def __init__(self, background, filled, supports, body, gravity, kernels, consistent, phases, loads=(), penalties=()):
         self.comm, self.dim, self.background = background.comm, background.dim, background
         self.loads, self.penalties = loads, penalties
-        self.cover = Cover(background, filled, supports.fixed, all(held.symmetric for held in penalties))
+        self.cover = Cover(background, filled, supports.fixed)
         self.filled, self.supports, self.gravity, self.kernels = filled, supports, gravity, kernels
         self.params, self.consistent, self.phases = body.law.params, consistent, phases
         self._smallest_mass = 1e-14 * body.rho * np.prod(background.h) * body.thickness  # "numeric zero" of eq. 14
-        self.newton = Newton(self.cover, self.residual, self._renew_tangent, watched=bool(penalties))
+        self.newton = Newton(self.cover, self.residual, self._renew_tangent, bool(penalties),
+                             any(held.kinks for held in penalties))
         nodes = len(self.cover.node)
         self.active = np.zeros(nodes, bool)
         self._nodal, self._R = np.empty((nodes, 1 + 2 * self.dim)), np.empty((nodes, self.dim))

@@ -7,13 +7,11 @@ from .errors import MPMError
 
 class Carriers:
     """The interface's particles and those of the scene's loads and penalties, in the cells of a step's cover.
-
-    ``reaction``: acceleration of the nodes by the springs of the last step [m/s^2], shape (nodes, D), or 0. Collective.
-    """
+    Collective."""
 
     def __init__(self, step, boundary):
         """step: with its points attached; boundary: the interface's particles."""
-        self._step, self._comm, self.reaction = step, step.comm, 0.0
+        self._step, self._comm = step, step.comm
         K, D = step.cover.cells.shape[1], step.dim
         particles = [boundary, *(loads.points for loads in step.loads)]
         self._loaded = [(p, np.empty((len(p), K)), np.empty((len(p), K, D))) for p in particles]
@@ -24,8 +22,8 @@ class Carriers:
             self._step.shapes(p.cell, p.x, N, G)
 
     def begin(self, time, force, load):
-        """Add the loads [N] to ``load``, shape (nodes, D), and their jumps to the accelerations; take the springs' last
-        forces out of the nodes' ones. force: on the interface's particles [N]. Returns its sum over the nodes [N]."""
+        """Add the loads [N] to ``load``, shape (nodes, D), and their jumps to the accelerations; get the springs ready.
+        force: on the interface's particles [N]. Returns its sum over the nodes [N]."""
         step = self._step
         self._riders = [(step.points, step.basis), *((p, N) for p, N, _ in self._loaded)]
         for p, N, _ in self._loaded:
@@ -36,12 +34,8 @@ class Carriers:
         applied = self._carry(*self._loaded[0][:2], force, load)
         for loads, (p, N, _) in zip(step.loads, self._loaded[1:]):
             self._carry(p, N, loads.forces(self._comm, time, step.dt), load)
-        if step.penalties:
-            nodal = np.zeros_like(load)
-            for held in step.penalties:
-                held.begin(step, time, nodal)
-            self.reaction = self._acceleration(nodal)
-            step.a -= self.reaction
+        for held in step.penalties:
+            held.begin(step, time)
         return applied
 
     def _raise_if_lost(self, points, lost, time):
@@ -60,7 +54,7 @@ class Carriers:
         if self._comm.allreduce(int(change.any()), MPI.MAX):
             nodal = np.zeros_like(load)
             step.kernels.spread(points.cell, step.cover.cells, N, change, nodal)
-            step.a += self._jump(self._acceleration(nodal))
+            self._jump(nodal)
         if not self._comm.allreduce(int(force.any()), MPI.MAX):
             return np.zeros(step.dim)
         nodal = np.zeros_like(load)
@@ -69,30 +63,22 @@ class Carriers:
         load += nodal
         return self._comm.allreduce(nodal[:step.cover.owned].sum(axis=0))
 
-    def _acceleration(self, nodal):
-        """Acceleration of the nodes [m/s^2] by forces [N] of which each rank has its share, both (nodes, D)."""
+    def _jump(self, nodal):
+        """Change the acceleration of the nodes, and of all that moves with them, by forces [N] of which each rank has its
+        share, shape (nodes, D)."""
         step = self._step
         step.cover.accumulate(nodal)
         nodal[step.active] /= step.mass[step.active, None]
         nodal[step.cover.fixed] = 0.0
-        return nodal
-
-    def _jump(self, acceleration):
-        """Let everything that moves with the nodes take part in a jump of their acceleration."""
+        step.a += nodal
         for p, N in self._riders:
-            self._step.kernels.interpolate(p.cell, self._step.cover.cells, N, acceleration, p.a)
-        return acceleration
+            step.kernels.interpolate(p.cell, step.cover.cells, N, nodal, p.a)
 
     def finish(self, u, a):
-        """Settle the springs, take their forces out of the nodes' accelerations ``a`` and move the boundary particles;
-        u: displacement over the step [m]; all of shape (nodes, D)."""
+        """Settle the springs and move the boundary particles; u: displacement over the step [m], a: acceleration at its
+        end, both (nodes, D)."""
         step = self._step
-        if step.penalties:
-            nodal = np.zeros_like(u)
-            for held in step.penalties:
-                held.finish(step, u, nodal)
-            reaction = self._acceleration(nodal)
-            a -= reaction
-            self._jump(reaction - self.reaction)
+        for held in step.penalties:
+            held.finish(step, u)
         for p, N in self._riders[1:]:
             step.kernels.to_points(p.cell, step.cover.cells, N, u, a, step.dt, p.x, p.v, p.a)

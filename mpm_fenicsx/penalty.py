@@ -118,15 +118,12 @@ class Penalties:
         self.N, G = np.empty((len(index), cover.cells.shape[1])), np.empty((len(index), cover.cells.shape[1], self._dim))
         step.shapes(self._cell, p.x[index], self.N, G)
         self._weigh(self._cell, cover.cells, step.active, self.N, share)
-        self._index, self._touched = index, share > 0.0
-        self._on = self._touched if self.follows else share >= HALF
-        return index[np.argmin(self._touched)] if self.follows and not self._touched.all() else -1
+        self._index, self._on = index, share > 0.0 if self.follows else share >= HALF
+        return index[np.argmin(self._on)] if self.follows and not self._on.all() else -1
 
-    def begin(self, step, time, nodal):
-        """Add the reaction of the last step [N] to ``nodal``, shape (nodes, D), and prepare this one."""
-        p, cover, on = self.points, step.cover, self._touched
-        step.kernels.spread(self._cell[on], cover.cells, self.N[on], p.force[self._index[on]], nodal)
-        gid = self._take_those_in_contact()
+    def begin(self, step, time):
+        """Gap and velocity at the start of the step, and what the walls will do in it."""
+        p, cover, gid = self.points, step.cover, self._take_those_in_contact()
         velocity = np.zeros((len(gid), self._dim))
         step.kernels.interpolate(self._cell, cover.cells, self.N, step.v, velocity)
         self._base = p.gap[self._index] - AHEAD * step.dt * velocity
@@ -163,9 +160,9 @@ class Penalties:
                       self._status)
 
     def residual(self, step, u, R):
-        """Subtract the forces [N], twice, from R, shape (nodes, D)."""
+        """Subtract the forces [N] from R, shape (nodes, D)."""
         self.respond(step, u)
-        step.kernels.spread(self._cell, step.cover.cells, self.N, -2.0 * self._force, R)
+        step.kernels.spread(self._cell, step.cover.cells, self.N, -self._force, R)
 
     def switched(self):
         """Whether a particle of this rank sticks, slides or has separated otherwise than in the tangent."""
@@ -178,11 +175,10 @@ class Penalties:
         self._tangent(self._cell, step.cover.slot, self.N, normal, stiffness, limit, self._gap, self._status,
                       step.cover.element_matrices)
 
-    def finish(self, step, u, nodal):
-        """Add the forces [N] at the displacement u to ``nodal``, both of shape (nodes, D), and settle the gaps."""
+    def finish(self, step, u):
+        """Keep forces and gaps at the displacement u [m], shape (nodes, D)."""
         p, cover, index = self.points, step.cover, self._index
         self.respond(step, u)
-        step.kernels.spread(self._cell, cover.cells, self.N, self._force, nodal)
         normal, stiffness = self._fixed[:2]
         moved = p.gap[index] - self._wall
         step.kernels.interpolate(self._cell, cover.cells, self.N, u, moved)

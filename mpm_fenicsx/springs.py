@@ -11,10 +11,9 @@ force of the last step. With that of the same step the tangent would not be symm
 Newton's method then cycles between sticking and sliding (measured on blocks on a slope). With the lag of one step, also
 when the body separates, the impulse of friction is still mu times that of the normal force.
 
-In time, f is constant over the step, as other loads are, and follows from the gap half a step ahead, g + v dt / 2 at the
-end of the step. Newmark's average acceleration turns a stiff spring into v_new = -v, for ever; with the lead of a half
-a node that hits the wall rests after two steps, as one at a held grid node does. Constant over the step means that its
-change from the last step jumps in the acceleration; f therefore counts twice in eq. 11, once at either end of the step.
+In time, f at the end of the step follows from the gap half a step ahead, g + v dt / 2. Without that lead Newmark's average
+acceleration turns a stiff spring into v_new = -v, for ever; with it, a node that hits a wall rests after two steps, as one
+at a held grid node does. The lead takes up no work from what is at rest or slides.
 """
 import numpy as np
 
@@ -100,14 +99,14 @@ def spring_matrix(gap, normal, limit, status, C):
 
 
 def tangent(cell, slot, N, normal, stiffness, limit, gap, status, Ke):
-    """Add -2 df/du to the element matrices Ke, shape (slots, K*D, K*D) [N/m], at the gaps of the last ``respond``."""
+    """Add -df/du to the element matrices Ke, shape (slots, K*D, K*D) [N/m], at the gaps of the last ``respond``."""
     C = np.empty((D, D))
     for p in range(len(cell)):
         c = slot[cell[p]]
         spring_matrix(gap[p], normal[p], limit[p], status[p], C)
         for a in range(K):
             for b in range(K):
-                w = 2.0 * LEAD * stiffness[p] * N[p, a] * N[p, b]
+                w = LEAD * stiffness[p] * N[p, a] * N[p, b]
                 for i in range(D):
                     for j in range(D):
                         Ke[c, a * D + i, b * D + j] += w * C[i, j]

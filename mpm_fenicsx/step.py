@@ -102,7 +102,7 @@ class Step:
     def solve(self, when):
         """Displacement of the nodes over the step [m], shape (nodes, D), and the number of Newton iterations."""
         dt, n = self.dt, self.cover.owned
-        guess = (dt * self.v + 0.5 * dt**2 * (self.a + self.carriers.reaction))[:n]
+        guess = (dt * self.v + 0.5 * dt**2 * self.a)[:n]
         guess[self._idle] = self._known[:n][self._idle]
         if not self.tangent_is_valid or self.tangent_dt != dt:
             self._F[:], self._F33[:] = self.points.F, self.points.F33

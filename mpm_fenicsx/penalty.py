@@ -13,6 +13,8 @@ from .surface import areas
 # friction without separation is too large by 10 to 80 % and Newton's method fails (measured on a sliding block).
 SUPPORT_FACTOR, WALL_FACTOR = 100.0, 1.0
 HALF = 0.5  # share of its basis on nodes with mass from which a particle in space touches the body
+LIGHT = 0.01  # mass of a node, over that of a full cell, below which it takes no part: one that the body has just reached
+# would fly off and come back with the springs on and off, and Newton's method with it
 
 
 def modulus(law, dim):
@@ -117,7 +119,7 @@ class Penalties:
         self._cell, share = p.cell[index], np.empty(len(index))
         self.N, G = np.empty((len(index), cover.cells.shape[1])), np.empty((len(index), cover.cells.shape[1], self._dim))
         step.shapes(self._cell, p.x[index], self.N, G)
-        self._weigh(self._cell, cover.cells, step.active, self.N, share)
+        self._weigh(self._cell, cover.cells, step.mass > LIGHT * step.cell_mass, self.N, share)
         self._index, self._on = index, share > 0.0 if self.follows else share >= HALF
         return index[np.argmin(self._on)] if self.follows and not self._on.all() else -1
 

@@ -12,8 +12,9 @@ Newton's method then cycles between sticking and sliding (measured on blocks on 
 when the body separates, the impulse of friction is still mu times that of the normal force.
 
 In time, f at the end of the step follows from the gap half a step ahead, g + v dt / 2. Without that lead Newmark's average
-acceleration turns a stiff spring into v_new = -v, for ever; with it, a node that hits a wall rests after two steps, as one
-at a held grid node does. The lead takes up no work from what is at rest or slides.
+acceleration turns a stiff spring into v_new = -v, for ever; with it, the normal force of a sliding block scatters a third
+as much (measured), and a hit loses the energy of the nodes that touch, as at held grid nodes. What rests or slides does
+no work on the lead.
 """
 import numpy as np
 
@@ -23,12 +24,12 @@ FREE, STICK, SLIDE, CLOSED = 0, 1, 2, 8  # along the wall, SLIDE plus 0 to 5 for
 D, K = 2, 4  # fixed by specialise
 
 
-def weigh(cell, cells, active, N, share):
-    """Share of the basis values N, shape (n, K), on nodes that carry mass, into share (n,); scales N to them (eq. 14)."""
+def weigh(cell, cells, heavy, N, share):
+    """Share of the basis values N, shape (n, K), on ``heavy`` nodes, into share (n,); scales N to them (as eq. 14)."""
     for p in range(len(cell)):
         share[p] = 0.0
         for q in range(K):
-            if not active[cells[cell[p], q]]:
+            if not heavy[cells[cell[p], q]]:
                 N[p, q] = 0.0
             share[p] += N[p, q]
         if share[p] > 0.0:

@@ -28,7 +28,7 @@ class Step:
         self.cover = Cover(background, filled, supports.fixed)
         self.filled, self.supports, self.gravity, self.kernels = filled, supports, gravity, kernels
         self.params, self.consistent, self.phases = body.law.params, consistent, phases
-        self._smallest_mass = 1e-14 * body.rho * np.prod(background.h) * body.thickness  # "numeric zero" of eq. 14
+        self.cell_mass = body.rho * np.prod(background.h) * body.thickness  # [kg]
         self.newton = Newton(self.cover, self.residual, self._renew_tangent, bool(penalties),
                              any(held.kinks for held in penalties))
         nodes = len(self.cover.node)
@@ -92,7 +92,7 @@ class Step:
 
     def _find_active(self, time):
         """Nodes that carry mass. A kept tangent has identity rows for the others, so a change ends its validity."""
-        active = self.mass > self._smallest_mass
+        active = self.mass > 1e-14 * self.cell_mass  # "numeric zero" of eq. 14
         if self.comm.allreduce(int(not np.array_equal(active, self.active)), MPI.MAX):
             self.supports.check(active, self.cover, time)
             self.active, self.tangent_is_valid = active, False

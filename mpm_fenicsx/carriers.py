@@ -33,7 +33,9 @@ class Carriers:
             self._riders += [(held.points, held.N)] if held.follows else []
         applied = self._carry(*self._loaded[0][:2], force, load)
         for loads, (p, N, _) in zip(step.loads, self._loaded[1:]):
-            self._carry(p, N, loads.forces(self._comm, time, step.dt), load)
+            ahead, motion = np.zeros_like(p.x), 0.5 * step.dt * step.v + 0.125 * step.dt**2 * step.a
+            step.kernels.interpolate(p.cell, step.cover.cells, N, motion, ahead)
+            self._carry(p, N, loads.forces(self._comm, time, step.dt, ahead), load)
         for held in step.penalties:
             held.begin(step, time)
         return applied

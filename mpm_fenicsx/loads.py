@@ -1,7 +1,7 @@
 """Loads on boundary particles that follow the body: force, traction on the deformed area, pressure along its normal.
 
-A load is constant over each step and explicit: its geometry is that of the middle of the step, predicted from position,
-velocity and acceleration of the particles at its start. It is therefore of second order in dt and has no part in the
+A load is constant over each step and explicit: its geometry is that of the middle of the step, predicted from velocity and
+acceleration of the grid at its start. It is therefore of second order in dt and has no part in the
 tangent, which stays symmetric. The stiffness that a following load would have is p/h per length, small against the
 inertia rho h / dt^2 in all but near-static runs with a large step.
 """
@@ -33,12 +33,13 @@ class SurfaceLoads:
         self.points = Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=velocity_at(x),
                              a=np.tile(acceleration, (n, 1)), force=np.zeros((n, dim)))
 
-    def forces(self, comm, time, dt):
-        """Force on this rank's particles over the step from ``time`` [s] on [N], shape (n, D). Collective."""
+    def forces(self, comm, time, dt, ahead):
+        """Force on this rank's particles over the step from ``time`` [s] on [N], shape (n, D); ahead: how far they will
+        have moved in the middle of the step [m], shape (n, D). Collective."""
         p, middle = self.points, time + 0.5 * dt
         whole = np.empty((self.count, p.x.shape[1]))
         if self._needs_geometry:
-            x = everywhere(comm, p.gid, p.x + 0.5 * dt * p.v + 0.125 * dt**2 * p.a, self.count)
+            x = everywhere(comm, p.gid, p.x + ahead, self.count)
         for load, part in zip(self._loads, self._parts):
             value = load.at(middle)
             if load.kind == "force":

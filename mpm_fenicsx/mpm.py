@@ -11,6 +11,7 @@ from .loads import SurfaceLoads
 from .migrate import Router
 from .penalty import make_penalties
 from .points import Points, seed
+from .sets import Set, Sets
 from .snes import unused_options
 from .step import PHASES, Step
 from .surface import everywhere
@@ -94,18 +95,17 @@ class MPM:
         self._keep_mine(self.boundary)
 
     def _make_conditions(self, loads, penalties):
-        """What acts through particles of its own. ``_sets``: name, particles, whether their cells are covered, and
-        whether they move."""
+        """What acts through particles of its own."""
         given = self._velocity_at, self.gravity
         thickness = self.body.thickness if self.dim == 2 else 1.0
         self.loads = (SurfaceLoads(loads, self.dim, thickness, *given),) if loads else ()
         self.penalties = make_penalties(penalties, self.background, self.body.law, thickness, *given)
-        self._sets = [("points", self.points, True, True), ("boundary", self.boundary, True, True)]
-        self._sets += [("loads", loads.points, True, True) for loads in self.loads]
-        self._sets += [("hinges" if held.follows else "walls", held.points, held.follows, held.follows or held.moves)
-                       for held in self.penalties]
         for condition in (*self.loads, *self.penalties):
             self._keep_mine(condition.points, condition.names)
+        self._sets = Sets(self.comm, [
+            Set("points", self.points), Set("boundary", self.boundary), *(Set("loads", a.points) for a in self.loads),
+            *(Set("hinges" if held.follows else "walls", held.points, held.follows, held.follows or held.moves)
+              for held in self.penalties)])
 
     # ---------------------------------------------------------------- one step
 
@@ -137,33 +137,13 @@ class MPM:
         return self.step.applied
 
     def _search(self):
-        """Phase I: cell of every point; points travel to the rank of their cell; the cover follows them."""
-        search, slot = self.background.search, self._no_slot if self.step is None else self.step.cover.slot
-        sets = [(points, slot if covered else self._anywhere) for _, points, covered, moves in self._sets if moves]
-        away, bare = np.array([search.settle(*pair) for pair in sets]).T
-        flags = self._any([*away, bare.max()])
-        for (points, slot), somebody in zip(sets, flags):
-            if somebody:
-                rank, number = search.destinations(points)
-                self._raise_if_outside(points, rank)
-                numbers = points.migrate(self._router, rank, number)
-                points.cell[:] = search.local(numbers)
-                flags[-1] |= self._any([(slot[points.cell] < 0).any()])[0]
-        if flags[-1]:
-            self._make_step(self._filled())
-        elif flags[:-1].any():
+        """Phase I: points go to their cells, and the cover follows them."""
+        slot = self._no_slot if self.step is None else self.step.cover.slot
+        travelled, bare = self._sets.settle(self.background.search, slot, self._router, self.time)
+        if bare:
+            self._make_step(self._sets.filled())
+        elif travelled:
             self.step.attach(self.points, self.boundary)
-
-    def _filled(self):
-        """Cells of this rank that hold points."""
-        return np.unique(np.concatenate([points.cell for _, points, covered, _ in self._sets if covered]))
-
-    def _any(self, flags):
-        """Which of the ``flags`` is set on any rank."""
-        flags = np.array(flags, np.int32)
-        if self.comm.size > 1:
-            self.comm.Allreduce(MPI.IN_PLACE, flags, MPI.MAX)
-        return flags
 
     def _make_step(self, filled):
         if self.step is not None:
@@ -171,17 +151,6 @@ class MPM:
         self.step = Step(self.background, filled, self.supports, self.body, self.gravity, self.kernels,
                          self._consistent, self.phases, self.loads, self.penalties)
         self.step.attach(self.points, self.boundary)
-
-    def _raise_if_outside(self, points, rank):
-        """Name the first point that left the grid, on all ranks alike."""
-        outside = np.flatnonzero(rank < 0)[:1]
-        found = [(int(points.gid[p]), points.x[p].tolist()) for p in outside]
-        found = sum(self.comm.allgather(found), [])
-        if found:
-            number, x = min(found)
-            kind = "material point" if points is self.points else "boundary particle"
-            raise MPMError(f"{kind} {number} left the grid at x = {x} m, t = {self.time:.6g} s: enlarge the grid, or "
-                           "look for the cause in an unstable step")
 
     def imbalance(self):
         """Most material points on one rank over the mean."""
@@ -196,12 +165,8 @@ class MPM:
         self.step.destroy()
         self._router.free()
         self._lay_out(self.points.x)
-        for _, points, *_ in self._sets:
-            rank, number = self.background.search.relocate(points)
-            self._raise_if_outside(points, rank)
-            numbers = points.migrate(self._router, rank, number)
-            points.cell[:] = self.background.search.local(numbers)
-        self._make_step(self._filled())
+        self._sets.relocate(self.background.search, self._router, self.time)
+        self._make_step(self._sets.filled())
         self.balance.append((self.steps, before, self.imbalance()))
 
     def _lay_out(self, filling):
@@ -209,7 +174,7 @@ class MPM:
         self.background = Background(self.grid, self.comm, filling)
         self.supports = Supports(self._support_scene, self.background.x)
         self._router = Router(self.comm, self.background.neighbours)
-        self._no_slot, self._anywhere = (np.full(len(self.background.cells), n, np.int32) for n in (-1, 0))
+        self._no_slot = np.full(len(self.background.cells), -1, np.int32)
         self.step = None
 
     # ---------------------------------------------------------------- what others ask
@@ -254,14 +219,13 @@ class MPM:
     def get_state(self):
         """Everything that decides the future, as name → array copy: points and boundary particles of this rank, time,
         cover and kept tangent."""
-        state = {f"{kind}.{name}": values for kind, points, *_ in self._sets for name, values in points.copy().items()}
+        state = self._sets.get_state()
         state.update(self.step.get_state(), time=np.array([self.time, self.steps]))
         return state
 
     def set_state(self, state):
         """Go back to ``state``; the run continues bit for bit."""
-        for kind, points, *_ in self._sets:
-            points.restore({key.split(".")[1]: values for key, values in state.items() if key.startswith(kind + ".")})
+        self._sets.set_state(state)
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])
         same = np.array_equal(self.step.filled, state["filled"])
         if not self.comm.allreduce(int(same), MPI.MIN):

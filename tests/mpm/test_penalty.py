@@ -1,4 +1,5 @@
 """Supports and walls by springs on boundary particles, against closed forms and against supports on grid nodes."""
+import os
 import subprocess
 import sys
 
@@ -33,9 +34,9 @@ def surface_below(kind, mu, **others):
 
 
 def block(make_mpm, angle, penalties, grid=None, **others):
-    """A block of 1 m x 0.5 m on the slope, as stiff as rubber."""
+    """A block of 1 m x 0.5 m on the slope; its first vibration, which gravity starts, has a period of 2.7 steps."""
     grid = turned_grid(0.35) if grid is None else grid
-    return make_mpm(grid=grid, box=((0.0, 0.0), (1.0, 0.5)), body_cells=(8, 4), law=LAWS["linear"](1e7, 0.3), rho=1000.0,
+    return make_mpm(grid=grid, box=((0.0, 0.0), (1.0, 0.5)), body_cells=(8, 4), law=LAWS["linear"](1e8, 0.3), rho=1000.0,
                     interface=None, gravity=tilted(angle), inertia="lumped", penalties=penalties, **others)
 
 
@@ -52,15 +53,14 @@ def slide(solid, steps=100):
 @pytest.mark.parametrize("kind", ["plane", "sole"])
 @pytest.mark.parametrize("angle, mu", [(20, 0.0), (30, 0.3), (40, 0.2), (40, 0.6)])
 def test_block_slides_down_a_plane_that_cuts_the_grid(make_mpm, kind, angle, mu):
-    """a = g (sin t - mu cos t). What remains is the block's own vibration: it starts unstressed, and friction follows
-    the normal force, whose mean over the second half is right to 1 %."""
+    """a = g (sin t - mu cos t). What remains is the block's own vibration, as it starts unstressed: measured are at most
+    1e-3 g, on the plane at mu 0.6, and 3e-5 g otherwise."""
     t = np.radians(angle)
     v, reaction = slide(block(make_mpm, t, [surface_below(kind, mu)]))
     exact = np.sin(t) - mu * np.cos(t)
     a = (v[-1] - v[49]) / (50 * DT) / G
-    print(kind, angle, mu, a - exact, reaction[50:, 1].mean() / np.cos(t) - 1)
-    assert a == pytest.approx(exact, abs=0.003 if mu else 1e-6)
-    assert reaction[50:, 1].mean() == pytest.approx(np.cos(t), rel=0.01)
+    assert a == pytest.approx(exact, abs=2e-3 if mu else 1e-8)
+    assert reaction[50:, 1].mean() == pytest.approx(np.cos(t), rel=2e-3)
 
 
 @pytest.mark.parametrize("kind", ["plane", "sole"])
@@ -71,9 +71,8 @@ def test_block_rests_below_the_friction_angle(make_mpm, kind):
     v, reaction = slide(solid, 60)
     early = solid.points.x.mean(axis=0)
     later = slide(solid, 90)
-    print(kind, v.max(), solid.points.x.mean(axis=0) - early, later[1][-50:].mean(axis=0) - [-np.sin(t), np.cos(t)])
-    assert abs(solid.points.x.mean(axis=0) - early).max() < 2e-4
-    np.testing.assert_allclose(later[1][-50:].mean(axis=0), [-np.sin(t), np.cos(t)], atol=0.01)
+    assert abs(solid.points.x.mean(axis=0) - early).max() < 3e-5
+    np.testing.assert_allclose(later[1][-50:].mean(axis=0), [-np.sin(t), np.cos(t)], atol=1e-4)
 
 
 @pytest.mark.parametrize("angle, mu, moves", [(30, 0.3, True), (20, 0.5, False)])
@@ -83,9 +82,8 @@ def test_wall_of_grid_nodes_has_friction(make_mpm, cell, angle, mu, moves):
     floor = GridWall(lambda x: x[:, 1] < 1e-9, "+y", mu, separates=True, name="slope")
     v, reaction = slide(block(make_mpm, t, [floor], grid))
     a = (v[-1] - v[49]) / (50 * DT) / G
-    print(cell, angle, mu, a - (np.sin(t) - mu * np.cos(t)) * moves, v[-1])
-    assert a == pytest.approx((np.sin(t) - mu * np.cos(t)) * moves, abs=0.005)
-    np.testing.assert_allclose(-reaction[50:, 0].mean(), mu * np.cos(t) if moves else np.sin(t), atol=0.005)
+    assert a == pytest.approx((np.sin(t) - mu * np.cos(t)) * moves, abs=6e-4)
+    np.testing.assert_allclose(-reaction[50:, 0].mean(), mu * np.cos(t) if moves else np.sin(t), atol=2e-3)
 
 
 @pytest.mark.parametrize("wall", ["plane", "sole", "nodes"])
@@ -102,7 +100,7 @@ def test_wall_pushes_but_does_not_pull(make_mpm, wall):
         slide(solid, 20)
         return solid.momentum()[1] / 500
     assert thrown(True) == pytest.approx(1.0 - G * 20 * DT, rel=1e-9)
-    assert thrown(False) < 0.1
+    assert thrown(False) < 0.3
 
 
 def test_sole_meets_its_plane_where_it_is(make_mpm):
@@ -116,31 +114,32 @@ def test_sole_meets_its_plane_where_it_is(make_mpm):
     assert solid.points.x[:, 1].min() > -0.02
 
 
-def test_pendulum_swings_at_its_period(make_mpm):
-    """Small swings of a bar about one boundary particle: T = 2 pi sqrt(I / (m g d)), I about the hinge. The period is
-    too short by what the lumped projection takes from the rotation, and the energy decays with it: O(h^2)."""
-    d, I = 0.4, (1.0 + 0.04) / 12 + 0.16
-    period = 2 * np.pi * np.sqrt(I / (G * d)) * (1 + 0.1**2 / 16)
+def swing(make_mpm, h, steps=120):
+    """A bar of 0.2 m x 1 m swings by 0.1 rad about one boundary particle: time of its turning point over the exact one
+    less 1, energy lost in one period over that of the swing, and largest gap of the hinge [m]."""
+    d, inertia = 0.4, (1.0 + 0.04) / 12 + 0.16
+    period = 2 * np.pi * np.sqrt(inertia / (G * d)) * (1 + 0.1**2 / 16)
+    hinge = Penalty(Interface(np.array([[0.1, 0.9]]), np.zeros((0, 2), int)), follows=True, name="hinge")
+    solid = make_mpm(box=((0.0, 0.0), (0.2, 1.0)), h=h, margin=round(0.2 / h), law=LAWS["linear"](1e8, 0.3), rho=1000.0,
+                     interface=None, gravity=tilted(0.1), penalties=[hinge], inertia="lumped")
+    w, p, energy = [0.0], solid.points, sum(solid.energy().values())
+    for _ in range(steps):
+        solid.advance(period / steps)
+        r = p.x - [0.1, 0.9]
+        w.append(p.mass @ (r[:, 0] * p.v[:, 1] - r[:, 1] * p.v[:, 0]))
+    turn = np.flatnonzero((np.array(w[1:-1]) > 0) & (np.array(w[2:]) <= 0))[0] + 1
+    half = (turn + w[turn] / (w[turn] - w[turn + 1])) / (steps / 2)
+    lost = (energy - sum(solid.energy().values())) / (200 * G * d * (1 - np.cos(0.1)))
+    return half - 1, lost, abs(solid.penalties[0].points.gap).max()
 
-    def swing(h):
-        hinge = Penalty(Interface(np.array([[0.1, 0.9]]), np.zeros((0, 2), int)), follows=True, name="hinge")
-        solid = make_mpm(box=((0.0, 0.0), (0.2, 1.0)), h=h, margin=round(0.2 / h), law=LAWS["linear"](1e7, 0.3),
-                         rho=1000.0, interface=None, gravity=tilted(0.1), penalties=[hinge], inertia="lumped")
-        w, energy = [0.0], [sum(solid.energy().values())]
-        steps = 60
-        for _ in range(steps):
-            solid.advance(period / steps)
-            x, v, m = *(getattr(solid.points, name) for name in ("x", "v")), solid.points.mass
-            r = x - [0.1, 0.9]
-            w.append(m @ (r[:, 0] * v[:, 1] - r[:, 1] * v[:, 0]) / (m @ (r**2).sum(axis=1)))
-            energy.append(sum(solid.energy().values()))
-        w = np.array(w)
-        k = np.flatnonzero((w[1:-1] > 0) & (w[2:] <= 0))[0] + 1  # half a period after release
-        half = (k + w[k] / (w[k] - w[k + 1])) / steps * 2
-        depth = 200 * G * d * (1 - np.cos(0.1))
-        return half - 1, (energy[-1] - energy[0]) / depth, abs(solid.penalties[0].points.gap).max()
-    for h in (0.2, 0.1, 0.05):
-        print(h, swing(h))
+
+def test_pendulum_swings_at_its_period(make_mpm):
+    """T = 2 pi sqrt(I / (m g d)), I about the hinge. The period is too long, and energy lost, by what the lumped
+    projection takes from a rotation: O(h^2). The hinge holds to 4e-6 m."""
+    errors, lost, gap = np.array([swing(make_mpm, h) for h in (0.2, 0.1, 0.05)]).T
+    assert 0 < errors[2] < 0.006 and 0 < lost[2] < 0.03
+    np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), 2.1, atol=0.3)
+    assert gap.max() < 4e-6
 
 
 def pulled(make_mpm, end, steps=40, stiffness=None):
@@ -162,12 +161,13 @@ def pulled(make_mpm, end, steps=40, stiffness=None):
 
 @pytest.mark.parametrize("end", ["space", "body"])
 def test_prescribed_motion_agrees_with_grid_nodes_as_the_springs_get_stiffer(make_mpm, end):
-    """The springs give by stress / k: a share of E / (k L + E) of the motion, with k from one to a hundred E / h."""
+    """The springs give by stress / k: a share of E / (k L + E) of the motion, with k from one to a hundred E / h. The
+    error falls from 21 % to 0.24 %."""
     exact = pulled(make_mpm, "nodes").cauchy_stress()[:, 0, 0].mean()
     errors = []
     for k in (4e5, 4e6, 4e7):
         errors.append(1 - pulled(make_mpm, end, stiffness=k).cauchy_stress()[:, 0, 0].mean() / exact)
-    print(end, exact, errors, [1e5 / (k + 1e5) for k in (4e5, 4e6, 4e7)])
+    np.testing.assert_allclose(errors, [1e5 / (k + 1e5) for k in (4e5, 4e6, 4e7)], rtol=0.06)
 
 
 def test_moving_wall_pushes_a_block(make_mpm):
@@ -181,7 +181,9 @@ def test_moving_wall_pushes_a_block(make_mpm):
     for _ in range(200):
         solid.advance(DT)
         pushed.append(solid.reaction("wall")[0] / 5000)
-    print(solid.momentum() / 500, np.mean(pushed[100:]), solid.points.x.mean(axis=0) - [0.5, 0.25])
+    np.testing.assert_allclose(solid.momentum() / 500, [4.0, 0.0], atol=0.03)
+    np.testing.assert_allclose(solid.points.x.mean(axis=0) - [0.5, 0.25], [0.8, 0.0], atol=0.002)
+    assert np.mean(pushed[100:]) == pytest.approx(1.0, rel=0.02)
 
 
 def loaded_problem(make_mpm, grid=None, **changes):
@@ -217,7 +219,6 @@ def test_matrix_is_the_derivative_of_the_residual(make_mpm, taylor_rate):
     K = step.cover.matrix.convert("dense").getDenseArray().copy()
     kinds = np.concatenate([held.points.status for held in solid.penalties])
     rate = taylor_rate(lambda s: residual(u + s * du), K @ du.ravel(), h=1e-3)
-    print(rate, np.unique(kinds), abs(K - K.T).max() / abs(K).max())
     assert set(kinds % springs.CLOSED).issuperset({springs.FREE, springs.STICK}) and kinds.max() > springs.CLOSED + 1
     assert rate == pytest.approx(2.0, abs=0.05) and np.isfinite(start).all()
     np.testing.assert_allclose(K, K.T, rtol=0, atol=1e-14 * abs(K).max())
@@ -305,18 +306,18 @@ if MPI.COMM_WORLD.rank == 0:
 
 @pytest.mark.mpi
 def test_two_ranks_do_as_one(tmp_path, request):
-    """Up to the order of sums, which Newton's tolerance of 1e-6 lets grow."""
-    results = []
+    """Up to the order of sums: 2e-16 m after 20 steps, measured."""
+    results, own = [], ("OMPI_", "PMIX_", "PMI_")  # this process is an MPI run itself
+    alone = {name: value for name, value in os.environ.items() if not name.startswith(own)}
     for ranks in (1, 2):
         out = tmp_path / f"{ranks}.npz"
         command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(ranks), sys.executable, "-c", PARALLEL,
                    str(out), str(request.path.parent), str(request.config.rootpath)]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=alone)
         assert done.returncode == 0, done.stderr
         results.append(np.load(out))
     one, two = results
-    print(abs(one["x"] - two["x"]).max(), abs(one["v"] - two["v"]).max(), one["sums"], two["sums"])
-    np.testing.assert_allclose(two["x"], one["x"], rtol=0, atol=1e-7)
+    np.testing.assert_allclose(two["x"], one["x"], rtol=0, atol=1e-10)
 
 
 LINE = Interface.line((0.0, 0.0), (1.0, 0.0), 4)

@@ -1,8 +1,8 @@
 """Boundary particles in one step: their loads and springs reach the nodes, their motion follows the nodes."""
 import numpy as np
-from mpi4py import MPI
 
 from .errors import MPMError
+from .sets import any_rank
 
 
 class Carriers:
@@ -22,52 +22,61 @@ class Carriers:
             self._step.shapes(p.cell, p.x, N, G)
 
     def begin(self, time, force, load):
-        """Add the loads [N] to ``load``, shape (nodes, D), and their jumps to the accelerations; get the springs ready.
-        force: on the interface's particles [N]. Returns its sum over the nodes [N]."""
+        """Add the loads [N], with the basis of eq. 14, to ``load``, shape (nodes, D), and their jumps to the
+        accelerations; get the springs ready. force: on the interface's particles [N]. Returns its sum over nodes."""
         step = self._step
         self._riders = [(step.points, step.basis), *((p, N) for p, N, _ in self._loaded)]
-        for p, N, _ in self._loaded:
-            self._raise_if_lost(p, step.kernels.only_active(p.cell, step.cover.cells, step.active, N), time)
-        for held in step.penalties:
-            self._raise_if_lost(held.points, held.locate(step), time)
-            self._riders += [(held.points, held.N)] if held.follows else []
-        applied = self._carry(*self._loaded[0][:2], force, load)
-        for loads, (p, N, _) in zip(step.loads, self._loaded[1:]):
-            ahead, motion = np.zeros_like(p.x), 0.5 * step.dt * step.v + 0.125 * step.dt**2 * step.a
-            step.kernels.interpolate(p.cell, step.cover.cells, N, motion, ahead)
-            self._carry(p, N, loads.forces(self._comm, time, step.dt, ahead), load)
+        lost = [step.kernels.only_active(p.cell, step.cover.cells, step.active, N) for p, N, _ in self._loaded]
+        lost += [held.locate(step) for held in step.penalties]
+        self._riders += [(held.points, held.N) for held in step.penalties if held.follows]
+        forces = [force, *(loads.forces(self._comm, time, step.dt, self._half_way(*rider))
+                           for loads, rider in zip(step.loads, self._riders[2:]))]
+        changed = [(f != p.force).any() for f, (p, *_) in zip(forces, self._loaded)]
+        found = any_rank(self._comm, [max(lost) >= 0, *changed, *(f.any() for f in forces)])
+        if found[0]:
+            self._raise_lost(lost, time)
+        n, sums = len(forces), []
+        for (p, N, _), f, jumps, acts in zip(self._loaded, forces, found[1:n + 1], found[n + 1:]):
+            if jumps:
+                self._jump(self._spread(p, N, f - p.force))
+                p.force[:] = f
+            sums.append(self._add(self._spread(p, N, f), load) if acts else np.zeros(step.dim))
         for held in step.penalties:
             held.begin(step, time)
-        return applied
+        return sums[0]
 
-    def _raise_if_lost(self, points, lost, time):
-        """``lost``: a particle of this rank none of whose nodes carries mass, or -1."""
-        if self._comm.allreduce(lost, MPI.MAX) >= 0:
-            found = [] if lost < 0 else [(int(points.gid[lost]), points.x[lost].tolist())]
-            number, x = min(sum(self._comm.allgather(found), []))
-            raise MPMError(f"boundary particle {number} at x = {x} m has no material point near it at t = {time:.6g} s: "
-                           "move the interface into the body (shift) or seed more points")
+    def _half_way(self, points, N):
+        """How far the nodes carry the points in half a step, at the velocity and acceleration of its start [m]."""
+        step, ahead = self._step, np.zeros_like(points.x)
+        motion = 0.5 * step.dt * step.v + 0.125 * step.dt**2 * step.a
+        step.kernels.interpolate(points.cell, step.cover.cells, N, motion, ahead)
+        return ahead
 
-    def _carry(self, points, N, force, load):
-        """Eq. 13 with the basis of eq. 14. A load that is constant over each step jumps between steps, and the
-        acceleration with it: Newmark's method then does the work of the load and takes up its impulse, step by step."""
-        step, change = self._step, force - points.force
-        points.force[:] = force
-        if self._comm.allreduce(int(change.any()), MPI.MAX):
-            nodal = np.zeros_like(load)
-            step.kernels.spread(points.cell, step.cover.cells, N, change, nodal)
-            self._jump(nodal)
-        if not self._comm.allreduce(int(force.any()), MPI.MAX):
-            return np.zeros(step.dim)
-        nodal = np.zeros_like(load)
-        step.kernels.spread(points.cell, step.cover.cells, N, force, nodal)
-        step.cover.accumulate(nodal)
+    def _raise_lost(self, lost, time):
+        """Name the first particle none of whose nodes carries mass; lost: one of each set on this rank, or -1."""
+        sets = [p for p, *_ in self._loaded] + [held.points for held in self._step.penalties]
+        found = [(int(p.gid[k]), p.x[k].tolist()) for p, k in zip(sets, lost) if k >= 0]
+        number, x = min(sum(self._comm.allgather(found), []))
+        raise MPMError(f"boundary particle {number} at x = {x} m has no material point near it at t = {time:.6g} s: "
+                       "move the interface into the body (shift) or seed more points")
+
+    def _spread(self, points, N, force):
+        """Eq. 13: forces of this rank's particles on its nodes [N], shape (nodes, D)."""
+        nodal = np.zeros_like(self._step.v)
+        self._step.kernels.spread(points.cell, self._step.cover.cells, N, force, nodal)
+        return nodal
+
+    def _add(self, nodal, load):
+        """Add forces to ``load``; returns their sum over all nodes [N]."""
+        cover = self._step.cover
+        cover.accumulate(nodal)
         load += nodal
-        return self._comm.allreduce(nodal[:step.cover.owned].sum(axis=0))
+        return self._comm.allreduce(nodal[:cover.owned].sum(axis=0))
 
     def _jump(self, nodal):
-        """Change the acceleration of the nodes, and of all that moves with them, by forces [N] of which each rank has its
-        share, shape (nodes, D)."""
+        """A load that is constant over each step jumps between steps, and with it the acceleration of the nodes and of
+        what moves with them: Newmark's method then does the work of the load and takes up its impulse, step by step.
+        nodal: change of the forces [N] of which each rank has its share, shape (nodes, D)."""
         step = self._step
         step.cover.accumulate(nodal)
         nodal[step.active] /= step.mass[step.active, None]

@@ -25,11 +25,12 @@ def _check_friction(name, friction):
 class Penalty:
     """Boundary particles at which springs hold the body (Chandra et al. 2021, doi 10.1007/s11440-020-01123-3).
 
-    surface: the particles; one that belongs to no element, as a hinge, has the area of a cell's side. follows: they move with the body (a hinge, a sole), else they stay where they are or go
-    where ``motion`` takes them (a plane that cuts the grid anywhere, a moving wall). normal: unit vector or any other
-    length, shape (dim,) or (n, dim), from the wall into the body; with it only the motion along it is held (slip),
-    without it the motion in all directions (stick). friction: Coulomb's coefficient against slip. separates: the wall
-    pushes but does not pull. motion: displacement of what holds [m] as a function of time [s], shape (dim,) or
+    surface: the particles; one that belongs to no element, as a hinge, has the area of a cell's side. follows: they
+    move with the body (a hinge, a sole), else they stay where they are or go where ``motion`` takes them (a plane that
+    cuts the grid anywhere, a moving wall). normal: of any length, shape (dim,) or (n, dim), from the wall into the body;
+    with it only the motion along it is held (slip), without it the motion in all directions (stick). friction:
+    Coulomb's coefficient against slip, at the normal force of the last step; inf sticks as long as there is one, so
+    with separates=True the wall catches what it touches. separates: the wall pushes but does not pull. motion: displacement of what holds [m] as a function of time [s], shape (dim,) or
     (n, dim), zero at the start. at: a point of the plane [m], shape (dim,), to which particles that follow a body may
     have some distance at the start; None: every particle is on its plane. stiffness: of the springs per area [Pa/m];
     None: the body's stiffness (against stretch in one direction) over the cell size, and 100 times that for supports,
@@ -98,7 +99,8 @@ class GridWall:
         """The same as a ``Penalty`` on the vertices [m], shape (n, dim), of the grid."""
         axis = AXES.index(self.normal[1])
         if axis >= vertices.shape[1]:
-            raise ValueError(f"the normal of {self.name} is {self.normal!r}, the scene has {vertices.shape[1]} dimensions")
+            raise ValueError(f"the normal of {self.name} is {self.normal!r}, the scene has {vertices.shape[1]} "
+                             "dimensions")
         x = vertices[np.asarray(self.where(vertices), bool)]
         if not len(x):
             raise ValueError(f"{self.name} holds no node of the grid: look at where")
@@ -127,7 +129,8 @@ class Load:
     def __post_init__(self):
         given = [kind for kind in ("force", "traction", "pressure") if getattr(self, kind) is not None]
         if len(given) != 1:
-            raise ValueError(f"{self.name} has {' and '.join(given) or 'nothing'}: give one of force, traction, pressure")
+            raise ValueError(f"{self.name} has {' and '.join(given) or 'nothing'}: give one of force, traction, "
+                             "pressure")
         object.__setattr__(self, "kind", given[0])
         value, D = getattr(self, self.kind), np.shape(self.surface.x)[1]
         shapes = {"force": ((D,), (len(self.surface.x), D)), "traction": ((D,),), "pressure": ((),)}[self.kind]

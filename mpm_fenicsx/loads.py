@@ -1,8 +1,7 @@
 """Loads on boundary particles that follow the body: force, traction on the deformed area, pressure along its normal.
 
-A load is constant over each step and explicit: its geometry is that of the middle of the step, predicted from velocity and
-acceleration of the grid at its start. It is therefore of second order in dt and has no part in the
-tangent, which stays symmetric. The stiffness that a following load would have is p/h per length, small against the
+A load is constant over each step and explicit: its geometry is that of the middle of the step, predicted from velocity
+and acceleration of the grid at its start. It has no part in the tangent, which stays symmetric. The stiffness that a following load would have is p/h per length, small against the
 inertia rho h / dt^2 in all but near-static runs with a large step.
 """
 import numpy as np
@@ -53,5 +52,6 @@ class SurfaceLoads:
             whole[part] = share * (value if load.kind == "traction" else -value)
         wrong = ~np.isfinite(whole).all(axis=1)
         if wrong.any():
-            raise MPMError(f"{self.names[wrong][0]} is not a number at t = {middle:.6g} s: look at its function of time")
+            raise MPMError(f"{self.names[wrong][0]} is not a number at t = {middle:.6g} s: look at its function of "
+                           "time")
         return whole[p.gid]

@@ -20,11 +20,12 @@ from .surface import everywhere
 class MPM:
     """A body on a background grid.
 
-    supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry loads and follow the
-    motion; loads: ``Load`` records; penalties: ``Penalty`` and ``GridWall`` records; gravity: [m/s^2], shape (dim,); inertia: "consistent" (eq. 11) or "lumped"; rebalance: imbalance of material
-    points over the ranks from which the grid is partitioned anew. ``phases`` sums the seconds
-    spent per phase, ``iterations`` is the number of Newton iterations of the last step, ``count`` the number of material
-    points in all. Everything is collective.
+    supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given to
+    ``advance`` and follow the motion; loads: ``Load`` records; penalties: ``Penalty`` and ``GridWall`` records; gravity:
+    [m/s^2], shape (dim,); inertia: "consistent" (eq. 11) or "lumped"; rebalance: imbalance of material points over the
+    ranks from which the grid is partitioned anew. ``phases`` sums the seconds spent per phase, ``iterations`` is the
+    number of Newton iterations of the last step, ``count`` the number of material points in all. Everything is
+    collective.
 
     ``balance`` lists the times that happened: (step, imbalance before, after).
 
@@ -69,8 +70,9 @@ class MPM:
         rank, number = self.background.search.assign(points.x)
         if (rank < 0).any():
             p = np.argmin(rank)
-            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p]} m, the grid covers {self.grid.box.lower} "
-                             f"to {self.grid.box.upper} m: enlarge the grid or shorten the surface")
+            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p]} m, the grid covers "
+                             f"{self.grid.box.lower} to {self.grid.box.upper} m: enlarge the grid or shorten the "
+                             "surface")
         mine = rank == self.comm.rank
         points.take(mine)
         points.cell[:] = self.background.search.local(number[mine])

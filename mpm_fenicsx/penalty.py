@@ -13,8 +13,9 @@ from .surface import areas
 # friction without separation is too large by 10 to 80 % and Newton's method fails (measured on a sliding block).
 SUPPORT_FACTOR, WALL_FACTOR = 100.0, 1.0
 HALF = 0.5  # share of its basis on nodes with mass from which a particle in space touches the body
-LIGHT = 0.01  # mass of a node, over that of a full cell, below which it takes no part: one that the body has just reached
-# would fly off and come back with the springs on and off, and Newton's method with it
+# Mass of a node, over that of a full cell, below which it takes no part: one that the body has just reached would fly off
+# and come back with the springs on and off, and Newton's method with it.
+LIGHT = 0.01
 
 
 def modulus(law, dim):
@@ -44,7 +45,8 @@ def make_penalties(scene, background, law, thickness, velocity_at, acceleration)
         area[area == 0.0] = h ** (D - 1)  # a particle without elements stands for a node
         groups[condition.follows].append((condition, area * thickness))
     size, stiffness = dict(D=D, K=background.cells.shape[1]), modulus(law, D) / h
-    return tuple(Penalties(*zip(*group), size, stiffness, velocity_at, acceleration) for group in groups.values() if group)
+    return tuple(Penalties(*zip(*group), size, stiffness, velocity_at, acceleration)
+                 for group in groups.values() if group)
 
 
 def _has_kinks(penalty):
@@ -117,7 +119,8 @@ class Penalties:
         p, cover = self.points, step.cover
         index = np.flatnonzero(cover.slot[p.cell] >= 0)
         self._cell, share = p.cell[index], np.empty(len(index))
-        self.N, G = np.empty((len(index), cover.cells.shape[1])), np.empty((len(index), cover.cells.shape[1], self._dim))
+        n, K = len(index), cover.cells.shape[1]
+        self.N, G = np.empty((n, K)), np.empty((n, K, self._dim))
         step.shapes(self._cell, p.x[index], self.N, G)
         self._weigh(self._cell, cover.cells, step.mass > LIGHT * step.cell_mass, self.N, share)
         self._index, self._on = index, share > 0.0 if self.follows else share >= HALF

@@ -11,10 +11,10 @@ force of the last step. With that of the same step the tangent would not be symm
 Newton's method then cycles between sticking and sliding (measured on blocks on a slope). With the lag of one step, also
 when the body separates, the impulse of friction is still mu times that of the normal force.
 
-In time, f at the end of the step follows from the gap half a step ahead, g + v dt / 2. Without that lead Newmark's average
-acceleration turns a stiff spring into v_new = -v, for ever; with it, the normal force of a sliding block scatters a third
-as much (measured), and a hit loses the energy of the nodes that touch, as at held grid nodes. What rests or slides does
-no work on the lead.
+In time, f at the end of the step follows from the gap half a step ahead, g + v dt / 2. Without that lead Newmark's
+average acceleration turns a stiff spring into v_new = -v, for ever; with it, the normal force of a sliding block scatters
+a third as much (measured), and a hit loses the energy of the nodes that touch, as at held grid nodes. What rests or
+slides does no work on the lead.
 """
 import numpy as np
 

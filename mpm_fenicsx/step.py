@@ -22,7 +22,7 @@ class Step:
     tolerance = 1e-6  # of the residual, relative to loads and inertia (-mpm_snes_atol replaces it)
     slow = 4  # more Newton iterations than this: the kept tangent is out of date
 
-    def __init__(self, background, filled, supports, body, gravity, kernels, consistent, phases, loads=(), penalties=()):
+    def __init__(self, background, filled, supports, body, gravity, kernels, consistent, phases, loads, penalties):
         self.comm, self.dim, self.background = background.comm, background.dim, background
         self.loads, self.penalties = loads, penalties
         self.cover = Cover(background, filled, supports.fixed)

@@ -83,10 +83,10 @@ def test_traction_and_pressure_follow_the_surface(make_mpm):
 
 
 def test_pressure_all_around_moves_nothing_but_compresses(make_mpm):
-    """Resultant and moment of a uniform pressure on a closed surface vanish however it turns, and the mean stress becomes
-    -p (measured: 1.6 % less, as the load rises within seven periods of the body's vibration)."""
-    law = LAWS["neo_hooke"](1e4, 0.3)
-    solid = square(make_mpm, [Load(around(8, 0.0001), pressure=lambda t: 100 * np.sin(np.pi / 2 * min(t, 1.0))**2)], law=law, inertia="lumped",
+    """Resultant and moment of a uniform pressure on a closed surface vanish however it turns, and the mean stress
+    becomes -p (measured: 1.6 % less)."""
+    press = Load(around(8, 0.0001), pressure=lambda t: 100 * np.sin(np.pi / 2 * min(t, 1.0))**2)
+    solid = square(make_mpm, [press], law=LAWS["neo_hooke"](1e4, 0.3), inertia="lumped",
                    velocity=lambda x: 0.3 * np.column_stack([-x[:, 1], x[:, 0]]))
     for _ in range(120):
         solid.advance(0.01)
@@ -100,8 +100,8 @@ def test_pressure_all_around_moves_nothing_but_compresses(make_mpm):
 
 def test_pressure_turns_with_a_block(make_mpm):
     """On one side of a block that turns: the force of each step is that of the surface half-way, p L (sin, -cos) of its
-    angle, to 0.4 % in steps of 0.05 rad (the surface at the start of the step would be wrong by 2.5 %), 0.1 % and 0.06 %
-    in smaller ones; the block takes up its impulse."""
+    angle, to 0.4 % in steps of 0.05 rad (the surface at the start of the step would be wrong by 2.5 %), 0.1 % and
+    0.06 % in smaller ones; the block takes up its impulse."""
     line = Interface.line((-0.5, 0.4999), (0.5, 0.4999), 8)
 
     def error(steps):

@@ -36,8 +36,8 @@ def surface_below(kind, mu, **others):
 def block(make_mpm, angle, penalties, grid=None, **others):
     """A block of 1 m x 0.5 m on the slope; its first vibration, which gravity starts, has a period of 2.7 steps."""
     grid = turned_grid(0.35) if grid is None else grid
-    return make_mpm(grid=grid, box=((0.0, 0.0), (1.0, 0.5)), body_cells=(8, 4), law=LAWS["linear"](1e8, 0.3), rho=1000.0,
-                    interface=None, gravity=tilted(angle), inertia="lumped", penalties=penalties, **others)
+    return make_mpm(grid=grid, box=((0.0, 0.0), (1.0, 0.5)), body_cells=(8, 4), law=LAWS["linear"](1e8, 0.3),
+                    rho=1000.0, interface=None, gravity=tilted(angle), inertia="lumped", penalties=penalties, **others)
 
 
 def slide(solid, steps=100):
@@ -53,8 +53,8 @@ def slide(solid, steps=100):
 @pytest.mark.parametrize("kind", ["plane", "sole"])
 @pytest.mark.parametrize("angle, mu", [(20, 0.0), (30, 0.3), (40, 0.2), (40, 0.6)])
 def test_block_slides_down_a_plane_that_cuts_the_grid(make_mpm, kind, angle, mu):
-    """a = g (sin t - mu cos t). What remains is the block's own vibration, as it starts unstressed: measured are at most
-    1e-3 g, on the plane at mu 0.6, and 3e-5 g otherwise."""
+    """a = g (sin t - mu cos t). What remains is the block's own vibration, as it starts unstressed: measured are at
+    most 1e-3 g, on the plane at mu 0.6, and 3e-5 g otherwise."""
     t = np.radians(angle)
     v, reaction = slide(block(make_mpm, t, [surface_below(kind, mu)]))
     exact = np.sin(t) - mu * np.cos(t)
@@ -143,7 +143,7 @@ def test_pendulum_swings_at_its_period(make_mpm):
 
 
 def pulled(make_mpm, end, steps=40, stiffness=None):
-    """A bar of 1 m x 0.5 m, held at x = 0 and pulled at x = 1 by 1 % in one smooth second, slowly: mean stress there."""
+    """A bar of 1 m x 0.5 m after one second in which it was held at x = 0 and pulled at x = 1, smoothly, by 1 %."""
     motion = lambda t: np.array([0.005 * (1 - np.cos(np.pi * min(max(t, 0.0), 1.0))), 0.0])  # noqa: E731
     grid = Grid(Box((-0.5, -0.5), (1.5, 1.0)), (8, 6))
     supports, penalties = [Support.column("x", 0.0, grid, "x")], []
@@ -348,10 +348,10 @@ def test_grid_wall_says_what_is_wrong(arguments, message):
 
 
 @pytest.mark.parametrize("condition, message", [
-    (Penalty(Interface.line((0, 0), (9, 0), 3), name="base"), r"particle 2 of base lies at \[6. 0.\] m, .* enlarge the"),
+    (Penalty(Interface.line((0, 0), (9, 0), 3), name="base"), r"particle 2 of base lies at \[6. 0.\] m, .* enlarge"),
     (GridWall(lambda x: x[:, 1] < -9, "+y", name="floor"), "floor holds no node of the grid: look at where"),
     (GridWall(lambda x: x[:, 1] < 0, "+z", name="floor"), "normal of floor is '\\+z', the scene has 2 dimensions"),
-    (Penalty(LINE, motion=lambda t: np.ones(2), name="base"), r"motion of base at t = 0 is \[1.0, 1.0\] m: it must have"),
+    (Penalty(LINE, motion=lambda t: np.ones(2), name="base"), r"motion of base at t = 0 is \[1.0, 1.0\] m: it must"),
     (Penalty(Interface(np.zeros((1, 3)), np.zeros((0, 3), int)), name="base"), "surface of base has 3 dimensions, the"),
 ])
 def test_scene_says_what_is_wrong(make_mpm, condition, message):

@@ -4,16 +4,16 @@ import numpy as np
 COLUMNS = {
     "impulse_grains": ("N s", "vertical impulse of the interface on the particles since the start: their change of "
                               "momentum less gravity's share"),
-    "impulse_solid": ("N s", "vertical impulse of the interface on the solid's grid nodes since the start; the sum with "
-                             "impulse_grains is round-off"),
-    "work_wall": ("J", "work of the exchanged force on the wall, in windows and in the jumps between them, since the start"),
+    "impulse_solid": ("N s", "vertical impulse of the interface on the solid's grid nodes since the start; the sum "
+                             "with impulse_grains is round-off"),
+    "work_wall": ("J", "work of the exchanged force on the wall since the start, in windows and jumps between them"),
     "work_solid": ("J", "work of the exchanged force along the path of the interface, since the start"),
     "energy_grains": ("J", "energy of the particles and their contacts"),
     "energy_solid": ("J", "energy of the solid"),
     "interface_error": ("1", "energy that the staggered scheme has made at the interface, work_solid - work_wall, "
                              "relative to the largest energy so far"),
-    "energy_error": ("1", "change of the total energy, relative to the largest energy so far; of a closed system without "
-                          "damping, friction and moving supports: the error"),
+    "energy_error": ("1", "change of the total energy, relative to the largest energy so far; of a closed system "
+                          "without damping, friction and moving supports: the error"),
 }
 
 

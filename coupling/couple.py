@@ -59,7 +59,7 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, on_window=(), last=
     start = solid.time
     count = count_windows(t_end, dt, substeps, start)
     if abs(substeps * grains.dt - dt) > 1e-9 * dt:
-        raise ValueError(f"{substeps} substeps of the DEM's {grains.dt} s do not make a window of {dt} s: make them fit")
+        raise ValueError(f"{substeps} substeps of the DEM's {grains.dt} s do not make a window of {dt} s: let them fit")
     x, v = solid.surface()
     coming = v if last is None else last.moved / dt + (v - last.v_start)
     for number in range(1, count + 1):
@@ -85,9 +85,10 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, on_window=(), last=
 
 def _check(number, time, **quantities):
     """FloatingPointError naming the first array that holds NaN or infinity."""
-    if np.isfinite(sum(values.sum() for values in quantities.values())):
-        return
+    with np.errstate(all="ignore"):
+        if np.isfinite(sum(values.sum() for values in quantities.values())):
+            return
     lost = next((name for name, values in quantities.items() if not np.isfinite(values).all()), None)
     if lost:
-        raise FloatingPointError(f"the {lost.replace('_', ' ')} is not a finite number in window {number}, which ends at "
-                                 f"t = {time:.6g} s: take a smaller dt or more substeps")
+        raise FloatingPointError(f"the {lost.replace('_', ' ')} is not a finite number in window {number}, which ends "
+                                 f"at t = {time:.6g} s: take a smaller dt or more substeps")

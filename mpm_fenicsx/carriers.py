@@ -1,8 +1,8 @@
 """Boundary particles in one step: their loads and springs reach the nodes, their motion follows the nodes."""
 import numpy as np
 
+from .collective import somewhere, total
 from .errors import MPMError
-from .sets import any_rank
 
 
 class Carriers:
@@ -21,29 +21,47 @@ class Carriers:
         for p, N, G in self._loaded:
             self._step.shapes(p.cell, p.x, N, G)
 
-    def begin(self, time, force, load):
-        """Add the loads [N], with the basis of eq. 14, to ``load``, shape (nodes, D), and their jumps to the
-        accelerations; get the springs ready. force: on the interface's particles [N]. Returns its sum over nodes."""
-        step = self._step
+    def take_stock(self, active, force):
+        """The basis of eq. 14 on the ``active`` nodes, shape (nodes,), and what there is to do under the ``force`` on
+        the interface's particles [N]; returns whether other nodes are active than before."""
+        step, boundary = self._step, self._loaded[0][0]
         self._riders = [(step.points, step.basis), *((p, N) for p, N, _ in self._loaded)]
-        lost = [step.kernels.only_active(p.cell, step.cover.cells, step.active, N) for p, N, _ in self._loaded]
-        lost += [held.locate(step) for held in step.penalties]
+        self._lost = [step.kernels.only_active(p.cell, step.cover.cells, active, N) for p, N, _ in self._loaded]
+        self._lost += [held.locate(step) for held in step.penalties]
         self._riders += [(held.points, held.N) for held in step.penalties if held.follows]
-        forces = [force, *(loads.forces(self._comm, time, step.dt, self._half_way(*rider))
-                           for loads, rider in zip(step.loads, self._riders[2:]))]
-        changed = [(f != p.force).any() for f, (p, *_) in zip(forces, self._loaded)]
-        found = any_rank(self._comm, [max(lost) >= 0, *changed, *(f.any() for f in forces)])
-        if found[0]:
-            self._raise_lost(lost, time)
-        n, sums = len(forces), []
-        for (p, N, _), f, jumps, acts in zip(self._loaded, forces, found[1:n + 1], found[n + 1:]):
-            if jumps:
-                self._jump(self._spread(p, N, f - p.force))
-                p.force[:] = f
-            sums.append(self._add(self._spread(p, N, f), load) if acts else np.zeros(step.dim))
+        changed, self._some_lost, self._jumps, self._acts = somewhere(
+            self._comm, not np.array_equal(active, step.active), max(self._lost) >= 0, (force != boundary.force).any(),
+            force.any())
+        return changed
+
+    def begin(self, time, force, load):
+        """Add the loads [N] to ``load``, shape (nodes, D), and their jumps to the accelerations; get the springs ready.
+        force: on the interface's particles [N]. Returns its sum over the nodes [N]."""
+        step = self._step
+        if self._some_lost:
+            self._raise_lost(time)
+        forces = [loads.forces(self._comm, time, step.dt, self._half_way(*rider))
+                  for loads, rider in zip(step.loads, self._riders[2:])]
+        applied = self._carry(*self._riders[1], force, load, self._jumps, self._acts)
+        for rider, f in zip(self._riders[2:], forces):
+            jumps, acts = somewhere(self._comm, (f != rider[0].force).any(), f.any())
+            self._carry(*rider, f, load, jumps, acts)
         for held in step.penalties:
             held.begin(step, time)
-        return sums[0]
+        return applied
+
+    def _carry(self, points, N, force, load, jumps, acts):
+        """Eq. 13; jumps: the force has changed somewhere; acts: there is one. Returns the sum over the nodes [N]."""
+        cover = self._step.cover
+        if jumps:
+            self._jump(self._spread(points, N, force - points.force))
+            points.force[:] = force
+        if not acts:
+            return np.zeros(self._step.dim)
+        nodal = self._spread(points, N, force)
+        cover.accumulate(nodal)
+        load += nodal
+        return total(self._comm, nodal[:cover.owned].sum(axis=0))
 
     def _half_way(self, points, N):
         """How far the nodes carry the points in half a step, at the velocity and acceleration of its start [m]."""
@@ -52,10 +70,10 @@ class Carriers:
         step.kernels.interpolate(points.cell, step.cover.cells, N, motion, ahead)
         return ahead
 
-    def _raise_lost(self, lost, time):
-        """Name the first particle none of whose nodes carries mass; lost: one of each set on this rank, or -1."""
+    def _raise_lost(self, time):
+        """Name the first particle none of whose nodes carries mass."""
         sets = [p for p, *_ in self._loaded] + [held.points for held in self._step.penalties]
-        found = [(int(p.gid[k]), p.x[k].tolist()) for p, k in zip(sets, lost) if k >= 0]
+        found = [(int(p.gid[k]), p.x[k].tolist()) for p, k in zip(sets, self._lost) if k >= 0]
         number, x = min(sum(self._comm.allgather(found), []))
         raise MPMError(f"boundary particle {number} at x = {x} m has no material point near it at t = {time:.6g} s: "
                        "move the interface into the body (shift) or seed more points")
@@ -65,13 +83,6 @@ class Carriers:
         nodal = np.zeros_like(self._step.v)
         self._step.kernels.spread(points.cell, self._step.cover.cells, N, force, nodal)
         return nodal
-
-    def _add(self, nodal, load):
-        """Add forces to ``load``; returns their sum over all nodes [N]."""
-        cover = self._step.cover
-        cover.accumulate(nodal)
-        load += nodal
-        return self._comm.allreduce(nodal[:cover.owned].sum(axis=0))
 
     def _jump(self, nodal):
         """A load that is constant over each step jumps between steps, and with it the acceleration of the nodes and of

@@ -3,6 +3,7 @@ import ctypes
 
 import numpy as np
 import ufl
+from dolfinx import geometry
 from dolfinx import mesh as dmesh
 from dolfinx.cpp.graph import AdjacencyList_int32
 from petsc4py import PETSc
@@ -12,7 +13,7 @@ _handle, _int, _pointer = ctypes.c_void_p, np.ctypeslib.as_ctypes_type(PETSc.Int
 _petsc.MatSetPreallocationCOO.argtypes = [_handle, ctypes.c_ssize_t, _pointer, _pointer]
 _petsc.MatSetValuesCOO.argtypes = [_handle, _pointer, ctypes.c_int]
 _petsc.SNESSetLagJacobian.argtypes = [_handle, _int]
-_petsc.SNESGetLineSearch.argtypes = [_handle, _pointer]
+_petsc.SNESGetLineSearch.argtypes = [_handle, ctypes.POINTER(_handle)]
 _petsc.SNESLineSearchSetType.argtypes = [_handle, ctypes.c_char_p]
 _petsc.SNESLineSearchSetTolerances.argtypes = [_handle, *[ctypes.c_double] * 5, _int]
 _petsc.PetscOptionsUsed.argtypes = [_handle, ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
@@ -42,12 +43,13 @@ def set_lag_jacobian(snes, lag):
     _check(_petsc.SNESSetLagJacobian(snes.handle, lag))
 
 
-def set_line_search(snes, kind, most):
-    """Kind of line search and its largest number of iterations."""
-    search, default = _handle(), float(PETSc.DEFAULT)
+def set_line_search(snes, kind, most=None):
+    """Line search of the SNES: "bt", "basic", …, and its largest number of iterations (None: its default)."""
+    search = _handle()
     _check(_petsc.SNESGetLineSearch(snes.handle, ctypes.byref(search)))
     _check(_petsc.SNESLineSearchSetType(search, kind.encode()))
-    _check(_petsc.SNESLineSearchSetTolerances(search, *[default] * 5, most))
+    if most is not None:
+        _check(_petsc.SNESLineSearchSetTolerances(search, *[float(PETSc.DEFAULT)] * 5, most))
 
 
 def option_used(name):
@@ -79,3 +81,14 @@ def create_mesh(comm, cells, x, cell, owners):
 def geometry_cells(mesh, nodes_per_cell):
     """Node numbers of owned and ghost cells, shape (n, nodes_per_cell)."""
     return np.asarray(mesh.geometry.dofmap.array, np.int32).reshape(-1, nodes_per_cell)
+
+
+def cell_tree(mesh, cells):
+    """Bounding-box tree over the local ``cells`` of the mesh."""
+    return geometry.BoundingBoxTree(mesh, mesh.topology.dim, np.asarray(cells, np.int32), padding=1e-12)
+
+
+def candidates(tree, x):
+    """Pairs (point, cell) whose boxes meet, two arrays; x: points [m], shape (n, D)."""
+    found = geometry.compute_collisions(tree, np.column_stack([x, np.zeros((len(x), 3 - x.shape[1]))]))
+    return np.repeat(np.arange(len(x)), np.diff(found.offsets)), found.array

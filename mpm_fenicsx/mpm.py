@@ -4,6 +4,7 @@ from mpi4py import MPI
 
 from . import output
 from .boundary import Supports
+from .collective import total
 from .errors import MPMError
 from .grid import Background
 from .kernels import compile_kernels
@@ -14,7 +15,6 @@ from .points import Points, seed
 from .sets import Set, Sets
 from .snes import unused_options
 from .step import PHASES, Step
-from .surface import everywhere
 
 
 class MPM:
@@ -47,7 +47,7 @@ class MPM:
         self._support_scene, self.rebalance, self.balance = tuple(supports), rebalance, []
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent = inertia == "consistent"
-        self.kernels = compile_kernels(body, self.background.cells.shape[1], self._consistent)
+        self.kernels = compile_kernels(body, self.background, self._consistent)
         self._make_points(x, volume)
         self._make_boundary()
         self._make_conditions(loads, penalties)
@@ -145,14 +145,22 @@ class MPM:
         if bare:
             self._make_step(self._sets.filled())
         elif travelled:
-            self.step.attach(self.points, self.boundary)
+            self._attach()
 
     def _make_step(self, filled):
         if self.step is not None:
             self.step.destroy()
         self.step = Step(self.background, filled, self.supports, self.body, self.gravity, self.kernels,
                          self._consistent, self.phases, self.loads, self.penalties)
+        self._attach()
+
+    def _attach(self):
+        """Work arrays for the points now here, and the order in which their surface is put together."""
         self.step.attach(self.points, self.boundary)
+        if self.comm.size > 1:
+            numbers = self.comm.allgather(self.boundary.gid)
+            self._surface_number = np.concatenate(numbers)
+            self._surface_counts = 2 * self.dim * np.array([len(part) for part in numbers])
 
     def imbalance(self):
         """Most material points on one rank over the mean."""
@@ -184,28 +192,33 @@ class MPM:
     def surface(self):
         """Boundary particles: positions [m] and velocities [m/s], shape (n, dim) each, in the order of the interface,
         the same on every rank."""
-        both = np.stack([self.boundary.x, self.boundary.v], axis=1)
-        return tuple(everywhere(self.comm, self.boundary.gid, both, self._boundary_count).transpose(1, 0, 2).copy())
+        if self.comm.size == 1:
+            return self.boundary.x.copy(), self.boundary.v.copy()
+        mine = np.hstack([self.boundary.x, self.boundary.v])
+        parts, ordered = np.empty((2, self._boundary_count, 2 * self.dim))
+        self.comm.Allgatherv(mine, [parts, self._surface_counts])
+        ordered[self._surface_number] = parts
+        return ordered[:, :self.dim].copy(), ordered[:, self.dim:].copy()
 
     def reaction(self, name):
         """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
         names = sorted({str(other) for held in self.penalties for other in held.names})
         if name not in names:
             raise ValueError(f"there is no penalty {name!r}: choose one of {', '.join(names) or 'none'}")
-        return self.comm.allreduce(sum(held.points.force[held.names[held.points.gid] == name].sum(axis=0)
-                                       for held in self.penalties))
+        return total(self.comm, sum(held.points.force[held.names[held.points.gid] == name].sum(axis=0)
+                                     for held in self.penalties))
 
     def energy(self):
         """``kinetic``, ``strain`` and ``potential`` (in gravity, zero at the origin) energy of the points [J]."""
         p = self.points
         kinetic, strain = self.kernels.energies(p.mass, p.V0, p.v, p.F, p.F33, p.state, self.body.law.params)
         potential = -float(p.mass @ (p.x @ self.gravity)) if self.gravity.any() else 0.0
-        sums = self.comm.allreduce(np.array([kinetic, strain, potential]))
-        return {"kinetic": float(sums[0]), "strain": float(sums[1]), "potential": float(sums[2])}
+        return dict(zip(("kinetic", "strain", "potential"),
+                        total(self.comm, [kinetic, strain, potential]).tolist()))
 
     def momentum(self):
         """Momentum of the points [kg m/s], shape (dim,)."""
-        return self.comm.allreduce(self.points.mass @ self.points.v)
+        return total(self.comm, self.points.mass @ self.points.v)
 
     def cauchy_stress(self):
         """Cauchy stress of this rank's points [Pa], shape (n, dim, dim)."""
@@ -232,7 +245,7 @@ class MPM:
         same = np.array_equal(self.step.filled, state["filled"])
         if not self.comm.allreduce(int(same), MPI.MIN):
             self._make_step(state["filled"].copy())
-        self.step.attach(self.points, self.boundary)
+        self._attach()
         self.step.set_state(state)
 
     def unused_options(self):

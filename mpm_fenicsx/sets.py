@@ -2,8 +2,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from mpi4py import MPI
 
+from .collective import somewhere
 from .errors import MPMError
 from .points import Points
 
@@ -15,14 +15,6 @@ class Set(NamedTuple):
     points: Points
     covered: bool = True
     moves: bool = True
-
-
-def any_rank(comm, flags):
-    """Which of the ``flags`` is set on any rank. Collective."""
-    flags = np.array(flags, np.int32)
-    if comm.size > 1:
-        comm.Allreduce(MPI.IN_PLACE, flags, MPI.MAX)
-    return flags
 
 
 class Sets:
@@ -38,11 +30,11 @@ class Sets:
         anywhere = slot if all(s.covered for s in self._sets) else np.zeros_like(slot)
         moving = [(s.points, slot if s.covered else anywhere) for s in self._sets if s.moves]
         away, bare = np.array([search.settle(*pair) for pair in moving]).T
-        flags = any_rank(self._comm, [*away, bare.max()])
+        flags = somewhere(self._comm, *away, bare.max())
         for (points, rows), somebody in zip(moving, flags):
             if somebody:
                 self._send(points, search.destinations(points), search, router, time)
-                flags[-1] |= any_rank(self._comm, [(rows[points.cell] < 0).any()])[0]
+                flags[-1] |= somewhere(self._comm, (rows[points.cell] < 0).any())[0]
         return flags[:-1].any(), bool(flags[-1])
 
     def relocate(self, search, router, time):

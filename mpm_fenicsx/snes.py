@@ -3,14 +3,13 @@
 Defaults are set on the objects before ``setFromOptions``, so the command line always wins:
 
     -mpm_snes_rtol 1e-6, -mpm_snes_stol 0, -mpm_snes_max_it 25, line search bt, and by size and stiffness
-    small: -mpm_ksp_type preonly -mpm_pc_type cholesky (CHOLMOD on one rank, MUMPS on several),
+    small: -mpm_ksp_type preonly -mpm_pc_type cholesky (CHOLMOD on one rank, MUMPS on several; very small systems on
+    several ranks: -mpm_pc_type redundant, each rank solves the whole with CHOLMOD),
     large and dominated by inertia: -mpm_ksp_type cg -mpm_pc_type bjacobi -mpm_sub_pc_type icc -mpm_ksp_rtol 1e-8,
     large and stiff: -mpm_ksp_type cg -mpm_pc_type gamg (with the rigid-body modes).
 
 The tangent is kept until the caller has a reason for a new one (``-mpm_snes_lag_jacobian 1`` makes it anew in every
 Newton iteration, 2 in every second one, …). A step that fails with the kept tangent is tried again with new ones.
-Springs that open, stick and slide make the residual piecewise linear: they have a potential, of which line search cp
-(5 iterations) finds the minimum along a line, where bt gets stuck on the residual's norm.
 """
 import sys
 
@@ -18,11 +17,15 @@ import numpy as np
 from petsc4py import PETSc
 
 from . import compat
-from .errors import MPMDiverged
+from .collective import somewhere
+from .errors import MPMDiverged, MPMError
 
 PREFIX = "mpm_"
 KEEP = -1  # never made anew by the SNES itself
 DIRECT_UP_TO = {2: 100_000, 3: 20_000}  # unknowns: beyond, factorisation costs more than conjugate gradients
+REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
+REDUNDANT = {"redundant_ksp_type": "preonly", "redundant_pc_type": "cholesky",
+             "redundant_pc_factor_mat_solver_type": "cholmod"}
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
 REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
 ADVICE = {
@@ -40,9 +43,13 @@ def unused_options():
 
 
 class Newton:
-    """One SNES over one cover. residual(u, r): fills r from u, both (owned, D); tangent(asked): fills the matrix at the
-    deformation of the last residual. watched: call it in every iteration and let it decide, asked or not; kinks: the
-    residual has some. Collective."""
+    """One SNES over one cover. residual(u, r): fills r from u, both (owned, D); tangent(): fills the matrix at the
+    deformation of the last residual. Collective.
+
+    tangent is called with whether it was asked for. watched: it is called in every iteration and may find that the kept
+    one still holds. kinks: the residual is piecewise linear, as of springs that open, stick and slide. Such springs have
+    a potential: line search cp finds its minimum along a line, where bt gets stuck on the residual's norm.
+    """
 
     def __init__(self, cover, residual, tangent, watched=False, kinks=False):
         self._residual, self._tangent = residual, tangent
@@ -54,13 +61,13 @@ class Newton:
         snes.setFunction(self._function, r)
         snes.setJacobian(self._jacobian, cover.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
-        self._lag, self._again = 1 if watched else KEEP, False
+        self._lag, self._asked, self._search = 1 if watched else KEEP, False, ("cp", 5) if kinks else ("bt",)
         compat.set_lag_jacobian(snes, self._lag)
-        if kinks:
-            compat.set_line_search(snes, "cp", 5)
+        compat.set_line_search(snes, *self._search)
         options = PETSc.Options(PREFIX)
         snes.getKSP().setOperators(cover.matrix)
         self._user_atol, self._user_lag = options.hasName("snes_atol"), options.hasName("snes_lag_jacobian")
+        self._user_search = options.hasName("snes_linesearch_type")
         self._cover, self._chosen = cover, False
         r.destroy()  # the SNES holds its own reference
 
@@ -76,8 +83,14 @@ class Newton:
         small = self.u.getSize() <= DIRECT_UP_TO[self._cover.dim]
         if asked in ("cholesky", "lu") or (small and not asked):
             ksp.setType("preonly")
-            pc.setType(asked or "cholesky")
-            pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if asked == "lu" else "cholmod")
+            if comm.size > 1 and not asked and self.u.getSize() <= REDUNDANT_UP_TO:
+                pc.setType("redundant")
+                for name, value in REDUNDANT.items():
+                    if not options.hasName(name):
+                        options[name] = value
+            else:
+                pc.setType(asked or "cholesky")
+                pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if asked == "lu" else "cholmod")
         else:
             ksp.setType("cg")
             ksp.setTolerances(rtol=1e-8)
@@ -116,40 +129,56 @@ class Newton:
 
     def _jacobian(self, snes, u, A, B):
         try:
-            self._tangent(self._again or self._user_lag)
+            self._tangent(self._asked or self._user_lag)
         except Exception as error:
             self._failure = error
 
-    def solve(self, guess, atol, when):
+    def solve(self, guess, rest, atol, when):
         """Solve from ``guess``, shape (owned, D); returns the solution and the number of iterations.
 
-        atol: residual norm to stop at [N]; when: a text for the message, such as "step 3, t = 1e-6 s".
-        Raises MPMDiverged with PETSc's reason in words and the option to try.
+        rest: the displacement that only moves what is held, to start from when the guess leads nowhere; atol: residual
+        norm to stop at [N]; when: a text for the message, such as "step 3, t = 1e-6 s". Raises MPMDiverged with PETSc's
+        reason in words and the option to try.
         """
         if not self._user_atol:
             self.snes.setTolerances(atol=atol)
-        reason, iterations = self._run(guess)
-        if reason < 0 and not self._user_lag:  # a body that turns leaves the kept tangent behind
-            self._again = True
-            compat.set_lag_jacobian(self.snes, 1)
-            reason, more = self._run(guess)
-            compat.set_lag_jacobian(self.snes, self._lag)
-            self._again = False
+        iterations = 0
+        for attempt, start in enumerate((guess, guess, rest, rest)):
+            if attempt and not self._set_back(attempt):
+                continue
+            reason, more = self._run(start)
             iterations += more
+            if reason >= 0:
+                break
+        if attempt:
+            self._set_back(0)
         if reason < 0:
             name = REASONS.get(reason, str(reason))
-            advice = ADVICE.get(name, "try a smaller dt or -mpm_snes_linesearch_type basic")
+            advice = ADVICE.get(name, "try a smaller dt or lumped inertia")
             raise MPMDiverged(f"Newton's method diverged in {when} after {iterations} iterations with residual "
                               f"{self.snes.getFunctionNorm():.3g} N ({name}): {advice}")
         return self.u.array_r.reshape(self._shape).copy(), iterations
+
+    def _set_back(self, attempt):
+        """What changes from attempt to attempt, where the user has not chosen; False when that would change nothing.
+
+        1: new tangents, because a body that turns leaves the kept one behind; 2: from ``rest``; 3: full Newton steps,
+        because a nearly empty cell lets the line search stall on a residual that no point feels.
+        """
+        if not self._user_lag:
+            compat.set_lag_jacobian(self.snes, 1 if attempt else self._lag)
+            self._asked = attempt > 0
+        if not self._user_search:
+            compat.set_line_search(self.snes, *(("basic",) if attempt == 3 else self._search))
+        return attempt == 2 or not (self._user_lag if attempt == 1 else self._user_search)
 
     def _run(self, guess):
         """Reason and number of iterations of one attempt."""
         self.u.array_w[:] = guess.ravel()
         self.snes.solve(None, self.u)
-        if self._failure is not None:
-            failure, self._failure = self._failure, None
-            raise failure
+        failure, self._failure = self._failure, None
+        if somewhere(self._cover.comm, failure is not None)[0]:
+            raise failure or MPMError("another rank has failed")
         return self.snes.getConvergedReason(), self.snes.getIterationNumber()
 
     def destroy(self):

@@ -100,7 +100,7 @@ def spring_matrix(gap, normal, limit, status, C):
 
 
 def tangent(cell, slot, N, normal, stiffness, limit, gap, status, Ke):
-    """Add -df/du to the element matrices Ke, shape (slots, K*D, K*D) [N/m], at the gaps of the last ``respond``."""
+    """Add -df/du to the element matrices Ke [N/m], see ``weakform.tangent``, at the gaps of the last ``respond``."""
     C = np.empty((D, D))
     for p in range(len(cell)):
         c = slot[cell[p]]
@@ -110,4 +110,4 @@ def tangent(cell, slot, N, normal, stiffness, limit, gap, status, Ke):
                 w = LEAD * stiffness[p] * N[p, a] * N[p, b]
                 for i in range(D):
                     for j in range(D):
-                        Ke[c, a * D + i, b * D + j] += w * C[i, j]
+                        Ke[c, b, j, i, a] += w * C[i, j]

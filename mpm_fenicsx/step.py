@@ -2,10 +2,10 @@
 from time import perf_counter, time_ns
 
 import numpy as np
-from mpi4py import MPI
 
 from . import compat, newmark
 from .carriers import Carriers
+from .collective import somewhere, total
 from .cover import Cover
 from .snes import Newton
 
@@ -28,7 +28,7 @@ class Step:
         self.cover = Cover(background, filled, supports.fixed)
         self.filled, self.supports, self.gravity, self.kernels = filled, supports, gravity, kernels
         self.params, self.consistent, self.phases = body.law.params, consistent, phases
-        self.cell_mass = body.rho * np.prod(background.h) * body.thickness  # [kg]
+        self.cell_mass = body.rho * np.prod(background.h) * (body.thickness if self.dim == 2 else 1.0)  # [kg]
         self.newton = Newton(self.cover, self.residual, self._renew_tangent, bool(penalties),
                              any(held.kinks for held in penalties))
         nodes = len(self.cover.node)
@@ -76,26 +76,23 @@ class Step:
         self.kernels.to_grid(points.cell, self.cover.cells, self.basis, points.mass, points.v, points.a, self._nodal)
         self.cover.accumulate(self._nodal)
         self.mass = self._nodal[:, 0].copy()
-        self._find_active(time)
+        active = self.mass > 1e-14 * self.cell_mass  # "numeric zero" of eq. 14
+        if self.carriers.take_stock(active, force):  # a kept tangent has identity rows for nodes without mass
+            self.supports.check(active, self.cover, time)
+            self.active, self.tangent_is_valid = active, False
         self.v, self.a = np.zeros((len(self.mass), D)), np.zeros((len(self.mass), D))
         self.v[self.active] = self._nodal[self.active, 1:1 + D] / self.mass[self.active, None]
         self.a[self.active] = self._nodal[self.active, 1 + D:] / self.mass[self.active, None]
         self._known = self.supports.displacement(self.cover.node, time, dt, self.v, self.a)
         self._idle = (self.cover.fixed | ~self.active[:, None])[:self.cover.owned]
-        self._load[:] = self.mass[:, None] * self.gravity
+        self._load[:] = 0.0
         self.applied = self.carriers.begin(time, force, self._load)
+        self._load += self.mass[:, None] * self.gravity
         self.lap("to grid")
 
     def shapes(self, cell, x, N, G):
         """Basis values and gradients at positions x [m] in this rank's cells, see ``shape.shapes``."""
-        self.kernels.shapes(cell, x, self.background.origin, self.background.inverse, N, G)
-
-    def _find_active(self, time):
-        """Nodes that carry mass. A kept tangent has identity rows for the others, so a change ends its validity."""
-        active = self.mass > 1e-14 * self.cell_mass  # "numeric zero" of eq. 14
-        if self.comm.allreduce(int(not np.array_equal(active, self.active)), MPI.MAX):
-            self.supports.check(active, self.cover, time)
-            self.active, self.tangent_is_valid = active, False
+        self.kernels.shapes(cell, x, self.background.corner, self.background.inverse, N, G)
 
     # ---------------------------------------------------------------- phase II
 
@@ -109,7 +106,8 @@ class Step:
             for held in self.penalties:
                 held.respond(self, self.cover.with_ghosts(guess))
             self.tangent()
-        u, iterations = self.newton.solve(guess, self._atol(guess), when)
+        rest = np.where(self._idle, guess, 0.0)
+        u, iterations = self.newton.solve(guess, rest, self._atol(guess), when)
         if iterations > self.slow:
             self.tangent_is_valid = False
         self.lap("solve")
@@ -120,9 +118,9 @@ class Step:
         round-off: an error of eps * h in the displacement times the stiffness, and of eps in the inertia."""
         n, eps = self.cover.owned, np.finfo(float).eps
         mass = self.mass[:n, None]
-        norm2 = self.comm.allreduce(np.array([
+        norm2 = total(self.comm, [
             np.sum(self._load[:n] ** 2), np.sum((mass * self.a[:n]) ** 2),
-            np.sum((newmark.alpha(self.dt) * mass * u) ** 2), self.stiffness2 * self.background.h.max() ** 2]))
+            np.sum((newmark.alpha(self.dt) * mass * u) ** 2), self.stiffness2 * self.background.h.max() ** 2])
         return max(self.tolerance * np.sqrt(norm2[:2].max()), 4 * eps * np.sqrt(norm2[2:].sum()))
 
     def residual(self, u, r):
@@ -153,13 +151,13 @@ class Step:
                              points.state, self.params, alpha, self._F, self._F33, self._state, cover.element_matrices)
         for held in self.penalties:
             held.tangent(self)
-        total, nodes = self.comm.allreduce(np.array([self.mass[:n].sum(), np.count_nonzero(self.mass[:n])]))
-        self.idle_scale = alpha * total / nodes  # idle rows of the size of the others keep the matrix well scaled
+        mass, nodes = total(self.comm, [self.mass[:n].sum(), np.count_nonzero(self.mass[:n])])
+        self.idle_scale = alpha * mass / nodes  # idle rows of the size of the others keep the matrix well scaled
         inertia = alpha * self.mass[:n, None]
         cover.fill_matrix(np.where(self._idle, self.idle_scale, 0.0 if self.consistent else inertia))
-        stiffness = cover.matrix.getDiagonal().array.reshape(n, -1) - inertia
+        stiffness = cover.matrix.getDiagonal().array.reshape(n, self.dim) - inertia
         self.stiffness2 = float(np.sum(stiffness[~self._idle] ** 2))
-        norms = self.comm.allreduce(np.array([self.stiffness2, np.sum(inertia**2) * self.dim]))
+        norms = total(self.comm, [self.stiffness2, np.sum(inertia**2) * self.dim])
         self.stiff = float(np.sqrt(norms[0] / norms[1]))
         self._choose_solver()
         self.tangent_is_valid, self.tangent_dt = True, self.dt
@@ -168,8 +166,8 @@ class Step:
         self.lap("tangent")
 
     def _renew_tangent(self, asked):
-        """For the SNES: a new tangent when ``asked`` for, or when a spring's law has changed its branch."""
-        if asked or self.comm.allreduce(int(any(held.switched() for held in self.penalties)), MPI.MAX):
+        """For the SNES: a new tangent when ``asked`` for, or when a spring has taken another branch of its law."""
+        if asked or somewhere(self.comm, any(held.switched() for held in self.penalties))[0]:
             self.tangent()
 
     def _choose_solver(self):

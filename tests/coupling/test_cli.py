@@ -1,6 +1,10 @@
 """From the words of the command line to typed keyword arguments, and from errors to one sentence."""
+import os
+import shutil
+import subprocess
 import sys
 import warnings
+from pathlib import Path
 from typing import Literal, Optional, Tuple
 
 import pytest
@@ -84,7 +88,8 @@ def test_manual_has_every_key_with_default_unit_and_meaning(monkeypatch, capsys,
     run(monkeypatch, word)  # returns: exit status 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "What the case shows." and not called
-    for line in ("dt=1e-06 window [s]", "E=215820000000 modulus [Pa]", "cells=4,2 of the grid [-]", "h=none cell size [m], or none",
+    for line in ("dt=1e-06 window [s]", "E=215820000000 modulus [Pa]", "cells=4,2 of the grid [-]",
+                 "h=none cell size [m], or none",
                  "plane=stress state; one of stress, strain", "fast=False skip the rest", "out=out folder",
                  "preset=paper cells=62,13 dt=5e-08"):
         assert line in [" ".join(shown.split()) for shown in lines]
@@ -96,7 +101,7 @@ def test_run_calls_main(monkeypatch):
 
 
 @pytest.mark.parametrize("error, status, sentence", [
-    (ValueError("dt is 0"), 1, "dt is 0"), (RuntimeError("a\nb"), 1, "a b"), (ImportError("install it"), 1, "install it"),
+    (ValueError("dt is 0"), 1, "dt is 0"), (RuntimeError("a\nb"), 1, "a b"), (ImportError("get it"), 1, "get it"),
     (FloatingPointError("lost"), 1, "lost"), (OSError("disk"), 1, "disk"), (MemoryError("too large"), 1, "too large"),
     (cli.UsageError("no"), 2, "no"), (KeyboardInterrupt(), 130, "interrupted; what was written so far is complete")])
 def test_an_error_is_one_sentence_and_a_status(monkeypatch, capsys, error, status, sentence):
@@ -122,3 +127,30 @@ def test_a_warning_is_one_line(monkeypatch, capsys):
         warnings.simplefilter("always")
         run(monkeypatch, function=careless)
     assert capsys.readouterr().err == "warning: the step is long\n"
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("rank, line", [("0", "error: only here"), ("1", "error on rank 1: only here"),
+                                        ("2", "error: only here")])
+def test_an_error_on_one_rank_ends_all(tmp_path, rank, line):
+    """The others wait for it: they are aborted after some seconds. Rank "2" means that all have the error."""
+    if shutil.which("mpirun") is None:
+        (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
+    (tmp_path / "case.py").write_text("""
+from coupling import cli
+
+def main(rank: int = 0):
+    if cli.MPI.COMM_WORLD.rank == rank or rank == 2:
+        raise ValueError("only here")
+    cli.MPI.COMM_WORLD.Barrier()
+    print("never")
+
+cli._all_arrive.__defaults__ = 0.5,
+cli.run(main)
+""")
+    command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "2", sys.executable, tmp_path / "case.py"]
+    done = subprocess.run([*command, f"rank={rank}"], capture_output=True, text=True, timeout=60,
+                          env={**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[1])})
+    assert done.returncode == 1 and "never" not in done.stdout
+    assert [shown for shown in done.stderr.splitlines() if "only here" in shown] == [line]
+    assert rank != "2" or "MPI_ABORT" not in done.stderr

@@ -32,8 +32,8 @@ def test_series_is_read_back(tmp_path):
 
 def test_figure_has_a_curve_of_every_style(tmp_path):
     x = np.linspace(0, 1, 20)
-    figure.draw(tmp_path / "f.png", "time [s]", {"force [N]": [(x, x, "run", "run"), (x, x**2, "old", "under"),
-                                                               (x, x**3, None, "reference")], "u [m]": [(x, x, "u", "run")]})
+    force = [(x, x, "run", "run"), (x, x**2, "old", "under"), (x, x**3, None, "reference")]
+    figure.draw(tmp_path / "f.png", "time [s]", {"force [N]": force, "u [m]": [(x, x, "u", "run")]})
     picture = matplotlib.image.imread(tmp_path / "f.png")
     assert picture.shape[0] > 500 and picture.shape[1] > 700
     blue = (abs(picture[..., :3] - np.array([31, 119, 180]) / 255) < 0.02).all(axis=2)

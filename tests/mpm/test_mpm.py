@@ -41,15 +41,14 @@ def turned(make_mpm, h, speed=1.0, **changes):
     return solid, angular_momentum(solid.points) / before
 
 
-TURNING = pytest.mark.parametrize("cell, inertia, kept", [("triangle", "consistent", 1e-3),
-                                                          ("quadrilateral", "lumped", 0.1)])
+TURNING = pytest.mark.parametrize("cell, inertia", [("triangle", "consistent"), ("quadrilateral", "lumped")])
 
 
 @TURNING
-def test_a_turning_body_lags_behind_by_the_projection_error(make_mpm, cell, inertia, kept):
+def test_a_turning_body_lags_behind_by_the_projection_error(make_mpm, cell, inertia):
     """The lumped projection gives a node at the rim the velocity of the points beside it, which sit further in: the
     angle falls short by O(h^2). Angular momentum is kept by consistent inertia, lost at O(h^2) by lumped inertia."""
-    missing = []
+    missing, kept = [], {"consistent": 1e-3, "lumped": 0.1}[inertia]
     for h in (0.25, 0.125):
         solid, momentum = turned(make_mpm, h, cell=cell, inertia=inertia)
         F = solid.points.F
@@ -60,7 +59,7 @@ def test_a_turning_body_lags_behind_by_the_projection_error(make_mpm, cell, iner
 
 
 @TURNING
-def test_rotation_alone_leaves_no_stress(make_mpm, cell, inertia, kept):
+def test_rotation_alone_leaves_no_stress(make_mpm, cell, inertia):
     """What remains is real: centrifugal stress, about rho (omega r)^2 = 0.5 Pa at the corners (twice that for a body
     that starts without it), falling with the square of the speed, while E is 1000 Pa."""
     fast, slow = (abs(turned(make_mpm, 0.25, speed, cell=cell, inertia=inertia)[0].cauchy_stress()).max()
@@ -82,15 +81,13 @@ def test_patch(make_mpm, options, cell, law, stress_state, block, at_point):
     H, law = np.array([[0.1, 0.05], [-0.03, -0.08]]), LAWS[law.name](1.0, 0.3)
     x, y = (a.ravel() for a in np.meshgrid([0.0, 0.5, 1.0, 1.5, 2.0], [0.0, 0.5, 1.0, 1.5]))
     rim = (x == 0) | (x == 2) | (y == 0) | (y == 1.5)
-    box, inner = ((0.0, 0.0), (2.0, 1.5)), np.column_stack([x, y])[~rim]
-    solid = make_mpm(cell, box=box, margin=0 if block == "fills the grid" else 1, law=law, rho=1e-16, interface=None,
-                     stress_state=stress_state, supports=clamped_sides(np.column_stack([x, y])[rim], H))
-    old, nodes = solid.points.x.copy(), solid.background.x
+    solid = make_mpm(cell, box=((0.0, 0.0), (2.0, 1.5)), margin=int(block == "inside the grid"), law=law, rho=1e-16,
+                     stress_state=stress_state, supports=clamped_sides(np.column_stack([x, y])[rim], H), interface=None)
+    old = solid.points.x.copy()
     solid.advance(1.0)
     F = np.eye(2) + H
     point = at_point(law, stress_state)
     sigma = point.P(F) @ F.T / (np.linalg.det(F) * point.F33(F))
-    assert len(inner) == 6 and len(nodes) >= 20
     np.testing.assert_allclose(solid.points.F, np.broadcast_to(F, solid.points.F.shape), rtol=0, atol=1e-13)
     np.testing.assert_allclose(solid.points.x, old @ F.T, rtol=0, atol=1e-13)
     np.testing.assert_allclose(solid.cauchy_stress(), np.broadcast_to(sigma, solid.points.F.shape), rtol=0, atol=1e-13)
@@ -113,8 +110,8 @@ def test_free_fall_is_exact(make_mpm, cell, inertia):
 
 
 def bar(make_mpm, h, free=False, inertia="consistent"):
-    """Bar of 1 m with E = 1, rho = 1, nu = 0, started with the velocity of its first mode, and the mode as a function of
-    positions. Its wave number is pi / 2 fixed-free and pi free-free, its frequency the same in rad/s."""
+    """Bar of 1 m with E = 1, rho = 1, nu = 0, started with the velocity of its first mode, and the mode as a function
+    of positions. Its wave number is pi / 2 fixed-free and pi free-free, its frequency the same in rad/s."""
     grid = Grid(Box((-2 * h, -h), (1 + 2 * h, 2 * h)), (round(1 / h) + 4, 3))
     mode = (lambda x: np.cos(np.pi * x[:, 0])) if free else (lambda x: np.sin(np.pi / 2 * x[:, 0]))
     solid = make_mpm(grid=grid, box=((0.0, 0.0), (1.0, h)), h=h, law=LAWS["linear"](1.0, 0.0), shift=0.0,
@@ -137,8 +134,8 @@ def quarter_period(make_mpm, h, steps, free=False, inertia="consistent"):
 @pytest.mark.parametrize("free", [False, True], ids=["fixed-free", "free-free"])
 @pytest.mark.parametrize("inertia, share", [("consistent", 1 / 24), ("lumped", 1 / 8)])
 def test_bar_vibrates_at_the_exact_frequency_as_the_grid_gets_finer(make_mpm, free, inertia, share):
-    """The period is too long by (k h)^2 / 24 with consistent and (k h)^2 / 8 with lumped inertia: linear finite elements
-    have -1/24 and 1/24; the lumped projection of the velocity, which flattens the mode by (k h)^2 / 6, adds 1/12."""
+    """The period is too long by (k h)^2 / 24 with consistent and (k h)^2 / 8 with lumped inertia: linear finite
+    elements have -1/24 and 1/24, the lumped projection of velocity flattens the mode by (k h)^2 / 6 and adds 1/12."""
     h, k = np.array([0.25, 0.125, 0.0625]), np.pi if free else np.pi / 2
     errors = np.array([quarter_period(make_mpm, size, 80, free, inertia) - 1 for size in h])
     np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), 2.0, atol=0.1)

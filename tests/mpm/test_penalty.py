@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-from mpm_fenicsx import LAWS, Box, Grid, GridWall, Interface, Load, MeshGrid, MPMError, Penalty, Support, springs
-from mpm_fenicsx.grid import lattice
+from mpm_fenicsx import LAWS, Box, Grid, GridWall, Interface, Load, Mesh, MPMError, Penalty, Support, springs
+from mpm_fenicsx.mesh import lattice
 from mpm_fenicsx.specialise import specialise
 
 G = 9.81
@@ -17,9 +17,9 @@ WEIGHT = 500 * G  # of the sliding block [N]
 
 def turned_grid(angle, cell="quadrilateral", lower=(-0.5, -1.1), upper=(2.75, 1.6), counts=(13, 11)):
     """A grid turned about the origin, which a plane along x cuts at that angle."""
-    vertices, cells = lattice(Grid(Box(lower, upper), counts, cell))
+    vertices, cells = lattice(Box(lower, upper), counts, cell)
     c, s = np.cos(angle), np.sin(angle)
-    return MeshGrid(vertices @ [[c, s], [-s, c]], cells, cell)
+    return Mesh(vertices @ [[c, s], [-s, c]], cells, cell)
 
 
 def tilted(angle):

@@ -9,8 +9,10 @@ from .conditions import GridWall, Load, Penalty  # noqa: E402
 from .errors import MPMDiverged, MPMError  # noqa: E402
 from .laws import LAWS, linear, neo_hooke  # noqa: E402
 from .mpm import MPM  # noqa: E402
-from .mesh import Box, Mesh, read_mesh  # noqa: E402
+from .mesh import Box, Mesh  # noqa: E402
+from .meshfile import read_cloud, read_mesh  # noqa: E402
 from .scene import Body, Cloud, Grid, Interface, Support  # noqa: E402
 
 __all__ = ["Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "LAWS", "linear", "Load", "Mesh", "MPM",
-           "MPMDiverged", "MPMError", "neo_hooke", "Penalty", "read_mesh", "Support"]
+           "MPMDiverged", "MPMError", "neo_hooke", "Penalty", "read_cloud", "read_mesh",
+           "Support"]

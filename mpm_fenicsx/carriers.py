@@ -25,7 +25,7 @@ class Carriers:
         """The basis of eq. 14 on the ``active`` nodes, shape (nodes,), and what there is to do under the ``force`` on
         the interface's particles [N]; returns whether other nodes are active than before."""
         step, boundary = self._step, self._loaded[0][0]
-        self._riders = [(step.points, step.basis), *((p, N) for p, N, _ in self._loaded)]
+        self._riders = [(p, N) for p, N, _ in self._loaded]
         self._lost = [step.kernels.only_active(p.cell, step.cover.cells, active, N) for p, N, _ in self._loaded]
         self._lost += [held.locate(step) for held in step.penalties]
         self._riders += [(held.points, held.N) for held in step.penalties if held.follows]
@@ -41,9 +41,9 @@ class Carriers:
         if self._some_lost:
             self._raise_lost(time)
         forces = [loads.forces(self._comm, time, step.dt, self._half_way(*rider))
-                  for loads, rider in zip(step.loads, self._riders[2:])]
-        applied = self._carry(*self._riders[1], force, load, self._jumps, self._acts)
-        for rider, f in zip(self._riders[2:], forces):
+                  for loads, rider in zip(step.loads, self._riders[1:])]
+        applied = self._carry(*self._riders[0], force, load, self._jumps, self._acts)
+        for rider, f in zip(self._riders[1:], forces):
             jumps, acts = somewhere(self._comm, (f != rider[0].force).any(), f.any())
             self._carry(*rider, f, load, jumps, acts)
         for held in step.penalties:
@@ -93,7 +93,7 @@ class Carriers:
         nodal[step.active] /= step.mass[step.active, None]
         nodal[step.cover.fixed] = 0.0
         step.a += nodal
-        for p, N in self._riders:
+        for p, N in [*((part.points, part.basis) for part in step.parts), *self._riders]:
             step.kernels.interpolate(p.cell, step.cover.cells, N, nodal, p.a)
 
     def finish(self, u, a):
@@ -102,5 +102,5 @@ class Carriers:
         step = self._step
         for held in step.penalties:
             held.finish(step, u)
-        for p, N in self._riders[1:]:
+        for p, N in self._riders:
             step.kernels.to_points(p.cell, step.cover.cells, N, u, a, step.dt, p.x, p.v, p.a)

@@ -33,8 +33,8 @@ class Penalty:
     with separates=True the wall catches what it touches. separates: the wall pushes but does not pull. motion: displacement of what holds [m] as a function of time [s], shape (dim,) or
     (n, dim), zero at the start. at: a point of the plane [m], shape (dim,), to which particles that follow a body may
     have some distance at the start; None: every particle is on its plane. stiffness: of the springs per area [Pa/m];
-    None: the body's stiffness (against stretch in one direction) over the cell size, and 100 times that for supports,
-    which neither rub nor separate. It gives by pressure / stiffness.
+    None: the nearest body's stiffness (against stretch in one direction) over the cell size, and 100 times that for
+    supports, which neither rub nor separate. It gives by pressure / stiffness.
     """
 
     surface: Interface

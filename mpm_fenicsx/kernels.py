@@ -1,4 +1,4 @@
-"""All kernels of one body, compiled for its dimension, cell, law and kind of inertia."""
+"""All kernels, compiled for dimension and cell; those of a body also for its law and kind of inertia."""
 from typing import Callable, NamedTuple
 
 from . import laws, shape, transfer, weakform
@@ -6,8 +6,8 @@ from .specialise import specialise
 from .stress_state import point_functions
 
 
-class Kernels(NamedTuple):
-    """See the module each comes from: ``shape``, ``transfer``, ``weakform``."""
+class Transfers(NamedTuple):
+    """Alike for all bodies; see the module each comes from: ``shape``, ``transfer``."""
 
     shapes: Callable
     to_grid: Callable
@@ -15,26 +15,37 @@ class Kernels(NamedTuple):
     spread: Callable
     interpolate: Callable
     only_active: Callable
+
+
+class Material(NamedTuple):
+    """Of one law, see ``weakform``."""
+
     residual: Callable
     tangent: Callable
     energies: Callable
     cauchy: Callable
 
 
-def compile_kernels(body, background, consistent):
-    """Kernels for ``body``, with consistent or lumped inertia, on the cells of ``background``."""
-    D, K, law = body.dim, background.cells.shape[1], body.law
-    size = dict(D=D, K=K)
+def compile_transfers(background):
+    """Kernels on the cells of ``background``."""
+    size = dict(D=background.dim, K=background.cells.shape[1])
     to_reference = specialise(shape.reference, **size, AFFINE=background.affine)
-    stress, _ = laws.kernels(law, D)
-    point_stress, point_tangent = point_functions(law, body.stress_state, D)
-    return Kernels(
+    return Transfers(
         shapes=specialise(shape.shapes, **size, to_reference=to_reference),
         to_grid=specialise(transfer.to_grid, **size),
         to_points=specialise(transfer.to_points, **size),
         spread=specialise(transfer.spread, **size),
         interpolate=specialise(transfer.interpolate, **size),
-        only_active=specialise(transfer.only_active, K=K),
+        only_active=specialise(transfer.only_active, K=size["K"]))
+
+
+def compile_material(body, background, consistent):
+    """Kernels of the law of ``body``, with consistent or lumped inertia, on the cells of ``background``."""
+    D, law = body.dim, body.law
+    size = dict(D=D, K=background.cells.shape[1])
+    stress, _ = laws.kernels(law, D)
+    point_stress, point_tangent = point_functions(law, body.stress_state, D)
+    return Material(
         residual=specialise(weakform.residual, **size, CONSISTENT=consistent, point_stress=point_stress),
         tangent=specialise(weakform.tangent, **size, CONSISTENT=consistent, point_tangent=point_tangent),
         energies=specialise(weakform.energies, D=D, strain_energy=specialise(law.energy, D=D)),

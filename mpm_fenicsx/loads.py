@@ -14,12 +14,12 @@ from .surface import everywhere, normal_areas, to_particles
 class SurfaceLoads:
     """The ``Load`` records of a scene. ``points``: their particles on this rank, with ``force``, the last load [N].
 
-    thickness: of a plane scene [m], 1 in space. Raises ValueError for a surface of another dimension.
+    Raises ValueError for a surface of another dimension.
     """
 
-    def __init__(self, loads, dim, thickness, velocity_at, acceleration):
-        """velocity_at: function from positions (n, D) to the body's velocities at the start; acceleration: (D,)."""
-        self._loads, self._thickness, self._parts, n = tuple(loads), thickness, [], 0
+    def __init__(self, loads, dim, start):
+        """start: the bodies, see ``parts.Start``."""
+        self._loads, self._thickness, self._parts, n = tuple(loads), start.thickness, [], 0
         for load in loads:
             if np.shape(load.surface.x)[1] != dim:
                 raise ValueError(f"the surface of {load.name} has {np.shape(load.surface.x)[1]} dimensions, the scene "
@@ -29,8 +29,8 @@ class SurfaceLoads:
         x = np.concatenate([np.asarray(load.surface.x, float) for load in loads])
         self.count, self._needs_geometry = n, any(load.kind != "force" for load in loads)
         self.names = np.repeat([load.name for load in loads], [len(load.surface.x) for load in loads])
-        self.points = Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=velocity_at(x),
-                             a=np.tile(acceleration, (n, 1)), force=np.zeros((n, dim)))
+        self.points = Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
+                             a=start.acceleration(x), force=np.zeros((n, dim)))
 
     def forces(self, comm, time, dt, ahead):
         """Force on this rank's particles over the step from ``time`` [s] on [N], shape (n, D); ahead: how far they will

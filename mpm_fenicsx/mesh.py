@@ -1,13 +1,14 @@
-"""Meshes as plain arrays: regular ones of a box, and files that meshio reads (Gmsh and others). No MPI in here."""
+"""Meshes as plain arrays, checked when made, and regular ones of a box. No MPI in here."""
 from dataclasses import dataclass, field
 from itertools import permutations
 from typing import Dict, Tuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 CELLS = {2: ("quadrilateral", "triangle"), 3: ("hexahedron", "tetrahedron")}  # tensor product, simplex
 NODES = {"quadrilateral": 4, "triangle": 3, "hexahedron": 8, "tetrahedron": 4}
-MESHIO = {"quad": "quadrilateral", "triangle": "triangle", "hexahedron": "hexahedron", "tetra": "tetrahedron"}
+FLAT = 1e-12  # volume of a cell over the cube (in the plane: square) of its longest edge
 # Facets of a cell as local vertices, outward by the right hand (left hand of a→b in the plane) for positive cells.
 FACETS = {
     "triangle": [(1, 0), (2, 1), (0, 2)],
@@ -58,7 +59,8 @@ class Mesh:
     groups: named groups of cells, name → numbers of cells; surfaces: named groups of facets, name → vertices of the
     facets, shape (k, nodes per facet).
 
-    Raises ValueError for arrays that do not fit, cells without volume and cells that are inside out.
+    Raises ValueError for an empty mesh, arrays that do not fit, cells that are flat, inside out or folded over their
+    neighbours, and facets shared by more than two cells.
     """
 
     vertices: np.ndarray
@@ -74,15 +76,47 @@ class Mesh:
         cell_of(vertices.shape[1], self.cell, "mesh")
         if cells.ndim != 2 or cells.shape[1] != NODES[self.cell]:
             raise ValueError(f"{self.cell} cells have {NODES[self.cell]} vertices, the array has shape {cells.shape}")
+        if not len(cells):
+            raise ValueError("the mesh has no cells: give at least one")
         if not 0 <= cells.min() <= cells.max() < len(vertices):
             raise ValueError(f"the cells name vertices {cells.min()}..{cells.max()}, there are {len(vertices)}")
-        volume = corner_volumes(vertices[cells], self.cell)
-        tangled = np.flatnonzero((volume.min(axis=1) <= 0) & (volume.max(axis=1) >= 0))
-        if len(tangled):
-            raise ValueError(f"cell {tangled[0]} of the mesh at {vertices[cells[tangled[0]]].mean(axis=0)} m is flat or "
-                             "inside out: repair the mesh")
+        bad = ~np.isfinite(vertices).all(axis=1)
+        if bad.any():
+            raise ValueError(f"vertex {np.argmax(bad)} of the mesh lies at {vertices[bad][0]} m: it must be finite")
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "cells", cells)
+        self._check_names()
+        self._check_cells()
+
+    def _check_names(self):
+        for name, numbers, end in [*((name, group, len(self.cells)) for name, group in self.groups.items()),
+                                   *((name, facets, len(self.vertices)) for name, facets in self.surfaces.items())]:
+            if not np.size(numbers) or not 0 <= np.min(numbers) <= np.max(numbers) < end:
+                raise ValueError(f"{name!r} of the mesh is empty or names what does not exist: give numbers from 0 to "
+                                 f"{end - 1}")
+
+    def _check_cells(self):
+        x = self.vertices[self.cells]
+        volume = corner_volumes(x, self.cell)
+        least = FLAT * np.ptp(x, axis=1).max(axis=1) ** self.dim
+        flat = (volume.min(axis=1) <= least) & (volume.max(axis=1) >= -least)
+        if flat.any():
+            raise ValueError(f"{self._place(np.argmax(flat))} is flat or inside out: repair the mesh")
+        facets = self._facets()
+        order, first, count = _alike(facets)
+        if count.max() > 2:
+            place = self.vertices[facets[order[first[np.argmax(count)]]]].mean(axis=0)
+            raise ValueError(f"the mesh is not a manifold: {count.max()} cells share the facet at {place} m: repair "
+                             "the mesh")
+        pair = np.stack([order[first[count == 2]], order[first[count == 2] + 1]])
+        same = _runs_up(facets[pair[0]]) == _runs_up(facets[pair[1]])
+        if same.any():
+            one, other = pair[:, np.argmax(same)] // len(FACETS[self.cell])
+            raise ValueError(f"{self._place(one)} and cell {other} lie on the same side of their common facet: one is "
+                             "inside out or there twice, repair the mesh")
+
+    def _place(self, cell):
+        return f"cell {cell} of the mesh at {self.vertices[self.cells[cell]].mean(axis=0)} m"
 
     @property
     def dim(self):
@@ -94,36 +128,83 @@ class Mesh:
         return Box(tuple(self.vertices.min(axis=0)), tuple(self.vertices.max(axis=0)))
 
     def part(self, group):
-        """The cells of one named group as a mesh of the same vertices; ValueError lists the groups that exist."""
+        """The cells of one named group as a mesh of its own, with what it has of the surfaces; ValueError lists the
+        groups that exist."""
         if group not in self.groups:
-            raise ValueError(f"the mesh has no group of cells {group!r}; it has {', '.join(sorted(self.groups)) or 'none'}")
-        return Mesh(self.vertices, self.cells[self.groups[group]], self.cell, surfaces=self.surfaces)
+            raise ValueError(f"the mesh has no group of cells {group!r}; it has {', '.join(sorted(self.groups)) or 'none'}: look "
+                             "at the name")
+        used, cells = np.unique(self.cells[self.groups[group]], return_inverse=True)
+        number = np.full(len(self.vertices), -1)
+        number[used] = np.arange(len(used))
+        surfaces = {name: number[facets][(number[facets] >= 0).all(axis=1)] for name, facets in self.surfaces.items()}
+        return Mesh(self.vertices[used], cells.reshape(-1, NODES[self.cell]), self.cell,
+                    surfaces={name: facets for name, facets in surfaces.items() if len(facets)})
+
+    def _surface(self, name):
+        if name not in self.surfaces:
+            raise ValueError(f"the mesh has no surface {name!r}; it has {', '.join(sorted(self.surfaces)) or 'none'}: look "
+                             "at the name")
+        return np.asarray(self.surfaces[name])
 
     def on_surface(self, name):
         """Function from positions, shape (n, dim), to the mask of those that are vertices of the named surface: the
         ``where`` of a support. ValueError lists the surfaces that exist."""
-        if name not in self.surfaces:
-            raise ValueError(f"the mesh has no surface {name!r}; it has {', '.join(sorted(self.surfaces)) or 'none'}")
-        from scipy.spatial import cKDTree
-
-        places = self.vertices[np.unique(self.surfaces[name])]
+        places = self.vertices[np.unique(self._surface(name))]
         near = 1e-9 * np.ptp(self.vertices, axis=0).max()
         return lambda x: cKDTree(places).query(x, distance_upper_bound=near)[0] < np.inf
 
-    def boundary(self):
-        """Facets that belong to one cell only, outside on the left (of a→b) or seen counter-clockwise, shape (k, nodes
-        per facet) in cyclic order; ValueError where more than two cells share a facet."""
+    def _facets(self):
+        """Facets of all cells, cell by cell, outside on the left (of a→b) or seen counter-clockwise, shape (m * facets
+        per cell, nodes per facet) in cyclic order."""
         local = np.array(FACETS[self.cell])
         facets = self.cells[:, local]
         turned = corner_volumes(self.vertices[self.cells], self.cell)[:, 0] < 0
         facets[turned] = facets[turned][:, :, ::-1]
-        facets = facets.reshape(-1, local.shape[1])
-        _, first, count = np.unique(np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True)
+        return facets.reshape(-1, local.shape[1])
+
+    def boundary(self, surface=None):
+        """Facets that belong to one cell only, outside on the left (of a→b) or seen counter-clockwise, shape (k, nodes
+        per facet) in cyclic order; with ``surface`` those of the named one.
+
+        Raises ValueError where pieces of the surface meet in an edge (in the plane: a vertex) of more than two facets,
+        and for a named surface that is not on the boundary.
+        """
+        facets = self._facets()
+        order, first, count = _alike(facets)
+        facets = facets[np.sort(order[first[count == 1]])]
+        if surface is not None:
+            wanted = {tuple(facet) for facet in np.sort(self._surface(surface), axis=1).tolist()}
+            facets = facets[[tuple(facet) in wanted for facet in np.sort(facets, axis=1).tolist()]]
+            if len(facets) < len(wanted):
+                raise ValueError(f"{len(wanted) - len(facets)} of {len(wanted)} facets of the surface {surface!r} are not "
+                                 "on the boundary of the mesh: take the part of the mesh on one side of them")
+        around = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2)
+        edges = around if self.dim == 3 else facets.reshape(-1, 1)
+        order, first, count = _alike(edges)
         if count.max() > 2:
-            vertex = facets[first[np.argmax(count)]]
-            raise ValueError(f"the mesh is not a manifold: {count.max()} cells share the facet at "
-                             f"{self.vertices[vertex].mean(axis=0)} m: repair the mesh")
-        return facets[np.sort(first[count == 1])]
+            place = self.vertices[edges[order[first[np.argmax(count)]]]].mean(axis=0)
+            raise ValueError(f"the surface of the mesh is not a manifold: {count.max()} facets meet at {place} m: repair "
+                             "the mesh, or take its parts one by one")
+        return facets
+
+
+def _alike(rows):
+    """Rows that hold the same numbers: ``order`` puts them next to each other, ``first`` and ``count`` say where each
+    lot begins in it and how many there are."""
+    key = np.sort(rows, axis=1)
+    order = np.lexsort(key.T)
+    change = (key[order[1:]] != key[order[:-1]]).any(axis=1)
+    first = np.flatnonzero(np.append(True, change))
+    return order, first, np.diff(np.append(first, len(rows)))
+
+
+def _runs_up(facets):
+    """Whether each facet goes from its lowest vertex to the lower of the two beside it: tells the ways round apart."""
+    if facets.shape[1] == 2:
+        return facets[:, 0] < facets[:, 1]
+    lowest, row = np.argmin(facets, axis=1), np.arange(len(facets))
+    n = facets.shape[1]
+    return facets[row, (lowest + 1) % n] < facets[row, (lowest - 1) % n]
 
 
 def corner_volumes(x, cell):
@@ -154,51 +235,3 @@ def lattice(box, counts, cell):
         return vertices, corner[:, None] + np.array(offsets)
     paths = [np.cumsum([0, *(strides[d] for d in order)]) for order in permutations(range(D))]
     return vertices, (corner[:, None, None] + np.array(paths)).reshape(-1, D + 1)
-
-
-def read_mesh(path, dim):
-    """Mesh of ``dim`` dimensions from a file that meshio reads, with its named physical groups.
-
-    Raises ValueError when the file holds no cells of that dimension, several kinds of them, or a mesh of another
-    dimension.
-    """
-    import meshio
-
-    try:
-        data = meshio.read(path)
-    except (OSError, meshio.ReadError, SystemExit) as error:
-        raise ValueError(f"{path} cannot be read as a mesh ({error}): give a file that meshio knows") from None
-    kinds = {MESHIO[block.type] for block in data.cells if MESHIO.get(block.type) in CELLS[dim]}
-    if len(kinds) != 1:
-        found = ", ".join(sorted(kinds)) or "no cells of that dimension"
-        raise ValueError(f"{path} holds {found} ({', '.join(block.type for block in data.cells)}): a {dim}D mesh of one "
-                         "kind of cell is needed")
-    if dim == 2 and np.ptp(data.points[:, 2:], axis=0).any():
-        raise ValueError(f"{path} is a surface in space: a mesh in the plane z = 0 is needed")
-    cell = kinds.pop()
-    names = {(int(number), int(d)): name for name, (number, d) in data.field_data.items()}
-    tags = data.cell_data.get("gmsh:physical", [np.zeros(len(block.data), int) for block in data.cells])
-    cells, groups, surfaces, count = [], {}, {}, 0
-    for block, tag in zip(data.cells, tags):
-        connectivity = np.asarray(block.data, np.int64)
-        if MESHIO.get(block.type) == cell:
-            cells.append(_tensor_order(connectivity, cell))
-        for number in np.unique(tag):
-            chosen = np.flatnonzero(np.asarray(tag) == number)
-            if MESHIO.get(block.type) == cell and (number, dim) in names:
-                groups.setdefault(names[number, dim], []).append(chosen + count)
-            elif (number, dim - 1) in names:
-                surfaces.setdefault(names[number, dim - 1], []).append(connectivity[chosen])
-        count += len(connectivity) if MESHIO.get(block.type) == cell else 0
-    used, cells = np.unique(np.concatenate(cells), return_inverse=True)
-    new_number = np.full(len(data.points), -1)
-    new_number[used] = np.arange(len(used))
-    return Mesh(data.points[used, :dim], cells.reshape(-1, NODES[cell]), cell,
-                {name: np.concatenate(parts) for name, parts in groups.items()},
-                {name: new_number[np.concatenate(parts)] for name, parts in surfaces.items()})
-
-
-def _tensor_order(cells, cell):
-    """From around the cell (VTK, Gmsh) to tensor order."""
-    order = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}.get(cell)
-    return cells if order is None else cells[:, order]

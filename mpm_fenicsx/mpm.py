@@ -7,25 +7,29 @@ from .boundary import Supports
 from .collective import total
 from .errors import MPMError
 from .grid import Background
-from .kernels import compile_kernels
+from .kernels import compile_transfers
 from .loads import SurfaceLoads
 from .migrate import Router
+from .parts import Start, make_parts
 from .penalty import make_penalties
-from .points import Points, seed
+from .points import Points
 from .sets import Set, Sets
 from .snes import unused_options
 from .step import PHASES, Step
 
 
 class MPM:
-    """A body on a background grid.
+    """One body, or a list of several, on a background grid.
 
     supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given to
     ``advance`` and follow the motion; loads: ``Load`` records; penalties: ``Penalty`` and ``GridWall`` records; gravity:
     [m/s^2], shape (dim,); inertia: "consistent" (eq. 11) or "lumped"; rebalance: imbalance of material points over the
-    ranks from which the grid is partitioned anew. ``phases`` sums the seconds spent per phase, ``iterations`` is the
-    number of Newton iterations of the last step, ``count`` the number of material points in all. Everything is
-    collective.
+    ranks from which the grid is partitioned anew; body_force: force per mass [m/s^2] besides gravity, a function of the
+    points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim).
+
+    ``parts`` are the bodies with their points, numbered through, see ``parts.Part``; ``phases`` sums the seconds spent
+    per phase, ``iterations`` is the number of Newton iterations of the last step, ``count`` the number of material
+    points in all. Everything is collective.
 
     ``balance`` lists the times that happened: (step, imbalance before, after).
 
@@ -35,22 +39,25 @@ class MPM:
     balance_every = 50  # steps between two looks at the balance
 
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
-                 rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=()):
+                 rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None):
         if inertia not in ("consistent", "lumped"):
             raise ValueError(f"inertia is {inertia!r}: choose consistent or lumped")
-        self.comm, self.dim, self.grid, self.body, self.interface = comm, grid.box.dim, grid, body, interface
+        self.comm, self.dim, self.grid, self.interface = comm, grid.box.dim, grid, interface
         self.gravity = np.zeros(self.dim) if gravity is None else np.array(gravity, float)
         self.time, self.steps, self.iterations = 0.0, 0, 0
         self.phases = dict.fromkeys(PHASES, 0.0)
-        x, volume = seed(body)
+        self.parts = make_parts(body if isinstance(body, (list, tuple)) else [body], grid, self.gravity, body_force)
+        x = np.concatenate([part.points.x for part in self.parts])
+        self.count = len(x)
         self._check_inside(x, "the body reaches out of the grid: a material point")
         self._support_scene, self.rebalance, self.balance = tuple(supports), rebalance, []
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent = inertia == "consistent"
-        self.kernels = compile_kernels(body, self.background, self._consistent)
-        self._make_points(x, volume)
-        self._make_boundary()
-        self._make_conditions(loads, penalties)
+        self.kernels = compile_transfers(self.background)
+        self._make_conditions(loads, penalties, Start(self.parts, self.gravity, body_force))
+        for part in self.parts:
+            part.compile(self.background, self._consistent)
+            self._keep_mine(part.points, np.full(len(part.points), "the body"))
         self._search()
 
     # ---------------------------------------------------------------- set-up
@@ -61,12 +68,8 @@ class MPM:
             raise ValueError(f"{what} lies at {x[outside][0]} m, the grid covers {self.grid.box.lower} to "
                              f"{self.grid.box.upper} m: enlarge the grid")
 
-    def _velocity_at(self, x):
-        given = self.body.velocity
-        return np.array(given(x) if callable(given) else np.broadcast_to(given, x.shape), float)
-
-    def _keep_mine(self, points, names=None):
-        """Of points seeded alike on every rank, keep those in cells of this rank."""
+    def _keep_mine(self, points, names):
+        """Of points made alike on every rank, keep those in cells of this rank. names: what each belongs to."""
         rank, number = self.background.search.assign(points.x)
         if (rank < 0).any():
             p = np.argmin(rank)
@@ -77,35 +80,27 @@ class MPM:
         points.take(mine)
         points.cell[:] = self.background.search.local(number[mine])
 
-    def _make_points(self, x, volume):
-        n, body = len(x), self.body
-        self.points = Points(
-            gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=self._velocity_at(x),
-            a=np.tile(self.gravity, (n, 1)),  # an unstressed body starts in free fall
-            mass=body.rho * volume, V0=volume, F=np.tile(np.eye(self.dim), (n, 1, 1)), F33=np.ones(n),
-            state=np.zeros(n, body.law.state))
-        self.count = n
-        self._keep_mine(self.points)
-
-    def _make_boundary(self):
+    def _make_boundary(self, start):
         x = np.zeros((0, self.dim)) if self.interface is None else np.array(self.interface.x, float)
+        if x.shape[1] != self.dim:
+            raise ValueError(f"the interface has {x.shape[1]} dimensions, the grid {self.dim}: give both the same")
         self._check_inside(x, "a boundary particle")
         n = len(x)
-        self.boundary = Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=self._velocity_at(x),
-                               a=np.tile(self.gravity, (n, 1)), force=np.zeros((n, self.dim)))
+        self.boundary = Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
+                               a=start.acceleration(x), force=np.zeros((n, self.dim)))
         self._boundary_count = n
-        self._keep_mine(self.boundary)
+        self._keep_mine(self.boundary, np.full(n, "the interface"))
 
-    def _make_conditions(self, loads, penalties):
+    def _make_conditions(self, loads, penalties, start):
         """What acts through particles of its own."""
-        given = self._velocity_at, self.gravity
-        thickness = self.body.thickness if self.dim == 2 else 1.0
-        self.loads = (SurfaceLoads(loads, self.dim, thickness, *given),) if loads else ()
-        self.penalties = make_penalties(penalties, self.background, self.body.law, thickness, *given)
+        self._make_boundary(start)
+        self.loads = (SurfaceLoads(loads, self.dim, start),) if loads else ()
+        self.penalties = make_penalties(penalties, self.background, start)
         for condition in (*self.loads, *self.penalties):
             self._keep_mine(condition.points, condition.names)
         self._sets = Sets(self.comm, [
-            Set("points", self.points), Set("boundary", self.boundary), *(Set("loads", a.points) for a in self.loads),
+            *(Set(f"points{n or ''}", part.points) for n, part in enumerate(self.parts)),
+            Set("boundary", self.boundary), *(Set("loads", a.points) for a in self.loads),
             *(Set("hinges" if held.follows else "walls", held.points, held.follows, held.follows or held.moves)
               for held in self.penalties)])
 
@@ -150,13 +145,13 @@ class MPM:
     def _make_step(self, filled):
         if self.step is not None:
             self.step.destroy()
-        self.step = Step(self.background, filled, self.supports, self.body, self.gravity, self.kernels,
+        self.step = Step(self.background, filled, self.supports, self.parts, self.gravity, self.kernels,
                          self._consistent, self.phases, self.loads, self.penalties)
         self._attach()
 
     def _attach(self):
         """Work arrays for the points now here, and the order in which their surface is put together."""
-        self.step.attach(self.points, self.boundary)
+        self.step.attach(self.boundary)
         if self.comm.size > 1:
             numbers = self.comm.allgather(self.boundary.gid)
             self._surface_number = np.concatenate(numbers)
@@ -164,7 +159,7 @@ class MPM:
 
     def imbalance(self):
         """Most material points on one rank over the mean."""
-        return self.comm.allreduce(len(self.points), MPI.MAX) * self.comm.size / self.count
+        return self.comm.allreduce(sum(len(part.points) for part in self.parts), MPI.MAX) * self.comm.size / self.count
 
     def _rebalance(self):
         """A new partition of the grid when the points have gathered on few ranks; they move with all they carry. It
@@ -174,7 +169,7 @@ class MPM:
             return
         self.step.destroy()
         self._router.free()
-        self._lay_out(self.points.x)
+        self._lay_out(np.concatenate([part.points.x for part in self.parts]))
         self._sets.relocate(self.background.search, self._router, self.time)
         self._make_step(self._sets.filled())
         self.balance.append((self.steps, before, self.imbalance()))
@@ -188,6 +183,13 @@ class MPM:
         self.step = None
 
     # ---------------------------------------------------------------- what others ask
+
+    @property
+    def points(self):
+        """Material points of the only body on this rank; ValueError when there are several."""
+        if len(self.parts) > 1:
+            raise ValueError(f"there are {len(self.parts)} bodies: take the points of each from parts[n].points")
+        return self.parts[0].points
 
     def surface(self):
         """Boundary particles: positions [m] and velocities [m/s], shape (n, dim) each, in the order of the interface,
@@ -210,22 +212,18 @@ class MPM:
 
     def energy(self):
         """``kinetic``, ``strain`` and ``potential`` (in gravity, zero at the origin) energy of the points [J]."""
-        p = self.points
-        kinetic, strain = self.kernels.energies(p.mass, p.V0, p.v, p.F, p.F33, p.state, self.body.law.params)
-        potential = -float(p.mass @ (p.x @ self.gravity)) if self.gravity.any() else 0.0
+        kinetic, strain = np.sum([part.energies() for part in self.parts], axis=0)
+        potential = -sum(part.points.mass @ (part.points.x @ self.gravity) for part in self.parts)
         return dict(zip(("kinetic", "strain", "potential"),
                         total(self.comm, [kinetic, strain, potential]).tolist()))
 
     def momentum(self):
         """Momentum of the points [kg m/s], shape (dim,)."""
-        return total(self.comm, self.points.mass @ self.points.v)
+        return total(self.comm, sum(part.points.mass @ part.points.v for part in self.parts))
 
     def cauchy_stress(self):
-        """Cauchy stress of this rank's points [Pa], shape (n, dim, dim)."""
-        p = self.points
-        sigma = np.empty_like(p.F)
-        self.kernels.cauchy(self.body.law.params, p.F, p.F33, p.state, sigma)
-        return sigma
+        """Cauchy stress of this rank's points [Pa], shape (n, dim, dim), body after body."""
+        return np.concatenate([part.cauchy_stress() for part in self.parts])
 
     def snapshot(self):
         """What ParaView shows, see ``output``. Collective."""

@@ -7,10 +7,7 @@ AROUND = {"triangle": ("triangle", [0, 1, 2]), "quadrilateral": ("quad", [0, 1, 
 
 def snapshot(mpm):
     """Points, background grid (nodal fields of the last step) and interface. Collective; empty but on rank 0."""
-    points, comm = mpm.points, mpm.comm
-    fields = {"x": points.x, "gid": points.gid, "velocity": points.v, "acceleration": points.a, "mass": points.mass,
-              "F": points.F, "cauchy_stress": mpm.cauchy_stress()}
-    fields |= {name: points.state[name] for name in points.state.dtype.names if name != "unused"}
+    comm, fields = mpm.comm, _point_fields(mpm.parts)
     whole = {name: _gather(comm, values) for name, values in fields.items()}
     nodal = _gather_nodes(mpm)
     x, v = mpm.surface()
@@ -27,6 +24,22 @@ def snapshot(mpm):
     return {"points": (positions, {"vertex": np.arange(len(positions))[:, None]}, whole),
             "grid": (vertices, {kind: cells}, nodal),
             "interface": (x, {"line" if mpm.dim == 2 else "triangle": elements}, {"velocity": v, "displacement": x - start})}
+
+
+def _point_fields(parts):
+    """Fields of this rank's points, body after body, as name → array. State variables that a law does not have are
+    zero; ``body`` tells several bodies apart."""
+    shown = {"x": "x", "gid": "gid", "velocity": "v", "acceleration": "a", "mass": "mass", "F": "F"}
+    fields = {name: np.concatenate([getattr(part.points, field) for part in parts]) for name, field in shown.items()}
+    fields["cauchy_stress"] = np.concatenate([part.cauchy_stress() for part in parts])
+    states = [part.points.state for part in parts]
+    for name in dict.fromkeys(name for state in states for name in state.dtype.names if name != "unused"):
+        like = next(state[name] for state in states if name in state.dtype.names)
+        fields[name] = np.concatenate([state[name] if name in state.dtype.names
+                                       else np.zeros((len(state), *like.shape[1:]), like.dtype) for state in states])
+    if len(parts) > 1:
+        fields["body"] = np.repeat(np.arange(len(parts)), [len(state) for state in states])
+    return fields
 
 
 def _gather(comm, values):

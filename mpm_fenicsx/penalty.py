@@ -26,11 +26,10 @@ def modulus(law, dim):
     return A[0, 0]
 
 
-def make_penalties(scene, background, law, thickness, velocity_at, acceleration):
+def make_penalties(scene, background, start):
     """``Penalties`` of a scene, those in space and those that follow the body apart, as a tuple of none to two.
 
-    scene: ``Penalty`` and ``GridWall`` records; thickness: of a plane scene [m], 1 in space; for the rest see
-    ``Penalties``. Raises ValueError for a surface of another dimension.
+    scene: ``Penalty`` and ``GridWall`` records; start: the bodies, see ``parts.Start``. Raises ValueError for a surface of another dimension.
     """
     if not scene:
         return ()
@@ -43,9 +42,9 @@ def make_penalties(scene, background, law, thickness, velocity_at, acceleration)
                              f"scene {D}")
         area = areas(np.asarray(condition.surface.x, float), np.asarray(condition.surface.elements))
         area[area == 0.0] = h ** (D - 1)  # a particle without elements stands for a node
-        groups[condition.follows].append((condition, area * thickness))
-    size, stiffness = dict(D=D, K=background.cells.shape[1]), modulus(law, D) / h
-    return tuple(Penalties(*zip(*group), size, stiffness, velocity_at, acceleration)
+        groups[condition.follows].append((condition, area * start.thickness))
+    size = dict(D=D, K=background.cells.shape[1])
+    return tuple(Penalties(*zip(*group), size, h, start)
                  for group in groups.values() if group)
 
 
@@ -53,19 +52,22 @@ def _has_kinks(penalty):
     return penalty.separates or (penalty.normal is not None and 0.0 < penalty.friction < np.inf)
 
 
-def _stiffness(penalty, modulus_over_h):
-    """Of the springs per area [Pa/m]."""
+def _stiffness(penalty, h, start):
+    """Of the springs per area [Pa/m], shape (n,); by default that of the nearest body."""
+    x = np.asarray(penalty.surface.x, float)
+    if penalty.stiffness is not None:
+        return np.full(len(x), penalty.stiffness)
     factor = WALL_FACTOR if _has_kinks(penalty) else SUPPORT_FACTOR
-    return factor * modulus_over_h if penalty.stiffness is None else penalty.stiffness
+    return factor * start.modulus(x, modulus) / h
 
 
 class Penalties:
     """The ``Penalty`` records of a scene that all follow the body, or all do not. ``points``: their particles on this
     rank with force [N] on the body, gap [m] at the end of the step and status in the tangent in use."""
 
-    def __init__(self, penalties, areas, size, modulus_over_h, velocity_at, acceleration):
-        """areas: one array per penalty [m^2]; size: dict of D and K; modulus_over_h: [Pa/m]; velocity_at: function from
-        positions (n, D) to the body's velocities at the start; acceleration: of the body at the start, (D,)."""
+    def __init__(self, penalties, areas, size, h, start):
+        """areas: one array per penalty [m^2]; size: dict of D and K; h: smallest cell size [m]; start: the bodies,
+        see ``parts.Start``."""
         self.penalties, self.follows = tuple(penalties), penalties[0].follows
         counts = [len(p.surface.x) for p in penalties]
         ends = np.cumsum(counts)
@@ -77,15 +79,15 @@ class Penalties:
                                        for p in penalties])
         self._friction = repeated([np.inf if p.normal is None else p.friction for p in penalties])
         self._separates = repeated([p.separates for p in penalties], bool)
-        self._stiffness = np.concatenate(areas) * repeated([_stiffness(p, modulus_over_h) for p in penalties])
+        self._stiffness = np.concatenate(areas) * np.concatenate([_stiffness(p, h, start) for p in penalties])
         self.kinks = any(_has_kinks(p) for p in penalties)
         self.moves = any(p.motion is not None for p in penalties)
         self.names = np.repeat([p.name for p in penalties], counts)
-        self.points = self._make_points(velocity_at, acceleration)
+        self.points = self._make_points(start)
         self._weigh, self._respond = specialise(weigh, K=size["K"]), specialise(respond, **size)
         self._tangent = specialise(tangent, **size, spring_matrix=specialise(spring_matrix, D=size["D"]))
 
-    def _make_points(self, velocity_at, acceleration):
+    def _make_points(self, start):
         n, x = self.count, self._start.copy()
         gap = np.zeros_like(x)
         for penalty, part in zip(self.penalties, self._parts):
@@ -93,8 +95,8 @@ class Penalties:
             if penalty.at is not None:
                 distance = np.sum((x[part] - penalty.at) * penalty.normal, axis=1)
                 gap[part] = distance[:, None] * penalty.normal
-        return Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=velocity_at(x),
-                      a=np.tile(acceleration, (n, 1)), force=np.zeros_like(x), gap=gap, status=np.zeros(n, np.int8))
+        return Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
+                      a=start.acceleration(x), force=np.zeros_like(x), gap=gap, status=np.zeros(n, np.int8))
 
     def _check_motion(self, penalty, part):
         if penalty.motion is None:

@@ -56,9 +56,13 @@ class Cloud:
         if x.ndim != 2 or x.shape[1] not in (2, 3) or volume.shape != (len(x),):
             raise ValueError(f"a cloud of points has positions of shape (n, 2) or (n, 3) and as many volumes, not "
                              f"{x.shape} and {volume.shape}")
-        if not (np.isfinite(volume) & (volume > 0)).all():
-            raise ValueError(f"the volume of point {np.argmin(volume)} of the cloud is {volume.min()} m^3: it must be "
-                             "positive")
+        if not len(x):
+            raise ValueError("the cloud has no points: give at least one")
+        for what, bad, values, rule in (("position", ~np.isfinite(x).all(axis=1), x, "finite"),
+                                        ("volume", ~(np.isfinite(volume) & (volume > 0)), volume, "positive")):
+            if bad.any():
+                raise ValueError(f"the {what} of point {np.argmax(bad)} of the cloud is {values[bad][0]}: it must be "
+                                 f"{rule}")
         object.__setattr__(self, "x", x)
         object.__setattr__(self, "volume", volume)
 
@@ -165,11 +169,8 @@ class Interface:
     @staticmethod
     def of_mesh(mesh: Mesh, surface: Optional[str] = None):
         """The surface of a body mesh, or the named one of its surfaces, as segments or triangles; its vertices become
-        the boundary particles."""
-        facets = mesh.boundary()
-        if surface is not None:
-            mask = mesh.on_surface(surface)(mesh.vertices)
-            facets = facets[mask[facets].all(axis=1)]
+        the boundary particles. Raises ValueError as ``Mesh.boundary``."""
+        facets = mesh.boundary(surface)
         if facets.shape[1] == 4:
             facets = np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]])
         vertices, elements = np.unique(facets, return_inverse=True)

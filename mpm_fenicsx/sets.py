@@ -18,7 +18,7 @@ class Set(NamedTuple):
 
 
 class Sets:
-    """The ``Set`` records of a scene, the material points first. All methods but ``filled`` and the state's are
+    """The ``Set`` records of a scene; names of material points start with "points". All methods but ``filled`` and the state's are
     collective."""
 
     def __init__(self, comm, sets):
@@ -53,7 +53,8 @@ class Sets:
         found = sum(self._comm.allgather(found), [])
         if found:
             number, x = min(found)
-            kind = "material point" if points is self._sets[0].points else "boundary particle"
+            material = any(points is s.points and s.name.startswith("points") for s in self._sets)
+            kind = "material point" if material else "boundary particle"
             raise MPMError(f"{kind} {number} left the grid at x = {x} m, t = {time:.6g} s: enlarge the grid, or "
                            "look for the cause in an unstable step")
 

@@ -13,22 +13,24 @@ PHASES = ("search", "to grid", "tangent", "residual", "solve", "to points")
 
 
 class Step:
-    """Advances ``points`` and ``boundary`` by one step, as often as they stay in the cells of ``cover``.
+    """Advances the points of ``parts`` and ``boundary`` by one step, as often as they stay in the cells of ``cover``.
 
     phases: seconds per phase, added to. After ``begin``: ``mass`` (nodes,) [kg], ``v``, ``a`` (nodes, D) at the start of
-    the step, and ``applied`` (D,), the sum of the loads [N] that reached the nodes. Collective.
+    the step, and ``applied`` (D,), the sum of the loads [N] that reached the nodes. cell_mass: of a cell full of the
+    lightest body [kg]. Collective.
     """
 
     tolerance = 1e-6  # of the residual, relative to loads and inertia (-mpm_snes_atol replaces it)
     slow = 4  # more Newton iterations than this: the kept tangent is out of date
 
-    def __init__(self, background, filled, supports, body, gravity, kernels, consistent, phases, loads, penalties):
+    def __init__(self, background, filled, supports, parts, gravity, kernels, consistent, phases, loads, penalties):
         self.comm, self.dim, self.background = background.comm, background.dim, background
         self.loads, self.penalties = loads, penalties
         self.cover = Cover(background, filled, supports.fixed)
         self.filled, self.supports, self.gravity, self.kernels = filled, supports, gravity, kernels
-        self.params, self.consistent, self.phases = body.law.params, consistent, phases
-        self.cell_mass = body.rho * np.prod(background.h) * (body.thickness if self.dim == 2 else 1.0)  # [kg]
+        self.parts, self.consistent, self.phases = parts, consistent, phases
+        bodies = [part.body for part in parts]
+        self.cell_mass = np.prod(background.h) * min(b.rho * (b.thickness if self.dim == 2 else 1.0) for b in bodies)
         self.newton = Newton(self.cover, self.residual, self._renew_tangent, bool(penalties),
                              any(held.kinks for held in penalties))
         nodes = len(self.cover.node)
@@ -54,26 +56,22 @@ class Step:
     def restart_clock(self):
         self._clock = perf_counter()
 
-    def attach(self, points, boundary):
-        """Work arrays for these points; needed whenever their number on this rank changes."""
-        self.points = points
-        n, K, D = len(points), self.cover.cells.shape[1], self.dim
-        self.basis, self._G = np.empty((n, K)), np.empty((n, K, D))
+    def attach(self, boundary):
+        """Work arrays for the points now here; needed whenever their number on this rank changes."""
+        for part in self.parts:
+            part.attach(self.cover.cells.shape[1])
         self.carriers = Carriers(self, boundary)
-        self._F, self._F33, self._state = np.empty((n, D, D)), np.empty(n), points.state.copy()
 
     # ---------------------------------------------------------------- phase I
 
     def begin(self, dt, time, force):
         """Basis values, nodal mass, velocity and acceleration, known displacements, loads. ``force`` [N] on this rank's
         boundary particles, shape (n, D)."""
-        points, D = self.points, self.dim
-        self.dt = dt
-        self.shapes(points.cell, points.x, self.basis, self._G)
-        self.carriers.shapes()
-        self.lap("search")
+        self.dt, D = dt, self.dim
         self._nodal[:] = 0.0
-        self.kernels.to_grid(points.cell, self.cover.cells, self.basis, points.mass, points.v, points.a, self._nodal)
+        self.carriers.shapes()
+        for part in self.parts:
+            part.to_grid(self, self._nodal)
         self.cover.accumulate(self._nodal)
         self.mass = self._nodal[:, 0].copy()
         active = self.mass > 1e-14 * self.cell_mass  # "numeric zero" of eq. 14
@@ -87,8 +85,18 @@ class Step:
         self._idle = (self.cover.fixed | ~self.active[:, None])[:self.cover.owned]
         self._load[:] = 0.0
         self.applied = self.carriers.begin(time, force, self._load)
-        self._load += self.mass[:, None] * self.gravity
+        self._add_forces_by_volume(time + dt)
         self.lap("to grid")
+
+    def _add_forces_by_volume(self, time):
+        """Gravity, and the body force at the end of the step, into the load."""
+        self._load += self.mass[:, None] * self.gravity
+        if self.parts[0].pushed:
+            nodal = np.zeros_like(self._load)
+            for part in self.parts:
+                part.push(self, time, nodal)
+            self.cover.accumulate(nodal)
+            self._load += nodal
 
     def shapes(self, cell, x, N, G):
         """Basis values and gradients at positions x [m] in this rank's cells, see ``shape.shapes``."""
@@ -102,7 +110,8 @@ class Step:
         guess = (dt * self.v + 0.5 * dt**2 * self.a)[:n]
         guess[self._idle] = self._known[:n][self._idle]
         if not self.tangent_is_valid or self.tangent_dt != dt:
-            self._F[:], self._F33[:] = self.points.F, self.points.F33
+            for part in self.parts:
+                part.rest()
             for held in self.penalties:
                 held.respond(self, self.cover.with_ghosts(guess))
             self.tangent()
@@ -126,12 +135,12 @@ class Step:
     def residual(self, u, r):
         """Eq. 11 [N] into r at the displacement u, both (owned, D)."""
         self.lap("solve")
-        points, n = self.points, self.cover.owned
+        n = self.cover.owned
         u = self.cover.with_ghosts(u)
         a = newmark.acceleration(u, self.v, self.a, self.dt)
         self._R[:] = 0.0
-        self.kernels.residual(points.cell, self.cover.cells, self.basis, self._G, points.mass, points.V0, points.F,
-                              points.F33, points.state, self.params, u, a, self._F, self._F33, self._state, self._R)
+        for part in self.parts:
+            part.residual(self, u, a, self._R)
         for held in self.penalties:
             held.residual(self, u, self._R)
         self.cover.accumulate(self._R)
@@ -144,11 +153,11 @@ class Step:
     def tangent(self):
         """Eq. 10 at the deformation of the last residual, into the cover's matrix."""
         self.lap("solve")
-        cover, points, n = self.cover, self.points, self.cover.owned
+        cover, n = self.cover, self.cover.owned
         alpha = newmark.alpha(self.dt)
         cover.element_matrices[:] = 0.0
-        self.kernels.tangent(points.cell, cover.slot, self.basis, self._G, points.mass, points.V0, points.F, points.F33,
-                             points.state, self.params, alpha, self._F, self._F33, self._state, cover.element_matrices)
+        for part in self.parts:
+            part.tangent(self, alpha)
         for held in self.penalties:
             held.tangent(self)
         mass, nodes = total(self.comm, [self.mass[:n].sum(), np.count_nonzero(self.mass[:n])])
@@ -177,14 +186,11 @@ class Step:
 
     def finish(self, u):
         """Points and boundary particles move with the grid, which then goes back to rest."""
-        points = self.points
         a = newmark.acceleration(u, self.v, self.a, self.dt)
         a[~self.active] = 0.0
         self.carriers.finish(u, a)
-        self.kernels.to_points(points.cell, self.cover.cells, self.basis, u, a, self.dt, points.x, points.v, points.a)
-        points.F, self._F = self._F, points.F
-        points.F33, self._F33 = self._F33, points.F33
-        points.state, self._state = self._state, points.state
+        for part in self.parts:
+            part.finish(self, u, a)
         self.lap("to points")
 
     # ---------------------------------------------------------------- state

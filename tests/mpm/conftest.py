@@ -5,10 +5,38 @@ import numpy as np
 import pytest
 from petsc4py import PETSc
 
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Mesh
 from mpm_fenicsx.laws import kernels
+from mpm_fenicsx.mesh import lattice
 from mpm_fenicsx.specialise import specialise
 from mpm_fenicsx.stress_state import point_functions
+
+
+POINTS = {"quadrilateral": 2, "triangle": 3, "hexahedron": 2, "tetrahedron": 4}  # per body cell of small tests
+
+
+@pytest.fixture(params=sorted(POINTS))
+def any_cell(request):
+    """All four kinds."""
+    return request.param
+
+
+@pytest.fixture
+def distorted():
+    """``distorted(cell, counts, by)``: see ``make_distorted``."""
+    return make_distorted
+
+
+def make_distorted(cell, counts=None, by=0.2, box=None, seed=1):
+    """Mesh of a box (default 2 x 1.5 [x 1] m), inner vertices moved by up to ``by`` of a cell's size, cells shuffled."""
+    D = 2 if cell in ("quadrilateral", "triangle") else 3
+    box = box or Box((0.0, 0.0, 0.0)[:D], (2.0, 1.5, 1.0)[:D])
+    counts = counts or (4, 3, 2)[:D]
+    vertices, cells = lattice(box, counts, cell)
+    rng = np.random.default_rng(seed)
+    inner = ((vertices > box.lower) & (vertices < box.upper)).all(axis=1)
+    vertices[inner] += by * box.size / counts * rng.uniform(-1, 1, (inner.sum(), D))
+    return Mesh(vertices, cells[rng.permutation(len(cells))], cell)
 
 
 @pytest.fixture(params=sorted(LAWS))
@@ -84,15 +112,15 @@ def make_mpm():
     opened = []
 
     def make(cell="quadrilateral", box=((0.0, 0.0), (2.0, 1.0)), h=0.5, margin=2, law=LAWS["linear"](1e3, 0.3), rho=1.0,
-             body_cells=None, points=None, stress_state="plane_strain", thickness=1.0, velocity=0.0, segments=4,
+             body_cells=None, points=None, stress_state=None, thickness=1.0, velocity=0.0, segments=4,
              grid=None, shift=0.1, **others):
         box = Box(*box)
         if grid is None:
             lower, upper = np.subtract(box.lower, margin * h), np.add(box.upper, margin * h)
             grid = Grid(Box(tuple(lower), tuple(upper)), Grid.counts(upper - lower, h), cell)
-        body = Body(box, body_cells or Grid.counts(box.size, h), points or (2 if cell == "quadrilateral" else 3), law,
+        body = Body(box, body_cells or Grid.counts(box.size, h), points or POINTS[cell], law,
                     rho, stress_state, thickness, cell, velocity)
-        others.setdefault("interface", Interface.top(box, segments, shift))
+        others.setdefault("interface", Interface.top(box, segments, shift) if box.dim == 2 else None)
         opened.append(MPM(grid, body, **others))
         return opened[-1]
 

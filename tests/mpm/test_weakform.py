@@ -67,7 +67,7 @@ def test_matrix_has_identity_rows_for_supports_and_empty_nodes(problem):
 def test_matrix_equals_a_dense_assembly(problem, at_point, plane):
     """K = sum_p V0 B^T A B + alpha m N^T N, with dF_iM = B_iM,Jk du_Jk = delta_ik (grad N_J . F_old)_M du_Jk."""
     solid, (nodes, D) = problem.solid, problem.shape
-    point, p, cells = at_point(solid.body.law, plane), solid.points, problem.step.cover.cells
+    point, p, cells = at_point(solid.parts[0].body.law, plane), solid.points, problem.step.cover.cells
     values, gradients = np.empty((len(p), cells.shape[1])), np.empty((len(p), cells.shape[1], D))
     solid.kernels.shapes(p.cell, p.x, solid.background.corner, solid.background.inverse, values, gradients)
     K, alpha, mass = np.zeros((nodes, D, nodes, D)), 4 / DT**2, problem.step.mass

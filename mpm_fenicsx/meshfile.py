@@ -1,0 +1,98 @@
+"""Meshes and points from files that meshio reads: Gmsh, VTK, Abaqus and others."""
+import numpy as np
+
+from .mesh import CELLS, NODES, Mesh
+from .scene import Cloud
+
+MESHIO = {"quad": "quadrilateral", "triangle": "triangle", "hexahedron": "hexahedron", "tetra": "tetrahedron"}
+FACET = {"quadrilateral": "line", "triangle": "line", "hexahedron": "quad", "tetrahedron": "triangle"}
+TENSOR = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}  # from around the cell (VTK, Gmsh)
+
+
+def read_mesh(path, dim):
+    """Mesh of ``dim`` dimensions from a file, with its named physical groups: those of cells become ``groups`` (see
+    ``Mesh.part``), those of facets ``surfaces`` (see ``Mesh.on_surface`` and ``Interface.of_mesh``).
+
+    Raises ValueError for a file that cannot be read, holds no cells of that dimension, several kinds of them, or a mesh
+    of another dimension, and for what ``Mesh`` refuses.
+    """
+    data = _read(path)
+    cell = _kind(data, path, dim)
+    blocks = [b for b, block in enumerate(data.cells) if MESHIO.get(block.type) == cell]
+    first = dict(zip(blocks, np.cumsum([0, *(len(data.cells[b].data) for b in blocks)])))
+    cells = np.concatenate([np.asarray(data.cells[b].data, np.int64) for b in blocks])
+    used, cells = np.unique(cells[:, TENSOR.get(cell, range(NODES[cell]))], return_inverse=True)
+    number = np.full(len(data.points), -1)
+    number[used] = np.arange(len(used))
+    groups, surfaces = {}, {}
+    for name, b, chosen in _named(data):
+        if b in first:
+            groups.setdefault(name, []).append(chosen + first[b])
+        elif data.cells[b].type == FACET[cell]:
+            surfaces.setdefault(name, []).append(number[np.asarray(data.cells[b].data, np.int64)[chosen]])
+    surfaces = {name: np.concatenate(facets) for name, facets in surfaces.items()}
+    for name, facets in surfaces.items():
+        if facets.min() < 0:
+            raise ValueError(f"the surface {name!r} of {path} has vertices that belong to no cell: give cells to them, or "
+                             "leave it out")
+    return Mesh(data.points[used, :dim], cells.reshape(-1, NODES[cell]), cell,
+                {name: np.concatenate(lots) for name, lots in groups.items()}, surfaces)
+
+
+def read_cloud(path, dim):
+    """Material points from a file: its points, and their point data "volume" [m^3]. Raises ValueError when the file
+    cannot be read or has no volumes, and for what ``Cloud`` refuses."""
+    data = _read(path)
+    if "volume" not in data.point_data:
+        raise ValueError(f"{path} has no point data \"volume\" but {', '.join(sorted(data.point_data)) or 'none'}: add "
+                         "the volume of each point in m^3")
+    _check_plane(data.points, path, dim)
+    return Cloud(data.points[:, :dim], np.ravel(data.point_data["volume"]))
+
+
+def _read(path):
+    import meshio  # slow to import, and few scenes read files
+
+    try:
+        return meshio.read(path)
+    except (Exception, SystemExit) as error:  # meshio's readers fail in many ways, some by leaving Python
+        raise ValueError(f"{path} cannot be read as a mesh ({type(error).__name__}: {error}): give a file that meshio "
+                         "knows") from None
+
+
+def _kind(data, path, dim):
+    """The only kind of cell of that dimension."""
+    found = sorted({block.type for block in data.cells if len(block.data)})
+    kinds = sorted({block.type for block in data.cells if block.dim == dim and len(block.data)})
+    higher = sorted({block.type for block in data.cells if block.dim > dim and len(block.data)})
+    if higher or not kinds:
+        raise ValueError(f"{path} holds {', '.join(higher or found) or 'no cells'}: for a {dim}D scene give a "
+                         f"{dim}D mesh")
+    if len(kinds) > 1 or MESHIO.get(kinds[0]) not in CELLS[dim]:
+        known = " or ".join(name for name, cell in MESHIO.items() if cell in CELLS[dim])
+        raise ValueError(f"{path} holds cells of kind {', '.join(kinds)}: a {dim}D mesh has one kind, {known}")
+    _check_plane(data.points, path, dim)
+    return MESHIO[kinds[0]]
+
+
+def _check_plane(points, path, dim):
+    if points.shape[1] < dim:
+        raise ValueError(f"the points of {path} have {points.shape[1]} coordinates: for a {dim}D scene give {dim}")
+    if len(points) and np.ptp(points[:, dim:], axis=0).any():
+        raise ValueError(f"{path} is not plane, z goes from {points[:, 2].min()} to {points[:, 2].max()} m: for a 2D "
+                         "scene give points with one z")
+
+
+def _named(data):
+    """(name, number of the block, numbers in the block) of every named group."""
+    tags = data.cell_data.get("gmsh:physical")
+    if tags is None:
+        for name, sets in data.cell_sets.items():
+            yield from ((name, b, np.asarray(chosen, int)) for b, chosen in enumerate(sets)
+                        if chosen is not None and len(chosen))
+        return
+    names = {(int(number), int(dim)): name for name, (number, dim) in data.field_data.items()}
+    for b, (block, tag) in enumerate(zip(data.cells, tags)):
+        for number in np.unique(tag):
+            if (int(number), block.dim) in names:
+                yield names[int(number), block.dim], b, np.flatnonzero(np.asarray(tag) == number)

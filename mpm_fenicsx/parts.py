@@ -1,0 +1,149 @@
+"""The bodies of a scene as parts of the partition: each with points, kernels of its law and work arrays of its own."""
+import numpy as np
+from scipy.spatial import cKDTree
+
+from .kernels import compile_material
+from .points import Points, seed
+
+
+class Part:
+    """One body: ``body``, ``points`` (its material points, at first all of them on every rank), and after ``attach``
+    the ``basis`` values at the points, shape (n, K).
+
+    first: number of its first point; gravity: [m/s^2], shape (D,); body_force: None, or a function as of ``MPM``.
+    """
+
+    def __init__(self, body, first, gravity, body_force=None):
+        x, volume = seed(body)
+        n, dim, self.body, self._params = len(x), body.dim, body, body.law.params
+        self._body_force = body_force
+        self.velocity_at = lambda at: np.array(body.velocity(at) if callable(body.velocity)
+                                               else np.broadcast_to(body.velocity, at.shape), float)
+        a = np.tile(gravity, (n, 1))  # an unstressed body starts in free fall
+        rest = {}
+        if body_force is not None:
+            a += body_force(x, 0.0)
+            rest["rest"] = x.copy()
+        self.points = Points(
+            gid=first + np.arange(n), cell=np.zeros(n, np.int32), x=x, v=self.velocity_at(x), a=a,
+            mass=body.rho * volume, V0=volume, F=np.tile(np.eye(dim), (n, 1, 1)), F33=np.ones(n), state=np.zeros(n, body.law.state), **rest)
+
+    def compile(self, background, consistent):
+        """Kernels of the law on the cells of ``background``, with consistent or lumped inertia."""
+        self._material = compile_material(self.body, background, consistent)
+
+    def attach(self, nodes_per_cell):
+        """Work arrays; needed whenever the number of points on this rank changes."""
+        n, K, D = len(self.points), nodes_per_cell, self.body.dim
+        self.basis, self._G = np.empty((n, K)), np.empty((n, K, D))
+        self._F, self._F33, self._state = np.empty((n, D, D)), np.empty(n), self.points.state.copy()
+
+    # ---------------------------------------------------------------- one step, see the kernels' modules
+
+    def to_grid(self, step, nodal):
+        """Basis values, and the points' share of ``nodal``, see ``transfer.to_grid``."""
+        p = self.points
+        step.shapes(p.cell, p.x, self.basis, self._G)
+        step.kernels.to_grid(p.cell, step.cover.cells, self.basis, p.mass, p.v, p.a, nodal)
+
+    @property
+    def pushed(self):
+        """Whether there is a body force."""
+        return self._body_force is not None
+
+    def push(self, step, time, load):
+        """Add the body force at ``time`` [s] to ``load`` [N], shape (nodes, D)."""
+        p = self.points
+        force = p.mass[:, None] * np.asarray(self._body_force(p.rest, time), float)
+        step.kernels.spread(p.cell, step.cover.cells, self.basis, force, load)
+
+    def residual(self, step, u, a, R):
+        """Add inner and, with consistent inertia, inertia forces to R, see ``weakform.residual``."""
+        p = self.points
+        self._material.residual(p.cell, step.cover.cells, self.basis, self._G, p.mass, p.V0, p.F, p.F33, p.state,
+                                self._params, u, a, self._F, self._F33, self._state, R)
+
+    def rest(self):
+        """Before a tangent at the start of the step, without a residual."""
+        self._F[:], self._F33[:] = self.points.F, self.points.F33
+
+    def tangent(self, step, alpha):
+        """Add to the element matrices of the cover, see ``weakform.tangent``."""
+        p, cover = self.points, step.cover
+        self._material.tangent(p.cell, cover.slot, self.basis, self._G, p.mass, p.V0, p.F, p.F33, p.state, self._params,
+                               alpha, self._F, self._F33, self._state, cover.element_matrices)
+
+    def finish(self, step, u, a):
+        """Move the points; deformation and state of the last residual become theirs."""
+        p = self.points
+        step.kernels.to_points(p.cell, step.cover.cells, self.basis, u, a, step.dt, p.x, p.v, p.a)
+        p.F, self._F = self._F, p.F
+        p.F33, self._F33 = self._F33, p.F33
+        p.state, self._state = self._state, p.state
+
+    # ---------------------------------------------------------------- what others ask
+
+    def energies(self):
+        """Kinetic and strain energy of this rank's points [J]."""
+        p = self.points
+        return self._material.energies(p.mass, p.V0, p.v, p.F, p.F33, p.state, self._params)
+
+    def cauchy_stress(self):
+        """Of this rank's points [Pa], shape (n, D, D)."""
+        p, sigma = self.points, np.empty_like(self.points.F)
+        self._material.cauchy(self._params, p.F, p.F33, p.state, sigma)
+        return sigma
+
+
+def make_parts(bodies, grid, gravity, body_force):
+    """Parts of the ``bodies``, numbered through; ValueError when they do not fit each other or the grid."""
+    if not bodies:
+        raise ValueError("there is no body: give at least one")
+    if gravity.shape != (grid.box.dim,):
+        raise ValueError(f"gravity is {gravity.tolist()}: give {grid.box.dim} numbers")
+    for number, body in enumerate(bodies):
+        if body.dim != grid.box.dim:
+            raise ValueError(f"body {number} has {body.dim} dimensions, the grid {grid.box.dim}: give both the same")
+        if body.dim == 2 and body.thickness != bodies[0].thickness:
+            raise ValueError(f"body {number} is {body.thickness} m thick, body 0 {bodies[0].thickness} m: bodies in "
+                             "one plane grid have the same thickness")
+    parts, count = [], 0
+    for body in bodies:
+        parts.append(Part(body, count, gravity, body_force))
+        count += len(parts[-1].points)
+    return parts
+
+
+class Start:
+    """Bodies at the start as functions of places x [m], shape (n, D), as of boundary particles: a place belongs to the
+    body with the nearest material point. thickness: of a plane scene [m], 1 in space. To be made of parts that still
+    have all their points."""
+
+    def __init__(self, parts, gravity, body_force):
+        self.parts, self._gravity, self._body_force = parts, gravity, body_force
+        self.thickness = parts[0].body.thickness if parts[0].body.dim == 2 else 1.0
+        if len(parts) > 1:
+            self._tree = cKDTree(np.concatenate([part.points.x for part in parts]))
+            self._owner = np.repeat(np.arange(len(parts)), [len(part.points) for part in parts])
+
+    def body(self, x):
+        """Number of the body of each place, shape (n,)."""
+        if len(self.parts) == 1 or not len(x):
+            return np.zeros(len(x), int)
+        return self._owner[self._tree.query(x)[1]]
+
+    def velocity(self, x):
+        """[m/s], shape (n, D)."""
+        v, body = np.zeros(x.shape), self.body(x)
+        for number, part in enumerate(self.parts):
+            v[body == number] = part.velocity_at(x[body == number])
+        return v
+
+    def acceleration(self, x):
+        """Of an unstressed body [m/s^2], shape (n, D)."""
+        return self._gravity + (np.zeros(x.shape) if self._body_force is None else self._body_force(x, 0.0))
+
+    def modulus(self, x, of_law):
+        """``of_law(law, dim)`` of the law at each place, shape (n,)."""
+        values = np.array([of_law(part.body.law, part.body.dim) for part in self.parts])
+        return values[self.body(x)]

@@ -5,11 +5,12 @@ import petsc4py
 
 petsc4py.init(sys.argv)  # before dolfinx is imported: afterwards PETSc no longer listens to the command line
 
+from .conditions import GridWall, Load, Penalty  # noqa: E402
 from .errors import MPMDiverged, MPMError  # noqa: E402
 from .laws import LAWS, linear, neo_hooke  # noqa: E402
 from .mpm import MPM  # noqa: E402
 from .mesh import Box, Mesh, read_mesh  # noqa: E402
 from .scene import Body, Cloud, Grid, Interface, Support  # noqa: E402
 
-__all__ = ["Body", "Box", "Cloud", "Grid", "Interface", "LAWS", "MPM", "MPMDiverged", "MPMError", "Mesh", "Support", "linear",
-           "neo_hooke", "read_mesh"]
+__all__ = ["Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "LAWS", "linear", "Load", "Mesh", "MPM",
+           "MPMDiverged", "MPMError", "neo_hooke", "Penalty", "read_mesh", "Support"]

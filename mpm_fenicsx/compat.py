@@ -15,6 +15,7 @@ _petsc.MatSetValuesCOO.argtypes = [_handle, _pointer, ctypes.c_int]
 _petsc.SNESSetLagJacobian.argtypes = [_handle, _int]
 _petsc.SNESGetLineSearch.argtypes = [_handle, ctypes.POINTER(_handle)]
 _petsc.SNESLineSearchSetType.argtypes = [_handle, ctypes.c_char_p]
+_petsc.SNESLineSearchSetTolerances.argtypes = [_handle, *[ctypes.c_double] * 5, _int]
 _petsc.PetscOptionsUsed.argtypes = [_handle, ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
 _INSERT = 1  # INSERT_VALUES
 _messages = [ctypes.c_double.in_dll(_petsc, f"petsc_{kind}_ct") for kind in ("send", "isend")]
@@ -42,11 +43,13 @@ def set_lag_jacobian(snes, lag):
     _check(_petsc.SNESSetLagJacobian(snes.handle, lag))
 
 
-def set_line_search(snes, kind):
-    """Line search of the SNES: "bt", "basic", …"""
+def set_line_search(snes, kind, most=None):
+    """Line search of the SNES: "bt", "basic", …, and its largest number of iterations (None: its default)."""
     search = _handle()
     _check(_petsc.SNESGetLineSearch(snes.handle, ctypes.byref(search)))
     _check(_petsc.SNESLineSearchSetType(search, kind.encode()))
+    if most is not None:
+        _check(_petsc.SNESLineSearchSetTolerances(search, *[float(PETSc.DEFAULT)] * 5, most))
 
 
 def option_used(name):

@@ -4,12 +4,15 @@ from mpi4py import MPI
 
 from . import output
 from .boundary import Supports
-from .collective import somewhere, total
+from .collective import total
 from .errors import MPMError
 from .grid import Background
 from .kernels import compile_kernels
+from .loads import SurfaceLoads
 from .migrate import Router
+from .penalty import make_penalties, reaction
 from .points import Points, seed
+from .sets import Set, Sets
 from .snes import unused_options
 from .step import PHASES, Step
 
@@ -17,11 +20,12 @@ from .step import PHASES, Step
 class MPM:
     """A body on a background grid.
 
-    supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry loads and follow the
-    motion; gravity: [m/s^2], shape (dim,); inertia: "consistent" (eq. 11) or "lumped"; rebalance: imbalance of material
-    points over the ranks from which the grid is partitioned anew. ``phases`` sums the seconds
-    spent per phase, ``iterations`` is the number of Newton iterations of the last step, ``count`` the number of material
-    points in all. Everything is collective.
+    supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given to
+    ``advance`` and follow the motion; loads: ``Load`` records; penalties: ``Penalty`` and ``GridWall`` records;
+    gravity: [m/s^2], shape (dim,); inertia: "consistent" (eq. 11) or "lumped"; rebalance: imbalance of material points over the
+    ranks from which the grid is partitioned anew. ``phases`` sums the seconds spent per phase, ``iterations`` is the
+    number of Newton iterations of the last step, ``count`` the number of material points in all. Everything is
+    collective.
 
     ``balance`` lists the times that happened: (step, imbalance before, after).
 
@@ -31,7 +35,7 @@ class MPM:
     balance_every = 50  # steps between two looks at the balance
 
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
-                 rebalance=1.2, comm=MPI.COMM_WORLD):
+                 rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=()):
         if inertia not in ("consistent", "lumped"):
             raise ValueError(f"inertia is {inertia!r}: choose consistent or lumped")
         self.comm, self.dim, self.grid, self.body, self.interface = comm, grid.box.dim, grid, body, interface
@@ -46,6 +50,7 @@ class MPM:
         self.kernels = compile_kernels(body, self.background, self._consistent)
         self._make_points(x, volume)
         self._make_boundary()
+        self._make_conditions(loads, penalties)
         self._search()
 
     # ---------------------------------------------------------------- set-up
@@ -60,9 +65,13 @@ class MPM:
         given = self.body.velocity
         return np.array(given(x) if callable(given) else np.broadcast_to(given, x.shape), float)
 
-    def _keep_mine(self, points):
+    def _keep_mine(self, points, names=None):
         """Of points seeded alike on every rank, keep those in cells of this rank."""
         rank, number = self.background.search.assign(points.x)
+        if (rank < 0).any():
+            p = np.argmin(rank)
+            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p]} m, outside the grid: enlarge the grid "
+                             "or shorten the surface")
         mine = rank == self.comm.rank
         points.take(mine)
         points.cell[:] = self.background.search.local(number[mine])
@@ -86,6 +95,18 @@ class MPM:
         self._boundary_count = n
         self._keep_mine(self.boundary)
 
+    def _make_conditions(self, loads, penalties):
+        """What acts through particles of its own."""
+        given, thickness = (self._velocity_at, self.gravity), self.body.thickness if self.dim == 2 else 1.0
+        self.loads = (SurfaceLoads(loads, self.dim, thickness, *given),) if loads else ()
+        self.penalties = make_penalties(penalties, self.background, self.body.law, thickness, *given)
+        for condition in (*self.loads, *self.penalties):
+            self._keep_mine(condition.points, condition.names)
+        self._sets = Sets(self.comm, [
+            Set("points", self.points), Set("boundary", self.boundary), *(Set("loads", a.points) for a in self.loads),
+            *(Set("hinges" if held.follows else "walls", held.points, held.follows, held.follows or held.moves)
+              for held in self.penalties)])
+
     # ---------------------------------------------------------------- one step
 
     def advance(self, dt, force=None):
@@ -106,6 +127,8 @@ class MPM:
         self.step.finish(u)
         self.time += dt
         self.steps += 1
+        for held in self.penalties:
+            held.move(self.time)
         return self.surface()
 
     @property
@@ -114,28 +137,19 @@ class MPM:
         return self.step.applied
 
     def _search(self):
-        """Phase I: cell of every point; points travel to the rank of their cell; the cover follows them."""
-        search, slot = self.background.search, self._no_slot if self.step is None else self.step.cover.slot
-        sets = (self.points, self.boundary)
-        away, bare = np.array([search.settle(points, slot) for points in sets]).T
-        flags = somewhere(self.comm, *away, bare.max())
-        for points, somebody in zip(sets, flags):
-            if somebody:
-                rank, number = search.destinations(points)
-                self._raise_if_outside(points, rank)
-                numbers = points.migrate(self._router, rank, number)
-                points.cell[:] = search.local(numbers)
-                flags[2] |= somewhere(self.comm, (slot[points.cell] < 0).any())[0]
-        if flags[2]:
-            self._make_step(np.unique(np.concatenate([self.points.cell, self.boundary.cell])))
-        elif flags[:2].any():
+        """Phase I: points go to their cells, and the cover follows them."""
+        slot = self._no_slot if self.step is None else self.step.cover.slot
+        travelled, bare = self._sets.settle(self.background.search, slot, self._router, self.time)
+        if bare:
+            self._make_step(self._sets.filled())
+        elif travelled:
             self._attach()
 
     def _make_step(self, filled):
         if self.step is not None:
             self.step.destroy()
         self.step = Step(self.background, filled, self.supports, self.body, self.gravity, self.kernels,
-                         self._consistent, self.phases)
+                         self._consistent, self.phases, self.loads, self.penalties)
         self._attach()
 
     def _attach(self):
@@ -145,17 +159,6 @@ class MPM:
             numbers = self.comm.allgather(self.boundary.gid)
             self._surface_number = np.concatenate(numbers)
             self._surface_counts = 2 * self.dim * np.array([len(part) for part in numbers])
-
-    def _raise_if_outside(self, points, rank):
-        """Name the first point that left the grid, on all ranks alike."""
-        outside = np.flatnonzero(rank < 0)[:1]
-        found = [(int(points.gid[p]), points.x[p].tolist()) for p in outside]
-        found = sum(self.comm.allgather(found), [])
-        if found:
-            number, x = min(found)
-            kind = "material point" if points is self.points else "boundary particle"
-            raise MPMError(f"{kind} {number} left the grid at x = {x} m, t = {self.time:.6g} s: enlarge the grid, or "
-                           "look for the cause in an unstable step")
 
     def imbalance(self):
         """Most material points on one rank over the mean."""
@@ -170,12 +173,8 @@ class MPM:
         self.step.destroy()
         self._router.free()
         self._lay_out(self.points.x)
-        for points in (self.points, self.boundary):
-            rank, number = self.background.search.relocate(points)
-            self._raise_if_outside(points, rank)
-            numbers = points.migrate(self._router, rank, number)
-            points.cell[:] = self.background.search.local(numbers)
-        self._make_step(np.unique(np.concatenate([self.points.cell, self.boundary.cell])))
+        self._sets.relocate(self.background.search, self._router, self.time)
+        self._make_step(self._sets.filled())
         self.balance.append((self.steps, before, self.imbalance()))
 
     def _lay_out(self, filling):
@@ -198,6 +197,10 @@ class MPM:
         self.comm.Allgatherv(mine, [parts, self._surface_counts])
         ordered[self._surface_number] = parts
         return ordered[:, :self.dim].copy(), ordered[:, self.dim:].copy()
+
+    def reaction(self, name):
+        """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
+        return total(self.comm, reaction(self.penalties, name))
 
     def energy(self):
         """``kinetic``, ``strain`` and ``potential`` (in gravity, zero at the origin) energy of the points [J]."""
@@ -225,16 +228,13 @@ class MPM:
     def get_state(self):
         """Everything that decides the future, as name → array copy: points and boundary particles of this rank, time,
         cover and kept tangent."""
-        state = {f"points.{name}": values for name, values in self.points.copy().items()}
-        state.update({f"boundary.{name}": values for name, values in self.boundary.copy().items()})
+        state = self._sets.get_state()
         state.update(self.step.get_state(), time=np.array([self.time, self.steps]))
         return state
 
     def set_state(self, state):
         """Go back to ``state``; the run continues bit for bit."""
-        for name in ("points", "boundary"):
-            part = {key.split(".")[1]: values for key, values in state.items() if key.startswith(name + ".")}
-            getattr(self, name).restore(part)
+        self._sets.set_state(state)
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])
         same = np.array_equal(self.step.filled, state["filled"])
         if not self.comm.allreduce(int(same), MPI.MIN):

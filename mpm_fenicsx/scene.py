@@ -186,3 +186,23 @@ class Interface:
         i = np.arange(segments)
         return Interface(np.column_stack([x, np.full(segments + 1, box.upper[1] - shift)]),
                          np.column_stack([i, i + 1]))
+
+    @staticmethod
+    def line(a, b, segments: int):
+        """Segments of equal length from a to b [m] in the plane; their outside is on the left of the way."""
+        if int(segments) != segments or segments < 1:
+            raise ValueError(f"segments is {segments}: give a whole number of at least 1")
+        i = np.arange(segments)
+        return Interface(np.linspace(a, b, segments + 1), np.column_stack([i, i + 1]))
+
+    @staticmethod
+    def patch(corner, first, second, counts):
+        """Parallelogram in space from ``corner`` along the edges ``first`` and ``second`` [m], in counts[0] x counts[1]
+        pieces of two triangles each; its outside is that of first x second."""
+        n, m = _counts(counts, 2, "pieces of the patch")
+        s, t = (a.ravel() for a in np.meshgrid(np.arange(n + 1), np.arange(m + 1), indexing="ij"))
+        x = np.asarray(corner, float) + np.outer(s / n, first) + np.outer(t / m, second)
+        corners = (np.arange(n)[:, None] * (m + 1) + np.arange(m)).ravel()
+        along, across = corners + m + 1, corners + 1
+        return Interface(x, np.concatenate([np.column_stack([corners, along, along + 1]),
+                                            np.column_stack([corners, along + 1, across])]))

@@ -50,9 +50,14 @@ def _first_line(error):
 
 class Newton:
     """One SNES over one cover. residual(u, r): fills r from u, both (owned, D); tangent(): fills the matrix at the
-    deformation of the last residual. Collective."""
+    deformation of the last residual. Collective.
 
-    def __init__(self, cover, residual, tangent):
+    tangent is called with whether it was asked for. watched: it is called in every iteration and may find that the kept
+    one still holds. kinks: the residual is piecewise linear, as of springs that open, stick and slide. They have a
+    potential: line search cp finds its minimum along a line, where bt gets stuck on the residual's norm.
+    """
+
+    def __init__(self, cover, residual, tangent, watched=False, kinks=False):
         self._residual, self._tangent = residual, tangent
         self._failure = None
         self._shape = (cover.owned, cover.dim)
@@ -62,7 +67,9 @@ class Newton:
         snes.setFunction(self._function, r)
         snes.setJacobian(self._jacobian, cover.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
-        compat.set_lag_jacobian(snes, KEEP)
+        self._lag, self._asked, self._search = 1 if watched else KEEP, False, ("cp", 5) if kinks else ("bt",)
+        compat.set_lag_jacobian(snes, self._lag)
+        compat.set_line_search(snes, *self._search)
         options = PETSc.Options(PREFIX)
         snes.getKSP().setOperators(cover.matrix)
         self._user_atol, self._user_lag = options.hasName("snes_atol"), options.hasName("snes_lag_jacobian")
@@ -135,7 +142,7 @@ class Newton:
 
     def _jacobian(self, snes, u, A, B):
         try:
-            self._tangent()
+            self._tangent(self._asked or self._user_lag)
         except Exception as error:
             self._failure = error
 
@@ -172,9 +179,10 @@ class Newton:
         because a nearly empty cell lets the line search stall on a residual that no point feels.
         """
         if not self._user_lag:
-            compat.set_lag_jacobian(self.snes, 1 if attempt else KEEP)
+            compat.set_lag_jacobian(self.snes, 1 if attempt else self._lag)
+            self._asked = attempt > 0
         if not self._user_search:
-            compat.set_line_search(self.snes, "basic" if attempt == 3 else "bt")
+            compat.set_line_search(self.snes, *(("basic",) if attempt == 3 else self._search))
         return attempt == 2 or not (self._user_lag if attempt == 1 else self._user_search)
 
     def _run(self, guess):

@@ -4,9 +4,9 @@ from time import perf_counter, time_ns
 import numpy as np
 
 from . import compat, newmark
+from .carriers import Carriers
 from .collective import somewhere, total
 from .cover import Cover
-from .errors import MPMError
 from .snes import Newton
 
 PHASES = ("search", "to grid", "tangent", "residual", "solve", "to points")
@@ -22,13 +22,15 @@ class Step:
     tolerance = 1e-6  # of the residual, relative to loads and inertia (-mpm_snes_atol replaces it)
     slow = 4  # more Newton iterations than this: the kept tangent is out of date
 
-    def __init__(self, background, filled, supports, body, gravity, kernels, consistent, phases):
+    def __init__(self, background, filled, supports, body, gravity, kernels, consistent, phases, loads, penalties):
         self.comm, self.dim, self.background = background.comm, background.dim, background
+        self.loads, self.penalties = loads, penalties
         self.cover = Cover(background, filled, supports.fixed)
         self.filled, self.supports, self.gravity, self.kernels = filled, supports, gravity, kernels
         self.params, self.consistent, self.phases = body.law.params, consistent, phases
-        self._smallest_mass = 1e-14 * body.rho * np.prod(background.h) * (body.thickness if self.dim == 2 else 1.0)  # "numeric zero" of eq. 14
-        self.newton = Newton(self.cover, self.residual, self.tangent)
+        self.cell_mass = body.rho * np.prod(background.h) * (body.thickness if self.dim == 2 else 1.0)  # [kg]
+        self.newton = Newton(self.cover, self.residual, self._renew_tangent, bool(penalties),
+                             any(held.kinks for held in penalties))
         nodes = len(self.cover.node)
         self.active = np.zeros(nodes, bool)
         self._nodal, self._R = np.empty((nodes, 1 + 2 * self.dim)), np.empty((nodes, self.dim))
@@ -54,10 +56,10 @@ class Step:
 
     def attach(self, points, boundary):
         """Work arrays for these points; needed whenever their number on this rank changes."""
-        self.points, self.boundary = points, boundary
+        self.points = points
         n, K, D = len(points), self.cover.cells.shape[1], self.dim
-        self._N, self._G = np.empty((n, K)), np.empty((n, K, D))
-        self._Nb, self._Gb = np.empty((len(boundary), K)), np.empty((len(boundary), K, D))
+        self.basis, self._G = np.empty((n, K)), np.empty((n, K, D))
+        self.carriers = Carriers(self, boundary)
         self._F, self._F33, self._state = np.empty((n, D, D)), np.empty(n), points.state.copy()
 
     # ---------------------------------------------------------------- phase I
@@ -65,76 +67,45 @@ class Step:
     def begin(self, dt, time, force):
         """Basis values, nodal mass, velocity and acceleration, known displacements, loads. ``force`` [N] on this rank's
         boundary particles, shape (n, D)."""
-        points, boundary, D = self.points, self.boundary, self.dim
+        points, D = self.points, self.dim
         self.dt = dt
-        for p, N, G in ((points, self._N, self._G), (boundary, self._Nb, self._Gb)):
-            self.kernels.shapes(p.cell, p.x, self.background.corner, self.background.inverse, N, G)
+        self.shapes(points.cell, points.x, self.basis, self._G)
+        self.carriers.shapes()
         self.lap("search")
         self._nodal[:] = 0.0
-        self.kernels.to_grid(points.cell, self.cover.cells, self._N, points.mass, points.v, points.a, self._nodal)
+        self.kernels.to_grid(points.cell, self.cover.cells, self.basis, points.mass, points.v, points.a, self._nodal)
         self.cover.accumulate(self._nodal)
         self.mass = self._nodal[:, 0].copy()
-        jumps, loaded = self._take_stock(time, force)
+        active = self.mass > 1e-14 * self.cell_mass  # "numeric zero" of eq. 14
+        if self.carriers.take_stock(active, force):  # a kept tangent has identity rows for nodes without mass
+            self.supports.check(active, self.cover, time)
+            self.active, self.tangent_is_valid = active, False
         self.v, self.a = np.zeros((len(self.mass), D)), np.zeros((len(self.mass), D))
         self.v[self.active] = self._nodal[self.active, 1:1 + D] / self.mass[self.active, None]
         self.a[self.active] = self._nodal[self.active, 1 + D:] / self.mass[self.active, None]
         self._known = self.supports.displacement(self.cover.node, time, dt, self.v, self.a)
         self._idle = (self.cover.fixed | ~self.active[:, None])[:self.cover.owned]
-        if jumps:
-            self._jump(force - boundary.force)
-            boundary.force[:] = force
-        self._add_loads(force, loaded)
+        self._load[:] = 0.0
+        self.applied = self.carriers.begin(time, force, self._load)
+        self._load += self.mass[:, None] * self.gravity
         self.lap("to grid")
 
-    def _take_stock(self, time, force):
-        """Active nodes and the basis of eq. 14; whether the force has changed anywhere and whether there is any."""
-        boundary, active = self.boundary, self.mass > self._smallest_mass
-        lost = self.kernels.only_active(boundary.cell, self.cover.cells, active, self._Nb)
-        changed, alone, jumps, loaded = somewhere(
-            self.comm, not np.array_equal(active, self.active), lost >= 0, (force != boundary.force).any(), force.any())
-        if changed:  # a kept tangent has identity rows for nodes without mass
-            self.supports.check(active, self.cover, time)
-            self.active, self.tangent_is_valid = active, False
-        if alone:
-            found = [] if lost < 0 else [(int(boundary.gid[lost]), boundary.x[lost].tolist())]
-            number, x = min(sum(self.comm.allgather(found), []))
-            raise MPMError(f"boundary particle {number} at x = {x} m has no material point near it at t = {time:.6g} s: "
-                           "move the interface into the body (shift) or seed more points")
-        return jumps, loaded
-
-    def _add_loads(self, force, loaded):
-        """Eq. 13 with the basis of eq. 14, and gravity."""
-        self._load[:] = 0.0
-        self.applied = np.zeros(self.dim)
-        if loaded:
-            self.kernels.spread(self.boundary.cell, self.cover.cells, self._Nb, force, self._load)
-            self.cover.accumulate(self._load)
-            self.applied = total(self.comm, self._load[:self.cover.owned].sum(axis=0))
-        self._load += self.mass[:, None] * self.gravity
-
-    def _jump(self, change):
-        """A load that is constant over each step jumps between steps, and the acceleration with it: Newmark's method
-        then does the work of the load and takes up its impulse, step by step."""
-        cover, load = self.cover, self._load
-        load[:] = 0.0
-        self.kernels.spread(self.boundary.cell, cover.cells, self._Nb, change, load)
-        cover.accumulate(load)
-        load[self.active] /= self.mass[self.active, None]
-        load[cover.fixed] = 0.0
-        self.a += load
-        for p, N in ((self.points, self._N), (self.boundary, self._Nb)):
-            self.kernels.interpolate(p.cell, cover.cells, N, load, p.a)
+    def shapes(self, cell, x, N, G):
+        """Basis values and gradients at positions x [m] in this rank's cells, see ``shape.shapes``."""
+        self.kernels.shapes(cell, x, self.background.corner, self.background.inverse, N, G)
 
     # ---------------------------------------------------------------- phase II
 
     def solve(self, when):
         """Displacement of the nodes over the step [m], shape (nodes, D), and the number of Newton iterations."""
         dt, n = self.dt, self.cover.owned
-        if not self.tangent_is_valid or self.tangent_dt != dt:
-            self._F[:], self._F33[:] = self.points.F, self.points.F33
-            self.tangent()
         guess = (dt * self.v + 0.5 * dt**2 * self.a)[:n]
         guess[self._idle] = self._known[:n][self._idle]
+        if not self.tangent_is_valid or self.tangent_dt != dt:
+            self._F[:], self._F33[:] = self.points.F, self.points.F33
+            for held in self.penalties:
+                held.respond(self, self.cover.with_ghosts(guess))
+            self.tangent()
         rest = np.where(self._idle, guess, 0.0)
         u, iterations = self.newton.solve(guess, rest, self._atol(guess), when)
         if iterations > self.slow:
@@ -159,8 +130,10 @@ class Step:
         u = self.cover.with_ghosts(u)
         a = newmark.acceleration(u, self.v, self.a, self.dt)
         self._R[:] = 0.0
-        self.kernels.residual(points.cell, self.cover.cells, self._N, self._G, points.mass, points.V0, points.F,
+        self.kernels.residual(points.cell, self.cover.cells, self.basis, self._G, points.mass, points.V0, points.F,
                               points.F33, points.state, self.params, u, a, self._F, self._F33, self._state, self._R)
+        for held in self.penalties:
+            held.residual(self, u, self._R)
         self.cover.accumulate(self._R)
         r[:] = self._R[:n] - self._load[:n]
         if not self.consistent:
@@ -174,8 +147,10 @@ class Step:
         cover, points, n = self.cover, self.points, self.cover.owned
         alpha = newmark.alpha(self.dt)
         cover.element_matrices[:] = 0.0
-        self.kernels.tangent(points.cell, cover.slot, self._N, self._G, points.mass, points.V0, points.F, points.F33,
+        self.kernels.tangent(points.cell, cover.slot, self.basis, self._G, points.mass, points.V0, points.F, points.F33,
                              points.state, self.params, alpha, self._F, self._F33, self._state, cover.element_matrices)
+        for held in self.penalties:
+            held.tangent(self)
         mass, nodes = total(self.comm, [self.mass[:n].sum(), np.count_nonzero(self.mass[:n])])
         self.idle_scale = alpha * mass / nodes  # idle rows of the size of the others keep the matrix well scaled
         inertia = alpha * self.mass[:n, None]
@@ -190,6 +165,11 @@ class Step:
         self._tangent_made = time_ns()
         self.lap("tangent")
 
+    def _renew_tangent(self, asked):
+        """For the SNES: a new tangent when ``asked`` for, or when a spring has taken another branch of its law."""
+        if asked or somewhere(self.comm, any(held.switched() for held in self.penalties))[0]:
+            self.tangent()
+
     def _choose_solver(self):
         self.newton.choose_solver(self.stiff, self.background.x[self.cover.node[:self.cover.owned]])
 
@@ -197,11 +177,11 @@ class Step:
 
     def finish(self, u):
         """Points and boundary particles move with the grid, which then goes back to rest."""
-        points, boundary = self.points, self.boundary
+        points = self.points
         a = newmark.acceleration(u, self.v, self.a, self.dt)
         a[~self.active] = 0.0
-        for p, N in ((points, self._N), (boundary, self._Nb)):
-            self.kernels.to_points(p.cell, self.cover.cells, N, u, a, self.dt, p.x, p.v, p.a)
+        self.carriers.finish(u, a)
+        self.kernels.to_points(points.cell, self.cover.cells, self.basis, u, a, self.dt, points.x, points.v, points.a)
         points.F, self._F = self._F, points.F
         points.F33, self._F33 = self._F33, points.F33
         points.state, self._state = self._state, points.state

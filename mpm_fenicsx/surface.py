@@ -1,0 +1,37 @@
+"""Geometry of surfaces made of segments (in the plane) or triangles (in space), each with its outside: see
+``Interface``."""
+import numpy as np
+
+
+def normal_areas(x, elements):
+    """Area times outward unit normal of each element [m^2; m in the plane], shape (m, D), from the positions x [m],
+    shape (n, D)."""
+    first = x[elements[:, 0]]
+    if x.shape[1] == 2:
+        edge = x[elements[:, 1]] - first
+        return np.column_stack([-edge[:, 1], edge[:, 0]])  # on the left
+    return 0.5 * np.cross(x[elements[:, 1]] - first, x[elements[:, 2]] - first)
+
+
+def to_particles(values, elements, count):
+    """Share the elements' ``values``, shape (m, …), equally among their particles; returns shape (count, …)."""
+    shared = np.zeros((count, *values.shape[1:]))
+    for column in elements.T:
+        np.add.at(shared, column, values / elements.shape[1])
+    return shared
+
+
+def areas(x, elements):
+    """Area of each particle [m^2; m in the plane], shape (n,)."""
+    return to_particles(np.linalg.norm(normal_areas(x, elements), axis=1), elements, len(x))
+
+
+def everywhere(comm, gid, values, count):
+    """Values, shape (count, …), in the order of ``gid`` on every rank, from those of each rank. Collective when there
+    is more than one rank."""
+    if comm.size == 1:
+        return values.copy()
+    whole = np.empty((count, *values.shape[1:]))
+    for numbers, part in comm.allgather((gid, values)):
+        whole[numbers] = part
+    return whole

@@ -26,15 +26,16 @@ class Penalty:
     """Boundary particles at which springs hold the body (Chandra et al. 2021, doi 10.1007/s11440-020-01123-3).
 
     surface: the particles; one that belongs to no element, as a hinge, has the area of a cell's side. follows: they
-    move with the body (a hinge, a sole), else they stay where they are or go where ``motion`` takes them (a plane that
-    cuts the grid anywhere, a moving wall). normal: of any length, shape (dim,) or (n, dim), from the wall into the body;
-    with it only the motion along it is held (slip), without it the motion in all directions (stick). friction:
-    Coulomb's coefficient against slip, at the normal force of the last step; inf sticks as long as there is one, so
-    with separates=True the wall catches what it touches. separates: the wall pushes but does not pull. motion: displacement of what holds [m] as a function of time [s], shape (dim,) or
-    (n, dim), zero at the start. at: a point of the plane [m], shape (dim,), to which particles that follow a body may
-    have some distance at the start; None: every particle is on its plane. stiffness: of the springs per area [Pa/m];
-    None: the nearest body's stiffness (against stretch in one direction) over the cell size, and 100 times that for
-    supports, which neither rub nor separate. It gives by pressure / stiffness.
+    move with the body (a hinge, a sole), else they stay where they are or go where ``motion`` takes them (a plane
+    that cuts the grid anywhere, a moving wall). normal: of any length, shape (dim,) or (n, dim), from the wall
+    into the body; with it only the motion along it is held (slip), without it the motion in all directions
+    (stick). friction: Coulomb's coefficient against slip, at the normal force of the last step; inf sticks as long
+    as there is one, so with separates=True the wall catches what it touches. separates: the wall pushes but does
+    not pull. motion: displacement of what holds [m] as a function of time [s], shape (dim,) or (n, dim), zero at
+    the start. at: a point of the plane [m], shape (dim,), to which particles that follow a body may have some
+    distance at the start; None: every particle is on its plane. stiffness: of the springs per area [Pa/m]; None:
+    the nearest body's stiffness (against stretch in one direction) over the cell size, and 100 times that for supports,
+    which neither rub nor separate. It gives by pressure / stiffness.
     """
 
     surface: Interface

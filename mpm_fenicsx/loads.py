@@ -1,8 +1,9 @@
 """Loads on boundary particles that follow the body: force, traction on the deformed area, pressure along its normal.
 
 A load is constant over each step and explicit: its geometry is that of the middle of the step, predicted from velocity
-and acceleration of the grid at its start. It has no part in the tangent, which stays symmetric. The stiffness that a following load would have is p/h per length, small against the
-inertia rho h / dt^2 in all but near-static runs with a large step.
+and acceleration of the grid at its start. It has no part in the tangent, which stays symmetric. The stiffness that a
+following load would have is p/h per length, small against the inertia rho h / dt^2 in all but near-static runs with a
+large step.
 """
 import numpy as np
 

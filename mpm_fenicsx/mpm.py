@@ -11,7 +11,7 @@ from .kernels import compile_transfers
 from .loads import SurfaceLoads
 from .migrate import Router
 from .parts import Start, make_parts
-from .penalty import make_penalties
+from .penalty import make_penalties, reaction
 from .points import Points
 from .sets import Set, Sets
 from .snes import unused_options
@@ -73,9 +73,8 @@ class MPM:
         rank, number = self.background.search.assign(points.x)
         if (rank < 0).any():
             p = np.argmin(rank)
-            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p]} m, the grid covers "
-                             f"{self.grid.box.lower} to {self.grid.box.upper} m: enlarge the grid or shorten the "
-                             "surface")
+            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p]} m, outside the grid: enlarge the grid "
+                             "or shorten the surface")
         mine = rank == self.comm.rank
         points.take(mine)
         points.cell[:] = self.background.search.local(number[mine])
@@ -204,11 +203,7 @@ class MPM:
 
     def reaction(self, name):
         """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
-        names = sorted({str(other) for held in self.penalties for other in held.names})
-        if name not in names:
-            raise ValueError(f"there is no penalty {name!r}: choose one of {', '.join(names) or 'none'}")
-        return total(self.comm, sum(held.points.force[held.names[held.points.gid] == name].sum(axis=0)
-                                     for held in self.penalties))
+        return total(self.comm, reaction(self.penalties, name))
 
     def energy(self):
         """``kinetic``, ``strain`` and ``potential`` (in gravity, zero at the origin) energy of the points [J]."""

@@ -13,8 +13,8 @@ from .surface import areas
 # friction without separation is too large by 10 to 80 % and Newton's method fails (measured on a sliding block).
 SUPPORT_FACTOR, WALL_FACTOR = 100.0, 1.0
 HALF = 0.5  # share of its basis on nodes with mass from which a particle in space touches the body
-# Mass of a node, over that of a full cell, below which it takes no part: one that the body has just reached would fly off
-# and come back with the springs on and off, and Newton's method with it.
+# Mass of a node, over that of a full cell, below which it takes no part: one that the body has just reached would fly
+# off and come back with the springs on and off, and Newton's method with it.
 LIGHT = 0.01
 
 
@@ -46,6 +46,14 @@ def make_penalties(scene, background, start):
     size = dict(D=D, K=background.cells.shape[1])
     return tuple(Penalties(*zip(*group), size, h, start)
                  for group in groups.values() if group)
+
+
+def reaction(penalties, name):
+    """Force of the penalties of that name on the body, this rank's share [N]; raises ValueError for an unknown name."""
+    names = sorted({str(other) for held in penalties for other in held.names})
+    if name not in names:
+        raise ValueError(f"there is no penalty {name!r}: choose one of {', '.join(names) or 'none'}")
+    return sum(held.points.force[held.names[held.points.gid] == name].sum(axis=0) for held in penalties)
 
 
 def _has_kinks(penalty):

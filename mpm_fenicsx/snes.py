@@ -42,13 +42,19 @@ def unused_options():
     return ["-" + name for name in names if not compat.option_used(name)]
 
 
+def _first_line(error):
+    """What PETSc says itself, without the places in its source."""
+    lines = [line.split("] ", 1)[-1].strip() for line in str(error).splitlines()]
+    return next((line for line in reversed(lines) if line and "()" not in line), lines[0])
+
+
 class Newton:
     """One SNES over one cover. residual(u, r): fills r from u, both (owned, D); tangent(): fills the matrix at the
     deformation of the last residual. Collective.
 
     tangent is called with whether it was asked for. watched: it is called in every iteration and may find that the kept
-    one still holds. kinks: the residual is piecewise linear, as of springs that open, stick and slide. Such springs have
-    a potential: line search cp finds its minimum along a line, where bt gets stuck on the residual's norm.
+    one still holds. kinks: the residual is piecewise linear, as of springs that open, stick and slide. They have a
+    potential: line search cp finds its minimum along a line, where bt gets stuck on the residual's norm.
     """
 
     def __init__(self, cover, residual, tangent, watched=False, kinks=False):
@@ -78,6 +84,15 @@ class Newton:
         """
         if self._chosen:
             return
+        try:
+            self._configure(stiffness, coordinates)
+            self.snes.setFromOptions()
+        except PETSc.Error as error:
+            raise MPMError(f"PETSc cannot take the options -{PREFIX}… ({_first_line(error)}): correct them") from None
+        self._chosen = True
+
+    def _configure(self, stiffness, coordinates):
+        """Kinds of solver and preconditioner where the user has not chosen."""
         options, ksp, comm = PETSc.Options(PREFIX), self.snes.getKSP(), self._cover.comm
         pc, asked = ksp.getPC(), options.getString("pc_type", "")
         small = self.u.getSize() <= DIRECT_UP_TO[self._cover.dim]
@@ -99,8 +114,6 @@ class Newton:
                 self._set_rigid_body_modes(coordinates)
             elif pc.getType() == "bjacobi" and not options.hasName("sub_pc_type"):
                 options["sub_pc_type"] = "icc"
-        self.snes.setFromOptions()
-        self._chosen = True
 
     def _set_rigid_body_modes(self, coordinates):
         """What multigrid needs to know of elasticity: the motions that cost no energy."""
@@ -175,7 +188,11 @@ class Newton:
     def _run(self, guess):
         """Reason and number of iterations of one attempt."""
         self.u.array_w[:] = guess.ravel()
-        self.snes.solve(None, self.u)
+        try:
+            self.snes.solve(None, self.u)
+        except PETSc.Error as error:
+            raise MPMError(f"PETSc stopped in the solver {self.describe()} ({_first_line(error)}): try -mpm_pc_type lu or "
+                           "other options") from None
         failure, self._failure = self._failure, None
         if somewhere(self._cover.comm, failure is not None)[0]:
             raise failure or MPMError("another rank has failed")

@@ -12,9 +12,9 @@ Newton's method then cycles between sticking and sliding (measured on blocks on 
 when the body separates, the impulse of friction is still mu times that of the normal force.
 
 In time, f at the end of the step follows from the gap half a step ahead, g + v dt / 2. Without that lead Newmark's
-average acceleration turns a stiff spring into v_new = -v, for ever; with it, the normal force of a sliding block scatters
-a third as much (measured), and a hit loses the energy of the nodes that touch, as at held grid nodes. What rests or
-slides does no work on the lead.
+average acceleration turns a stiff spring into v_new = -v, for ever; with it, the normal force of a sliding block
+scatters a third as much (measured), and a hit loses the energy of the nodes that touch, as at held grid nodes. What
+rests or slides does no work on the lead.
 """
 import numpy as np
 

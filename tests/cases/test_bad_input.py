@@ -152,6 +152,12 @@ def test_option_that_diverges_and_option_that_nobody_used(words, tmp_path):
     assert done.stderr == "warning: nobody used the option -mpm_snes_rtoll: is it spelt right?\n"
 
 
+def test_an_option_that_petsc_cannot_take_is_one_sentence(words):
+    done = script(*words("-mpm_pc_type foo t_end=4e-6"))
+    assert done.returncode == 1 and done.stderr.count("\n") == 1
+    assert done.stderr.startswith("error: PETSc cannot take the options -mpm_… (Unable to find requested PC type foo)")
+
+
 def test_help_is_the_manual_and_a_wrong_key_a_status():
     done = script("--help")
     lines = [" ".join(line.split()) for line in done.stdout.splitlines()]

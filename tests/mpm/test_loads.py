@@ -137,7 +137,7 @@ def test_scene_says_what_is_wrong(make_mpm):
     bare = Interface(np.array([[0.5, 0.5]]), np.zeros((0, 2), int))
     with pytest.raises(ValueError, match="wind has a pressure, but its surface has no elements"):
         Load(bare, pressure=1.0, name="wind")
-    with pytest.raises(ValueError, match=r"particle 2 of wind lies at \[4.5 0. \] m, the grid covers"):
+    with pytest.raises(ValueError, match=r"particle 2 of wind lies at \[4.5 0. \] m, outside the grid: enlarge"):
         make_mpm(loads=[Load(Interface.line((0.0, 0.0), (9.0, 0.0), 4), pressure=1.0, name="wind")])
     with pytest.raises(ValueError, match="surface of wind has 3 dimensions, the scene 2"):
         make_mpm(loads=[Load(Interface.patch((0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1)), pressure=1.0, name="wind")])

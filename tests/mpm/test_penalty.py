@@ -63,6 +63,35 @@ def test_block_slides_down_a_plane_that_cuts_the_grid(make_mpm, kind, angle, mu)
     assert reaction[50:, 1].mean() == pytest.approx(np.cos(t), rel=2e-3)
 
 
+@pytest.mark.parametrize("cell", ["hexahedron", "tetrahedron"])
+@pytest.mark.parametrize("kind", ["plane", "sole", "nodes"])
+def test_block_slides_in_space(make_mpm, cell, kind):
+    """As above, obliquely to the grid and across the middle of its cells: a along the slope, nothing across. Measured:
+    within 5e-4 g of 0.2402 g, and 7e-5 g."""
+    t, mu, down = np.radians(30), 0.3, np.array([np.cos(0.4), np.sin(0.4), 0.0])
+    if kind == "nodes":
+        wall = GridWall(lambda x: x[:, 2] < 1e-9, "+z", mu, True, name="slope")
+    elif kind == "plane":
+        wall = Penalty(Interface.patch((-0.4, -0.4, 0), (2, 0, 0), (0, 1.5, 0), (20, 15)), (0, 0, 1), mu, True,
+                       name="slope")
+    else:
+        wall = Penalty(Interface.patch((0, 0, 1e-3), (1, 0, 0), (0, 0.5, 0), (6, 3)), (0, 0, 1), mu, True, follows=True,
+                       name="slope")
+    bottom = 0.0 if kind == "nodes" else -0.35
+    grid = Grid(Box((-0.5, -0.5, bottom), (1.75, 1.25, bottom + 1.25)), (9, 7, 5), cell)
+    solid = make_mpm(cell, grid=grid, box=((0.0, 0.0, 0.0), (1.0, 0.5, 0.5)), body_cells=(6, 3, 3),
+                     points=2 if cell == "hexahedron" else 4, stress_state=None, law=LAWS["linear"](1e8, 0.3),
+                     rho=1000.0, interface=None, gravity=G * (np.sin(t) * down - [0, 0, np.cos(t)]), inertia="lumped",
+                     penalties=[wall])
+    v = []
+    for _ in range(60):
+        solid.advance(DT)
+        v.append(solid.momentum() / 250)
+    a = (v[-1] - v[29]) / (30 * DT) / G
+    assert a @ down == pytest.approx(np.sin(t) - mu * np.cos(t), abs=1e-3)
+    assert abs(a @ [-down[1], down[0], 0.0]) < 2e-4
+
+
 @pytest.mark.parametrize("kind", ["plane", "sole"])
 def test_block_rests_below_the_friction_angle(make_mpm, kind):
     """It slips while the first waves lift it, then stays: the springs remember their load."""
@@ -259,7 +288,10 @@ def busy(make_mpm):
     hinge = Penalty(Interface(np.array([[0.9, 0.4]]), np.zeros((0, 2), int)), motion=lambda t: np.array([0.1 * t, 0.0]),
                     follows=True, stiffness=1e5, name="hinge")
     top = Interface.line((0.0, 0.45), (1.0, 0.45), 6)
-    return block(make_mpm, 0.5, [surface_below("plane", 0.3), hinge], loads=[Load(top, pressure=lambda t: 1e4 * t)])
+    wall = Penalty(Interface.line((0.0, 0.1), (0.0, 0.4), 3), (1, 0), separates=True, motion=lambda t: [20 * t**2, 0.0],
+                   name="wall")
+    return block(make_mpm, 0.5, [surface_below("plane", 0.3), hinge, wall],
+                 loads=[Load(top, pressure=lambda t: 1e4 * t)])
 
 
 def test_state_restores_everything(make_mpm):
@@ -294,10 +326,11 @@ import conftest, test_penalty
 from mpm_fenicsx import MPM
 make = conftest.make_mpm.__wrapped__()
 solid = test_penalty.busy(next(make))
+sums = 0.0
 for _ in range(20):
     solid.advance(2e-3)
+    sums = sums + np.array([solid.reaction(name) for name in ("slope", "hinge", "wall")])
 parts = MPI.COMM_WORLD.gather((solid.points.gid, solid.points.x, solid.points.v))
-sums = solid.reaction("slope"), solid.reaction("hinge")
 if MPI.COMM_WORLD.rank == 0:
     gid, x, v = (np.concatenate(a) for a in zip(*parts))
     np.savez(sys.argv[1], x=x[np.argsort(gid)], v=v[np.argsort(gid)], sums=sums)
@@ -317,7 +350,9 @@ def test_two_ranks_do_as_one(tmp_path, request):
         assert done.returncode == 0, done.stderr
         results.append(np.load(out))
     one, two = results
+    assert (abs(one["sums"]).max(axis=1) > 10).all()
     np.testing.assert_allclose(two["x"], one["x"], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(two["sums"], one["sums"], rtol=1e-6)
 
 
 LINE = Interface.line((0.0, 0.0), (1.0, 0.0), 4)

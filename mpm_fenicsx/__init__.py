@@ -6,9 +6,9 @@ import petsc4py
 petsc4py.init(sys.argv)  # before dolfinx is imported: afterwards PETSc no longer listens to the command line
 
 from .errors import MPMDiverged, MPMError  # noqa: E402
-from .laws import LAWS, linear, neo_hooke  # noqa: E402
+from .laws import LAWS, drucker_prager, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
 from .mpm import MPM  # noqa: E402
 from .scene import Body, Box, Grid, Interface, MeshGrid, Support  # noqa: E402
 
-__all__ = ["MPM", "Body", "Box", "Grid", "Interface", "LAWS", "MPMDiverged", "MPMError", "MeshGrid", "Support", "linear",
-           "neo_hooke"]
+__all__ = ["MPM", "Body", "Box", "Grid", "Interface", "LAWS", "MPMDiverged", "MPMError", "MeshGrid", "Support",
+           "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "von_mises"]

@@ -36,5 +36,5 @@ def compile_kernels(body, nodes_per_cell, consistent):
         only_active=specialise(transfer.only_active, K=nodes_per_cell),
         residual=specialise(weakform.residual, **size, CONSISTENT=consistent, point_stress=point_stress),
         tangent=specialise(weakform.tangent, **size, CONSISTENT=consistent, point_tangent=point_tangent),
-        energies=specialise(weakform.energies, D=D, strain_energy=specialise(law.energy, D=D)),
+        energies=specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D)),
         cauchy=specialise(weakform.cauchy, D=D, stress=stress))

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import LAWS, Support
+from mpm_fenicsx import Support
 
 DT = 0.02
 
@@ -31,9 +31,9 @@ class Problem:
 
 
 @pytest.fixture(params=["consistent", "lumped"])
-def problem(request, make_mpm, cell, law, plane):
+def problem(request, make_mpm, cell, make_law, plane):
     """All combinations of cell, law, stress state and inertia."""
-    law = LAWS[law.name](1e3, 0.3)
+    law = make_law(1e3, 0.3)
     hold = Support(lambda x: x[:, 0] < 0.1, "xy")
     return Problem(make_mpm(cell, law=law, stress_state=plane, inertia=request.param, supports=[hold], thickness=0.7))
 

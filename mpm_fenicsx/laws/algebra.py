@@ -1,4 +1,4 @@
-"""Small matrices without arrays: kernels call this at every point, where making an array costs more than the arithmetic."""
+"""Small matrices in scalars and tuples: at every point of a body, making an array costs more than the arithmetic."""
 import math
 
 from numba import njit
@@ -24,7 +24,7 @@ def cofactor(F, i, j, D):
 
 @njit(error_model="numpy")
 def symmetric2(xx, yy, xy):
-    """Principal values (greater, smaller) and the matching right-handed axes of [[xx, xy], [xy, yy]], in closed form."""
+    """Principal values (greater, smaller) and right-handed axes of [[xx, xy], [xy, yy]], in closed form."""
     mean, half = 0.5 * (xx + yy), 0.5 * (xx - yy)
     radius = math.sqrt(half * half + xy * xy)
     c, s = 1.0, 0.0
@@ -47,8 +47,8 @@ def symmetric3(xx, yy, zz, xy, yz, zx):
     """Principal values in descending order and orthonormal axes of a symmetric 3x3 matrix.
 
     Jacobi's method (Golub & Van Loan, Matrix Computations, section 8.5): axes are orthogonal to round-off also where
-    values meet, which the cubic formula cannot promise. The rotation always makes xy zero; renaming the coordinates x → y
-    → z → x after each brings every pair in turn to that place.
+    values meet, which the cubic formula cannot promise. The rotation always makes xy zero; renaming the coordinates
+    x → y → z → x after each brings every pair in turn to that place.
     """
     u, v, w = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
     negligible = 1e-36 * (xx * xx + yy * yy + zz * zz)

@@ -1,7 +1,7 @@
 """Plasticity at finite strain by return mapping in principal logarithmic strains: what all such laws share.
 
-F = Fe Fp; Hencky's elasticity is linear in the logarithmic strain of the elastic left Cauchy–Green tensor, and gives the
-Kirchhoff stress tau. With plastic flow frozen, b = F Cp^-1 F^T (Cp = Fp^T Fp) is the trial state of a step, and
+F = Fe Fp; Hencky's elasticity is linear in the logarithmic strain of the elastic left Cauchy–Green tensor and gives
+the Kirchhoff stress tau. With plastic flow frozen, b = F Cp^-1 F^T (Cp = Fp^T Fp) is the trial state of a step, and
 
     b = sum_a l_a n_a n_a^T,    e_a = ln(l_a) / 2,    tau_a = r_a(e),    P = tau F^-T = sum_a tau_a n_a m_a^T,
     m_a = F^-1 n_a,             Cp^-1 = sum_a exp(2 ee_a) m_a m_a^T,     ee_a = (tau_a - lam tr(tau) / K3) / 2 mu,
@@ -66,8 +66,8 @@ def _pulled_back3(F, n, J):
 
 
 def principal_axes(F, F33, C):
-    """Three squared trial stretches l, the third being the one across a plane, and D axes n and m = F^-1 n. NaN when the
-    body is turned inside out."""
+    """Three squared trial stretches l, the third being the one across a plane, and D axes n and m = F^-1 n. NaN when
+    the body is turned inside out."""
     J = determinant(F, D)
     J = J if J * F33 > 0.0 else math.nan
     if D == 2:
@@ -139,7 +139,7 @@ def remember(p, F33, old, new, m, e, t, region):
 
 
 def stress(p, F, F33, old, new, P):
-    """Also returns what the tangent goes on with: l, n, m as in ``principal_axes``, trial strains e in descending order,
+    """Also returns what the tangent goes on with: l, n, m as in ``principal_axes``, trial strains in descending order,
     the rank of the one across the plane, stresses t in the order of l, and the region."""
     l, n, m = principal_axes(F, F33, old.plastic)
     ahead = old.opened / 3.0

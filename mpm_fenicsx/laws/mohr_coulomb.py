@@ -1,7 +1,7 @@
 """Mohr–Coulomb soil: friction, dilation, cohesion and a tension cut-off, elastic–perfectly plastic.
 
-In principal Kirchhoff stresses, tension positive, t1 >= t2 >= t3, with N = (1 + sin phi) / (1 - sin phi), friction angle
-phi, dilation angle psi (M is N of psi), cohesion c:
+In principal Kirchhoff stresses, tension positive, t1 >= t2 >= t3, with N = (1 + sin phi) / (1 - sin phi), friction
+angle phi, dilation angle psi (M is N of psi), cohesion c:
 
     shear:    N t1 - t3 <= 2 c sqrt(N) = S,    plastic flow (M, 0, -1)
     tension:  t1 <= T,                         plastic flow (1, 0, 0)
@@ -83,18 +83,18 @@ def return_map(p, hardening, e1, e2, e3):
         t1, t2, t3, region = _shear(p, e1, e2, e3, s1, s2, s3, excess)
         if not t1 > T:
             return t1, t2, t3, region
-    nu = 0.5 * p.lam / (p.lam + p.mu)
+    if low >= T:  # no planes of tension below the apex
+        return T, T, T, OPEN
+    nu, E = 0.5 * p.lam / (p.lam + p.mu), _young(p)
     drop = (s1 - T) * nu / (1.0 - nu)
     t2, t3, region = s2 - drop, s3 - drop, TENSION
     if t2 > T:
-        t2, t3, region = T, s3 - nu * (s1 + s2 - 2.0 * T), TENSION_EDGE
-        if t3 > T:
+        t2, t3, region = T, E * e3 + 2.0 * nu * T, TENSION_EDGE
+        if t3 >= T:
             return T, T, T, OPEN
     if t3 >= low:
         return T, t2, t3, region
-    if low >= T:
-        return T, T, T, OPEN
-    t2 = s2 - nu * (s1 - T + s3 - low)
+    t2 = E * e2 + nu * (T + low)
     if low <= t2 <= T:
         return T, t2, low, SHEAR_TENSION
     return T, T if t2 > T else low, low, CORNER
@@ -166,8 +166,8 @@ def tension_limit(tension_cutoff, apex):
 
 def mohr_coulomb(E: float, nu: float, friction_angle: float, dilation_angle: float = 0.0, cohesion: float = 0.0,
                  tension_cutoff: Optional[float] = None) -> Law:
-    """Mohr–Coulomb soil with Young's modulus E [Pa], Poisson's ratio nu, friction and dilation angle [degrees], cohesion
-    and greatest tension [Pa] (None: up to the apex c cot phi). Raises ValueError for impossible values."""
+    """Mohr–Coulomb soil with Young's modulus E [Pa], Poisson's ratio nu, friction and dilation angle [degrees],
+    cohesion and greatest tension [Pa] (None: up to the apex c cot phi). Raises ValueError for impossible values."""
     friction, dilation = soil_angles(friction_angle, dilation_angle, cohesion)
     N, M = (1.0 + friction) / (1.0 - friction), (1.0 + dilation) / (1.0 - dilation)
     S = 2.0 * cohesion * math.sqrt(N)

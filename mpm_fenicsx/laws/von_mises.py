@@ -5,7 +5,9 @@
 in Kirchhoff stress, alpha the accumulated equivalent plastic strain. The return shrinks the trial deviator (de Souza
 Neto, Perić & Owen, Computational Methods for Plasticity, section 7.3):
 
-    dalpha = (q - Y - H alpha) / (3 mu + H),    dev(tau) = (1 - 3 mu dalpha / q) dev(trial),    q = sqrt(3 J2) of the trial
+    dalpha = (q - Y - H alpha) / (3 mu + H),    dev(tau) = (1 - 3 mu dalpha / q) dev(trial)
+
+with q = sqrt(3 J2) of the trial stress.
 """
 import math
 from typing import NamedTuple

@@ -63,6 +63,52 @@ def make_point(law, stress_state):
                            tangent_P=lambda F: call(point_tangent, F)[0], kernels=kernels(law, D))
 
 
+class Element:
+    """One point of a material led along a path. ``new`` holds the state that ``step`` would keep."""
+
+    def __init__(self, law, dim):
+        self.law, self.dim, self.n = law, dim, dim * dim
+        self._stress, self._tangent = kernels(law, dim)
+        self.states = np.zeros(2, law.state)
+
+    old, new = (property(lambda self, i=i: self.states[i]) for i in (0, 1))
+
+    def _call(self, kernel, F):
+        F = np.ascontiguousarray(F, float)
+        P, A = np.full(self.n + 1, 7.0), np.full((self.n + 1, self.n + 1), 7.0)
+        if kernel is self._tangent:
+            kernel(self.law.params, F, 1.0, self.old, self.new, P, A)
+        else:
+            self.region = kernel(self.law.params, F, 1.0, self.old, self.new, P)[-1]
+        return P, A
+
+    def P(self, F):
+        """First Piola–Kirchhoff stress, shape of F; ``region`` then tells where the return mapping went."""
+        return self._call(self._stress, F)[0][:-1].reshape(self.dim, self.dim)
+
+    def A(self, F):
+        return self._call(self._tangent, F)[1][:-1, :-1].reshape(4 * (self.dim,))
+
+    def tau(self, F):
+        """Kirchhoff stress, shape (3, 3)."""
+        P, tau = self._call(self._stress, F)[0], np.zeros((3, 3))
+        tau[:self.dim, :self.dim] = P[:-1].reshape(self.dim, self.dim) @ np.transpose(F)
+        tau[2, 2] += P[-1]  # 0 in space
+        return tau
+
+    def step(self, F):
+        """Kirchhoff stress of a step that ends at F; the state goes along."""
+        tau = self.tau(F)
+        self.states[0] = self.states[1]
+        return tau
+
+
+@pytest.fixture
+def element():
+    """``element(law, dim)``, see ``Element``."""
+    return Element
+
+
 @pytest.fixture
 def taylor_rate():
     """``taylor_rate(f, df, h)``: observed order of f(h) - f(0) - h df as the step h is halved; 2 for a derivative."""

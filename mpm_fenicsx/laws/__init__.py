@@ -25,7 +25,7 @@ ELASTIC_STATE = np.dtype([("unused", np.int8)])  # an elastic law remembers noth
 class Law(NamedTuple):
     """Parameters, state record and kernels of one material; ``thickness`` is the closed form of the stretch across
     the plane in plane stress, for laws that have one. ``parts``: names and templates of functions that the kernels call
-    by these names, where several laws share their kernels."""
+    by these names, where several laws share their kernels. ``symmetric``: A is, and so may be the solver."""
 
     name: str
     params: NamedTuple
@@ -35,6 +35,7 @@ class Law(NamedTuple):
     energy: Callable
     thickness: Optional[Callable] = None
     parts: Tuple[Tuple[str, Callable], ...] = ()
+    symmetric: bool = True
 
 
 def lame(E: float, nu: float):

@@ -103,4 +103,5 @@ def drucker_prager(E: float, nu: float, friction_angle: float, dilation_angle: f
     apex = xi / eta if eta > 0.0 else math.inf
     T = tension_limit(tension_cutoff, apex)
     q_cut = 0.0 if T == apex else xi - eta * T
-    return hencky_law("drucker_prager", Params(*lame(E, nu), eta, etab, xi, T, q_cut), return_map, moduli)
+    return hencky_law("drucker_prager", Params(*lame(E, nu), eta, etab, xi, T, q_cut), return_map, moduli,
+                      friction == dilation)

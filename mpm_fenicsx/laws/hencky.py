@@ -201,9 +201,9 @@ def energy(p, F, F33, old):
     return 0.5 * p.lam * trace * trace + p.mu * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
 
 
-def hencky_law(name, params, return_map, moduli):
-    """The law with these parameters and functions."""
-    return Law(name, params, STATE, stress, tangent, energy, parts=(
+def hencky_law(name, params, return_map, moduli, symmetric=True):
+    """The law with these parameters and functions; ``symmetric`` if the moduli are."""
+    return Law(name, params, STATE, stress, tangent, energy, symmetric=symmetric, parts=(
         ("principal_axes", principal_axes), ("from_axes", from_axes), ("remember", remember),
         ("return_map", return_map), ("moduli", moduli)))
 

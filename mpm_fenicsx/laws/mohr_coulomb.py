@@ -174,4 +174,4 @@ def mohr_coulomb(E: float, nu: float, friction_angle: float, dilation_angle: flo
     apex = S / (N - 1.0) if N > 1.0 else math.inf
     T = tension_limit(tension_cutoff, apex)
     low = T if T == apex else N * T - S
-    return hencky_law("mohr_coulomb", Params(*lame(E, nu), N, M, S, T, low), return_map, moduli)
+    return hencky_law("mohr_coulomb", Params(*lame(E, nu), N, M, S, T, low), return_map, moduli, N == M)

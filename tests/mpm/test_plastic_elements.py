@@ -71,7 +71,8 @@ def test_plane_strain_compression(make, others, psi, element):
     np.testing.assert_allclose(rows[-20:, 2], -(N * P0 + 2 * C * np.sqrt(N)), rtol=rtol)
     assert (rows[20:, 1] < rows[20:, 0]).all() and (rows[20:, 1] > rows[20:, 2]).all()
     slope = 1 - np.tan(np.radians(45 + psi / 2)) ** 2
-    np.testing.assert_allclose(np.diff(rows[:, 3] + strains)[-20:] / np.diff(strains)[-20:], slope, rtol=rtol, atol=rtol)
+    volume = rows[:, 3] + strains
+    np.testing.assert_allclose(np.diff(volume)[-20:] / np.diff(strains)[-20:], slope, rtol=rtol, atol=rtol)
 
 
 @pytest.mark.parametrize("make, others", [(mohr_coulomb, {}), (drucker_prager, dict(match="plane_strain"))])
@@ -127,8 +128,8 @@ Y, H = 0.003, 0.05
 
 @pytest.mark.parametrize("hardening", [0.0, H])
 def test_uniaxial_stress_of_a_metal(hardening, element):
-    """tau = Y + H (e - tau / E), and the plastic strain is e - tau / E: logarithmic strains add up. Unloading is elastic,
-    and the metal yields again, the other way round, at -(Y + H alpha)."""
+    """tau = Y + H (e - tau / E), and the plastic strain is e - tau / E: logarithmic strains add up. Unloading is
+    elastic, and the metal yields again, the other way round, at -(Y + H alpha)."""
     point, strains = element(von_mises(1.0, 0.3, Y, hardening), 3), np.linspace(0.005, 0.3, 60)
     rows = path(point, strains, lateral_stress=0.0)
     tau = (Y + hardening * strains) / (1 + hardening)
@@ -229,8 +230,8 @@ def test_impossible_strengths(make, values, message):
 
 # ---------------------------------------------------------------- principal values
 
-@pytest.mark.parametrize("values", [(3.0, 2.0, 1.0), (1.0, 1.0, 1.0), (2.0, 2.0, 1.0), (2.0, 1.0, 1.0), (1e4, 1.0, 1e-4),
-                                    (1.0 + 1e-9, 1.0, 1.0 - 1e-9), (1.0, 1e-8, 0.0)])
+@pytest.mark.parametrize("values", [(3.0, 2.0, 1.0), (1.0, 1.0, 1.0), (2.0, 2.0, 1.0), (2.0, 1.0, 1.0),
+                                    (1e4, 1.0, 1e-4), (1.0 + 1e-9, 1.0, 1.0 - 1e-9), (1.0, 1e-8, 0.0)])
 def test_principal_axes_are_orthogonal_and_rebuild_the_matrix(values):
     for seed in range(50):
         Q = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]

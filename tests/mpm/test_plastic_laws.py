@@ -135,6 +135,18 @@ def test_tangent_is_the_derivative_in_every_region(element, law, region, dim, se
     assert rate == pytest.approx(2.0, abs=0.05)
 
 
+@pytest.mark.parametrize("make", [mohr_coulomb, drucker_prager])
+@pytest.mark.parametrize("match", ["compression", "plane_strain"])
+def test_tangent_is_symmetric_when_dilation_equals_friction(element, make, match, dim):
+    others, random = dict(match=match) if make is drucker_prager else {}, np.random.default_rng(0)
+    for psi in (30.0, 10.0):
+        law, largest = make(1.0, 0.3, 30.0, psi, 0.01, 0.004, **others), 0.0
+        for _ in range(50):
+            A = element(law, dim).A(np.eye(dim) + random.normal(0, 0.03, (dim, dim)))
+            largest = max(largest, abs(A - A.transpose(2, 3, 0, 1)).max())
+        assert law.symmetric == (largest < 1e-13)
+
+
 @pytest.mark.parametrize("law, region, dim", IN_REGIONS)
 def test_rotating_the_deformed_body_rotates_the_stress(element, law, region, dim):
     """P(QF) = Q P(F) with the same history, and the new history does not notice."""

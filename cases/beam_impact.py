@@ -22,15 +22,15 @@ def main(
     E: float = 215.82e9,  # Young's modulus of beam and sphere [Pa]
     nu: float = 0.289,  # Poisson's ratio of both [-]
     rho: float = 7960.0,  # density of both [kg/m^3]
-    cells: Tuple[int, int] = (62, 13),  # of the background grid, which is three beam heights high [-]
-    h: Optional[float] = None,  # cell size that replaces cells, with grid columns at the beam's ends [m], or none
+    h: float = 2e-3,  # size of the background cells, of which columns stand at the beam's ends [m]
+    cells: Optional[Tuple[int, int]] = None,  # of the background grid, three beam heights high [-]; replaces h
     cell: Literal["quadrilateral", "triangle"] = "quadrilateral",  # kind of background cell and body cell
     body: Tuple[int, int] = (120, 8),  # body cells along and across the beam [-]
-    points: int = 4,  # material points per body cell: per direction (quadrilateral) or in all (triangle) [-]
+    points: int = 2,  # material points per body cell: per direction (quadrilateral) or in all (triangle) [-]
     segments: int = 60,  # of the interface on the beam's upper edge [-]
     wall_segments: Optional[int] = None,  # of the DEM wall [-]; none: as many, on the same places
     mapping: Literal["linear", "nearest"] = "linear",  # from interface to wall; both are a copy where places coincide
-    dt: float = 1e-6,  # coupling window and MPM time step [s]
+    dt: float = 2e-6,  # coupling window and MPM time step [s]
     substeps: int = 20,  # DEM steps per window [-]
     t_end: float = 4e-4,  # end of the run [s]
     plane: Literal["stress", "strain"] = "stress",  # plane state of the beam, which is 1 cm thick
@@ -58,7 +58,7 @@ def main(
     scene = Scene(ball, Wall(wall.x, wall.elements), steel, steel, at_wall=Interaction(restitution, friction))
     follow = (nearest(interface.x, wall.x) if mapping == "nearest" else
               linear(interface.x, interface.elements, wall.x))
-    columns = {"force": ("N", "contact force on the sphere, mean over the window", lambda w: -w.wall_force[:, 1].sum()),
+    columns = {"force": ("N", "force on the sphere, mean over the window", lambda w: 0 - w.wall_force[:, 1].sum()),
                "u_beam": ("m", "upward displacement of the beam's upper edge at midspan",
                           lambda w: np.interp(0.0, interface.x[:, 0], w.x[:, 1] - interface.x[:, 1])),
                "u_sphere": ("m", "upward displacement of the sphere", lambda w: w.particles["x"][0, 1] - ball.x[0, 1]),
@@ -76,9 +76,10 @@ def main(
 
 
 def background(box, cells, h, cell):
-    """Grid of three beam heights that ends 2.6 mm beside the beam, or with cells of size h [m] one column beside it."""
+    """Grid of three beam heights with cells of size h [m], one column beside the beam; or with ``cells``, 2.6 mm beside
+    it as in the paper."""
     (length, height), margin = box.size, 0.0026
-    if h is not None:
+    if cells is None:
         if not 0 < h <= height:
             raise ValueError(f"h is {h} m: the cell size must lie between 0 and the beam's height of {height} m")
         columns = round(length / h)
@@ -88,7 +89,7 @@ def background(box, cells, h, cell):
 
 def compare(runs, reference, dt, wait):
     """Errors of the last of ``runs`` against the reference, whose contact starts after ``wait`` [s], and the largest
-    difference in force between two back ends. The force is the mean over a window: it belongs to the window's middle."""
+    difference in force between back ends. The force is the mean over a window: it belongs to the window's middle."""
     *others, history = runs.values()
     at_end, at_middle = (reference.at(np.maximum(history["time"] - wait - lag, 0.0)) for lag in (0.0, dt / 2))
     errors = {"force": report.relative_l2(history["force"], at_middle.force),
@@ -102,14 +103,16 @@ def compare(runs, reference, dt, wait):
 def draw(path, runs, reference, wait):
     """The paper's figure 7: displacements and contact force over time."""
     displacement, force, (*_, last) = [], [], runs
-    for name, history in runs.items():
-        t, style = 1e3 * history["time"], "run" if name == last else "under"
-        displacement += [(t, 1e6 * history[f"u_{body}"], f"{body} ({name})", style) for body in ("beam", "sphere")]
-        force.append((t, history["force"], f"contact force ({name})", style))
+    for backend, history in runs.items():
+        t, style = 1e3 * history["time"], "run" if backend == last else "under"
+        name = "LIGGGHTS" if backend == "liggghts" else "built-in DEM"
+        displacement += [(t, 1e6 * history["u_beam"], f"beam at midspan, {name}", style),
+                         (t, 1e6 * history["u_sphere"], f"sphere, {name}", style)]
+        force.append((t, history["force"], f"contact, {name}", style))
     t, gap = 1e3 * (reference.time + wait), wait * abs(reference.v_sphere[0])
-    displacement += [(t, 1e6 * reference.u_beam, "Timoshenko beam with Hertz contact", "reference"),
+    displacement += [(t, 1e6 * reference.u_beam, "Timoshenko beam", "reference"),
                      (t, 1e6 * (reference.u_sphere - gap), None, "reference")]
-    force.append((t, reference.force, "Timoshenko beam with Hertz contact", "reference"))
+    force.append((t, reference.force, "Timoshenko beam", "reference"))
     figure.draw(path, "time [ms]", {"upward displacement [µm]": displacement, "contact force [N]": force})
 
 

@@ -4,16 +4,16 @@ import numpy as np
 COLUMNS = {
     "impulse_grains": ("N s", "vertical impulse of the interface on the particles since the start: their change of "
                               "momentum less gravity's share"),
-    "impulse_solid": ("N s", "vertical impulse of the interface on the solid's grid nodes since the start; the sum with "
-                             "impulse_grains is round-off"),
-    "work_wall": ("J", "work of the exchanged force on the wall as the DEM moved it, since the start"),
-    "work_solid": ("J", "work of the exchanged force on the interface as the solid moved it, since the start"),
+    "impulse_solid": ("N s", "vertical impulse of the interface on the solid's grid nodes since the start; the sum "
+                             "with impulse_grains is round-off"),
+    "work_wall": ("J", "work of the exchanged force on the wall since the start, in windows and jumps between them"),
+    "work_solid": ("J", "work of the exchanged force along the path of the interface, since the start"),
     "energy_grains": ("J", "energy of the particles and their contacts"),
     "energy_solid": ("J", "energy of the solid"),
     "interface_error": ("1", "energy that the staggered scheme has made at the interface, work_solid - work_wall, "
                              "relative to the largest energy so far"),
-    "energy_error": ("1", "change of the total energy, relative to the largest energy so far; of a closed system without "
-                          "damping, friction and moving supports: the error"),
+    "energy_error": ("1", "change of the total energy, relative to the largest energy so far; of a closed system "
+                          "without damping, friction and moving supports: the error"),
 }
 
 
@@ -29,6 +29,7 @@ class Ledger:
         particles = grains.particles()
         self._momentum = self._momentum_of(particles)
         self._weight, self._begin = gravity * particles["mass"].sum(), solid.time
+        self._last = None
         self._impulse = self._work_wall = self._work_solid = 0.0
         parts = self._energies()
         self._start, self._scale = sum(parts), max(map(abs, parts))
@@ -39,10 +40,19 @@ class Ledger:
     def _energies(self):
         return sum(self._grains.energy().values()), sum(self._solid.energy().values())
 
+    def _on_wall(self, window):
+        """Work in the window, and in the jump before it from where the wall was carried to where the interface went,
+        under the mean of the forces on both sides of it."""
+        work, last, self._last = window.dt * float(np.vdot(window.wall_force, window.wall_v)), self._last, window
+        if last is not None:
+            jump = window.wall_x - last.wall_x - last.dt * last.wall_v
+            work += 0.5 * float(np.vdot(last.wall_force + window.wall_force, jump))
+        return work
+
     def __call__(self, window):
         """Entries after this window, name → number."""
         self._impulse += float(self._solid.applied[self._up]) * window.dt
-        self._work_wall += window.dt * float(np.vdot(window.wall_force, window.wall_v))
+        self._work_wall += self._on_wall(window)
         self._work_solid += float(np.vdot(window.force, window.moved))
         grains, solid = self._energies()
         self._scale = max(self._scale, abs(grains), abs(solid))

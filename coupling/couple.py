@@ -36,6 +36,8 @@ def count_windows(t_end, dt, substeps=1, start=0.0):
         raise ValueError(f"dt is {dt} s: the window must be positive")
     if not (t_end > start and np.isfinite(t_end)):
         raise ValueError(f"t_end is {t_end} s: it must lie after the start at {start} s")
+    if (t_end - start) / dt > 1e12:
+        raise ValueError(f"dt is {dt} s: that makes more than 1e12 windows until {t_end} s, take a longer one")
     count = round((t_end - start) / dt)
     if count < 1 or abs(start + count * dt - t_end) > 1e-9 * t_end:
         raise ValueError(f"t_end is {t_end} s, which is not a multiple of dt = {dt} s: take t_end="
@@ -43,24 +45,26 @@ def count_windows(t_end, dt, substeps=1, start=0.0):
     return count
 
 
-def couple(solid, grains, mapping, *, dt, t_end, substeps=1, on_window=(), v_before=None):
+def couple(solid, grains, mapping, *, dt, t_end, substeps=1, on_window=(), last=None):
     """Advance both partitions to ``t_end`` [s] in windows of ``dt`` [s] of one MPM step and ``substeps`` DEM steps.
 
-    In each window the DEM goes first, with the wall carried on at the interface's velocity; its mean force then drives
-    the MPM (momentum is exact: force times window is the impulse). ``on_window`` are called with each ``Window``.
+    In each window the DEM goes first, with the wall carried on at the interface's mean velocity of the window before
+    plus its change since; its mean force then drives the MPM (momentum is exact: force times window is the impulse).
+    The mean is that of the displacement: velocity and motion of boundary particles differ by what the grid smooths
+    away, and a wall that follows the velocity jumps back in every window.
 
-    A run that stopped goes on bit for bit from the states of both partitions and from ``v_before``, the velocity of
-    the interface [m/s] one window earlier (``v_start`` of the last window). FloatingPointError when a number is lost.
+    ``on_window`` are called with each ``Window``. A run that stopped goes on bit for bit from the states of both
+    partitions and its ``last`` window. FloatingPointError when a number is no longer finite.
     """
     start = solid.time
     count = count_windows(t_end, dt, substeps, start)
     if abs(substeps * grains.dt - dt) > 1e-9 * dt:
-        raise ValueError(f"{substeps} substeps of the DEM's {grains.dt} s do not make a window of {dt} s: make them fit")
+        raise ValueError(f"{substeps} substeps of the DEM's {grains.dt} s do not make a window of {dt} s: let them fit")
     x, v = solid.surface()
-    v_old = v if v_before is None else v_before
+    coming = v if last is None else last.moved / dt + (v - last.v_start)
     for number in range(1, count + 1):
         begin = perf_counter()
-        wall_x, wall_v = mapping.motion(x, v + 0.5 * (v - v_old))  # the mean velocity to come, extrapolated
+        wall_x, wall_v = mapping.motion(x, coming)
         mapped = perf_counter()
         wall_force, particles = grains.advance(substeps, wall_x, wall_v), grains.particles()
         time = start + number * dt
@@ -69,19 +73,22 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, on_window=(), v_bef
         solved = perf_counter()
         force = mapping.force(wall_force)
         back = perf_counter()
-        x_old, v_old, (x, v) = x, v, solid.advance(dt, force)
+        x_start, v_start, (x, v) = x, v, solid.advance(dt, force)
         _check(number, time, position_of_the_interface=x, velocity_of_the_interface=v)
+        moved = x - x_start
+        coming = moved / dt + (v - v_start)
         seconds = {"DEM": solved - mapped, "mapping": mapped - begin + back - solved, "MPM": perf_counter() - back}
-        window = Window(number, time, dt, wall_x, wall_v, wall_force, force, x - x_old, x, v, v_old, particles, seconds)
+        window = Window(number, time, dt, wall_x, wall_v, wall_force, force, moved, x, v, v_start, particles, seconds)
         for report in on_window:
             report(window)
 
 
 def _check(number, time, **quantities):
     """FloatingPointError naming the first array that holds NaN or infinity."""
-    if np.isfinite(sum(values.sum() for values in quantities.values())):
-        return
+    with np.errstate(all="ignore"):
+        if np.isfinite(sum(values.sum() for values in quantities.values())):
+            return
     lost = next((name for name, values in quantities.items() if not np.isfinite(values).all()), None)
     if lost:
-        raise FloatingPointError(f"the {lost.replace('_', ' ')} is not a finite number in window {number}, which ends at "
-                                 f"t = {time:.6g} s: take a smaller dt or more substeps")
+        raise FloatingPointError(f"the {lost.replace('_', ' ')} is not a finite number in window {number}, which ends "
+                                 f"at t = {time:.6g} s: take a smaller dt or more substeps")

@@ -1,7 +1,7 @@
 """What the coupling needs of its two partitions: arrays, shapes and units, written down once.
 
-Both are matched by structure, so that neither solver package is imported here. n: interface points of the solid, m: wall
-nodes of the grains, p: particles, dim: 2 or 3. All arrays are the same on every rank, and every method is collective.
+Both are matched by structure, so that neither solver package is imported here. n: interface points of the solid, m:
+wall nodes of the grains, p: particles, dim: 2 or 3. All arrays are the same on every rank, every method is collective.
 """
 from typing import Protocol, Tuple
 

@@ -1,4 +1,4 @@
-"""What a case leaves in its folder: history.csv, report.json, ParaView files; and on the terminal: progress, summary."""
+"""What a case leaves in its folder, history.csv, report.json, ParaView files, and shows: progress bar and summary."""
 import sys
 import warnings
 from pathlib import Path
@@ -78,7 +78,8 @@ class Record:
             return
         kind = {2: "line", 3: "triangle"}[np.shape(wall.elements)[1]]
         parts["particles"] = (particles["x"], {"vertex": [[i] for i in range(len(particles))]},
-                              {name: particles[name] for name in ("radius", "v", "omega", "mass")})
+                              {"velocity": particles["v"], "spin": particles["omega"], "radius": particles["radius"],
+                               "mass": particles["mass"]})
         x, v, force = wall.nodes, np.zeros_like(wall.nodes), np.zeros_like(wall.nodes)
         if window is not None:
             x, v, force = window.wall_x + window.dt * window.wall_v, window.wall_v, window.wall_force
@@ -120,8 +121,8 @@ class Record:
     def _summary(self, entries, figure):
         phases = ", ".join(f"{name} {ms:.2f}" for name, ms in entries["phases_ms"].items() if ms >= 0.005)
         return [f"{self._case}: {entries['points']} points, {entries['windows']} windows of {entries['substeps']} DEM "
-                f"steps, {entries['ranks']} rank(s): {sum(self._timing.windows):.2f} s (and {entries['startup_s']:.2f} s "
-                "to start)",
+                f"steps, {entries['ranks']} rank(s): {sum(self._timing.windows):.2f} s "
+                f"(and {entries['startup_s']:.2f} s to start)",
                 f"window {entries['window_ms']['median']:.2f} ms (median): {phases}",
                 "errors: " + ", ".join(f"{name} {value:.3g}" for name, value in entries["errors"].items()),
                 f"Newton iterations {entries['newton_mean']:.2f} per window, energy "

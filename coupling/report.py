@@ -43,7 +43,8 @@ class Timing:
                  "phases_ms": {}}
         if self.windows:
             ms = 1e3 * np.array(self.windows)
-            times["window_ms"] = {"median": round(float(np.median(ms)), 4), "p90": round(float(np.quantile(ms, 0.9)), 4)}
+            times["window_ms"] = {"median": round(float(np.median(ms)), 4),
+                                  "p90": round(float(np.quantile(ms, 0.9)), 4)}
             times["phases_ms"] = {name: round(1e3 * float(np.median([p[name] for p in self.phases])), 4)
                                   for name in self.phases[0]}
         return times
@@ -67,7 +68,7 @@ def peak_mb():
 def write(path, entries):
     """Write report.json; numbers of numpy become plain ones."""
     with open(path, "w", encoding="utf-8") as file:
-        json.dump(entries, file, indent=1, default=lambda value: value.tolist() if hasattr(value, "tolist") else str(value))
+        json.dump(entries, file, indent=1, default=lambda value: getattr(value, "tolist", value.__str__)())
         file.write("\n")
 
 

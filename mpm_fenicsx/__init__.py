@@ -8,7 +8,8 @@ petsc4py.init(sys.argv)  # before dolfinx is imported: afterwards PETSc no longe
 from .errors import MPMDiverged, MPMError  # noqa: E402
 from .laws import LAWS, drucker_prager, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
 from .mpm import MPM  # noqa: E402
-from .scene import Body, Box, Grid, Interface, MeshGrid, Support  # noqa: E402
+from .mesh import Box, Mesh, read_mesh  # noqa: E402
+from .scene import Body, Cloud, Grid, Interface, Support  # noqa: E402
 
-__all__ = ["MPM", "Body", "Box", "Grid", "Interface", "LAWS", "MPMDiverged", "MPMError", "MeshGrid", "Support",
-           "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "von_mises"]
+__all__ = ["Body", "Box", "Cloud", "Grid", "Interface", "LAWS", "MPM", "MPMDiverged", "MPMError", "Mesh", "Support",
+           "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "read_mesh", "von_mises"]

@@ -35,7 +35,9 @@ class Supports:
 
     def displacement(self, node, time, dt, v, a):
         """Known displacement over the step [m], shape (n, D), zero where free; sets velocity and acceleration of held
-        nodes in v and a. A motion is asked at time - dt, time and time + dt for its derivatives."""
+        nodes at the start of the step in v and a. The acceleration is the motion's second difference; the velocity is
+        such that Newmark's method ends the step with the acceleration that starts the next one, which asks the motion
+        for time - dt to time + 2 dt."""
         known = np.zeros(v.shape)
         fixed = self.fixed[node]
         v[fixed] = 0.0
@@ -43,12 +45,12 @@ class Supports:
         for number, support in enumerate(self._supports if self._moving else ()):
             if support.motion is None:
                 continue
-            before, now, after = (np.broadcast_to(support.motion(t), (len(support.fix),))
-                                  for t in (time - dt, time, time + dt))
+            at = np.array([np.broadcast_to(support.motion(time + k * dt), (len(support.fix),)) for k in (-1, 0, 1, 2)])
+            before, after = np.diff(at, 2, axis=0) / dt**2
             for k, letter in enumerate(support.fix):
                 d = AXES.index(letter)
                 held = self._holder[node, d] == number
-                known[held, d] = after[k] - now[k]
-                v[held, d] = (after[k] - before[k]) / (2 * dt)
-                a[held, d] = (after[k] - 2 * now[k] + before[k]) / dt**2
+                known[held, d] = at[2, k] - at[1, k]
+                v[held, d] = known[held, d] / dt - 0.25 * dt * (before[k] + after[k])
+                a[held, d] = before[k]
         return known

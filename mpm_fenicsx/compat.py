@@ -3,6 +3,7 @@ import ctypes
 
 import numpy as np
 import ufl
+from dolfinx import geometry
 from dolfinx import mesh as dmesh
 from dolfinx.cpp.graph import AdjacencyList_int32
 from petsc4py import PETSc
@@ -12,6 +13,8 @@ _handle, _int, _pointer = ctypes.c_void_p, np.ctypeslib.as_ctypes_type(PETSc.Int
 _petsc.MatSetPreallocationCOO.argtypes = [_handle, ctypes.c_ssize_t, _pointer, _pointer]
 _petsc.MatSetValuesCOO.argtypes = [_handle, _pointer, ctypes.c_int]
 _petsc.SNESSetLagJacobian.argtypes = [_handle, _int]
+_petsc.SNESGetLineSearch.argtypes = [_handle, ctypes.POINTER(_handle)]
+_petsc.SNESLineSearchSetType.argtypes = [_handle, ctypes.c_char_p]
 _petsc.PetscOptionsUsed.argtypes = [_handle, ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
 _INSERT = 1  # INSERT_VALUES
 _messages = [ctypes.c_double.in_dll(_petsc, f"petsc_{kind}_ct") for kind in ("send", "isend")]
@@ -37,6 +40,13 @@ def set_coo_values(A, values):
 def set_lag_jacobian(snes, lag):
     """How often the SNES itself makes the tangent anew (-1: never)."""
     _check(_petsc.SNESSetLagJacobian(snes.handle, lag))
+
+
+def set_line_search(snes, kind):
+    """Line search of the SNES: "bt", "basic", …"""
+    search = _handle()
+    _check(_petsc.SNESGetLineSearch(snes.handle, ctypes.byref(search)))
+    _check(_petsc.SNESLineSearchSetType(search, kind.encode()))
 
 
 def option_used(name):
@@ -68,3 +78,14 @@ def create_mesh(comm, cells, x, cell, owners):
 def geometry_cells(mesh, nodes_per_cell):
     """Node numbers of owned and ghost cells, shape (n, nodes_per_cell)."""
     return np.asarray(mesh.geometry.dofmap.array, np.int32).reshape(-1, nodes_per_cell)
+
+
+def cell_tree(mesh, cells):
+    """Bounding-box tree over the local ``cells`` of the mesh."""
+    return geometry.BoundingBoxTree(mesh, mesh.topology.dim, np.asarray(cells, np.int32), padding=1e-12)
+
+
+def candidates(tree, x):
+    """Pairs (point, cell) whose boxes meet, two arrays; x: points [m], shape (n, D)."""
+    found = geometry.compute_collisions(tree, np.column_stack([x, np.zeros((len(x), 3 - x.shape[1]))]))
+    return np.repeat(np.arange(len(x)), np.diff(found.offsets)), found.array

@@ -31,7 +31,8 @@ class Cover:
         self.slot = np.full(len(background.cells), -1, np.int32)
         self.slot[covered] = np.arange(len(covered))
         self.fixed = fixed[self.node]
-        self.element_matrices = np.zeros((len(covered), self.cells.shape[1] * self.dim, self.cells.shape[1] * self.dim))
+        K, D = self.cells.shape[1], self.dim
+        self.element_matrices = np.zeros((len(covered), K, D, D, K))  # derivative by (node, direction) of (direction, node)
         self._make_matrix(covered)
 
     def _ghosted(self, index_map, owned, block):
@@ -105,9 +106,10 @@ class Cover:
         dof = self.number[:, None] * D + np.arange(D, dtype=PETSc.IntType)
         diagonal = dof[:self.owned].flatten()
         dof[self.fixed] = -1  # rows and columns of supports stay out: their displacement is known
-        cell_dofs = dof[self.cells[covered]].reshape(len(covered), -1)
-        rows = np.repeat(cell_dofs, cell_dofs.shape[1], axis=1).ravel()
-        columns = np.tile(cell_dofs, (1, cell_dofs.shape[1])).ravel()
+        by_cell = dof[self.cells[covered]]  # (cells, K, D)
+        shape = self.element_matrices.shape
+        rows = np.broadcast_to(by_cell.transpose(0, 2, 1)[:, None, None], shape).ravel()
+        columns = np.broadcast_to(by_cell[:, :, :, None, None], shape).ravel()
         size = (self.owned * D, PETSc.DETERMINE)
         self.matrix = PETSc.Mat().create(self.comm)
         self.matrix.setSizes((size, size), bsize=D)

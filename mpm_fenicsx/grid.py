@@ -4,25 +4,22 @@ No function space is made: the mesh's geometry already has nodes, cells and thei
 out of the start.
 """
 import numpy as np
+from mpi4py import MPI
 from scipy.spatial import cKDTree
 
 from . import compat
+from .mesh import lattice
 from .partition import EMPTY_CELL, bisect, ghosts
 from .scene import Grid
 from .search import LatticeSearch, WalkSearch
-from .shape import affine_maps
+from .shape import cell_maps
 
 
-def lattice(grid: Grid):
-    """Vertices, shape (n, D), and cells, shape (m, K), of the regular grid; direction 0 runs fastest in both."""
-    axes = [np.linspace(lo, hi, n + 1) for lo, hi, n in zip(grid.box.lower, grid.box.upper, grid.cells)]
-    vertices = np.stack(np.meshgrid(*axes, indexing="ij"), -1).transpose(1, 0, 2).reshape(-1, 2)
-    nx, ny = grid.cells
-    corner = (np.arange(ny)[:, None] * (nx + 1) + np.arange(nx)).ravel()
-    quads = corner[:, None] + np.array([0, 1, nx + 1, nx + 2])
-    if grid.cell == "quadrilateral":
-        return vertices, quads
-    return vertices, quads[:, [0, 1, 3, 0, 3, 2]].reshape(-1, 3)  # below, then above the rising diagonal
+def whole_mesh(grid):
+    """Vertices, shape (n, D), and cells, shape (m, K), of a ``Grid`` or a ``Mesh``."""
+    if isinstance(grid, Grid):
+        return lattice(grid.box, grid.cells, grid.cell)
+    return grid.vertices, grid.cells
 
 
 class Background:
@@ -30,15 +27,15 @@ class Background:
 
     whole: vertices and cells of the whole grid; owner: rank of each of its cells; cells: nodes of this rank's cells,
     shape (m, K), owned ones first, then ghosts; original_cell: (m,) their numbers in the whole; x: nodes [m], shape
-    (n, D), likewise; vertex_of: (n,) their numbers in the whole; h: (D,) size of a cell [m]; origin, inverse: affine
-    maps of the cells. Collective.
+    (n, D), likewise; vertex_of: (n,) their numbers in the whole; h: (D,) size of a cell [m]; corner, inverse, affine:
+    see ``shape.cell_maps``. Collective.
     """
 
     def __init__(self, grid, comm, filling):
-        """grid: ``Grid`` or ``MeshGrid``; filling: positions [m], shape (n, D), of what makes a cell expensive; each
+        """grid: ``Grid`` or ``Mesh``; filling: positions [m], shape (n, D), of what makes a cell expensive; each
         rank may give its own share."""
         self.grid, self.comm, self.dim = grid, comm, grid.box.dim
-        self.whole = vertices, cells = lattice(grid) if isinstance(grid, Grid) else (grid.vertices, grid.cells)
+        self.whole = vertices, cells = whole_mesh(grid)
         centres = vertices[cells].mean(axis=1)
         weights = EMPTY_CELL + self._points_per_cell(centres, filling)
         self.owner = bisect(centres, weights, comm.size)
@@ -49,7 +46,8 @@ class Background:
         self.nodes_owned = self.node_map.size_local
         self.x = np.ascontiguousarray(self.mesh.geometry.x[:, :self.dim])
         self.cells = compat.geometry_cells(self.mesh, cells.shape[1])
-        self.origin, self.inverse = affine_maps(self.x, self.cells, grid.cell)
+        self.corner, self.inverse, affine = cell_maps(self.x, self.cells)
+        self.affine = bool(comm.allreduce(affine, MPI.LAND))
         self.original_cell = np.asarray(self.mesh.topology.original_cell_index)
         self.vertex_of = np.empty(len(self.x), np.int64)
         self.vertex_of[self.cells] = cells[self.original_cell]

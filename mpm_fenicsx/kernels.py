@@ -21,19 +21,20 @@ class Kernels(NamedTuple):
     cauchy: Callable
 
 
-def compile_kernels(body, nodes_per_cell, consistent):
-    """Kernels for ``body``, with consistent or lumped inertia, on cells with that many nodes."""
-    D, law = body.box.dim, body.law
-    size = dict(D=D, K=nodes_per_cell)
+def compile_kernels(body, background, consistent):
+    """Kernels for ``body``, with consistent or lumped inertia, on the cells of ``background``."""
+    D, K, law = body.dim, background.cells.shape[1], body.law
+    size = dict(D=D, K=K)
+    to_reference = specialise(shape.reference, **size, AFFINE=background.affine)
     stress, _ = laws.kernels(law, D)
     point_stress, point_tangent = point_functions(law, body.stress_state, D)
     return Kernels(
-        shapes=specialise(shape.shapes, **size),
+        shapes=specialise(shape.shapes, **size, to_reference=to_reference),
         to_grid=specialise(transfer.to_grid, **size),
         to_points=specialise(transfer.to_points, **size),
         spread=specialise(transfer.spread, **size),
         interpolate=specialise(transfer.interpolate, **size),
-        only_active=specialise(transfer.only_active, K=nodes_per_cell),
+        only_active=specialise(transfer.only_active, K=K),
         residual=specialise(weakform.residual, **size, CONSISTENT=consistent, point_stress=point_stress),
         tangent=specialise(weakform.tangent, **size, CONSISTENT=consistent, point_tangent=point_tangent),
         energies=specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D)),

@@ -4,6 +4,7 @@ from mpi4py import MPI
 
 from . import output
 from .boundary import Supports
+from .collective import somewhere, total
 from .errors import MPMError
 from .grid import Background
 from .kernels import compile_kernels
@@ -42,7 +43,7 @@ class MPM:
         self._support_scene, self.rebalance, self.balance = tuple(supports), rebalance, []
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent = inertia == "consistent"
-        self.kernels = compile_kernels(body, self.background.cells.shape[1], self._consistent)
+        self.kernels = compile_kernels(body, self.background, self._consistent)
         self._make_points(x, volume)
         self._make_boundary()
         self._search()
@@ -117,32 +118,33 @@ class MPM:
         search, slot = self.background.search, self._no_slot if self.step is None else self.step.cover.slot
         sets = (self.points, self.boundary)
         away, bare = np.array([search.settle(points, slot) for points in sets]).T
-        flags = self._any([*away, bare.max()])
+        flags = somewhere(self.comm, *away, bare.max())
         for points, somebody in zip(sets, flags):
             if somebody:
                 rank, number = search.destinations(points)
                 self._raise_if_outside(points, rank)
                 numbers = points.migrate(self._router, rank, number)
                 points.cell[:] = search.local(numbers)
-                flags[2] |= self._any([(slot[points.cell] < 0).any()])[0]
+                flags[2] |= somewhere(self.comm, (slot[points.cell] < 0).any())[0]
         if flags[2]:
             self._make_step(np.unique(np.concatenate([self.points.cell, self.boundary.cell])))
         elif flags[:2].any():
-            self.step.attach(self.points, self.boundary)
-
-    def _any(self, flags):
-        """Which of the ``flags`` is set on any rank."""
-        flags = np.array(flags, np.int32)
-        if self.comm.size > 1:
-            self.comm.Allreduce(MPI.IN_PLACE, flags, MPI.MAX)
-        return flags
+            self._attach()
 
     def _make_step(self, filled):
         if self.step is not None:
             self.step.destroy()
         self.step = Step(self.background, filled, self.supports, self.body, self.gravity, self.kernels,
                          self._consistent, self.phases)
+        self._attach()
+
+    def _attach(self):
+        """Work arrays for the points now here, and the order in which their surface is put together."""
         self.step.attach(self.points, self.boundary)
+        if self.comm.size > 1:
+            numbers = self.comm.allgather(self.boundary.gid)
+            self._surface_number = np.concatenate(numbers)
+            self._surface_counts = 2 * self.dim * np.array([len(part) for part in numbers])
 
     def _raise_if_outside(self, points, rank):
         """Name the first point that left the grid, on all ranks alike."""
@@ -191,22 +193,23 @@ class MPM:
         the same on every rank."""
         if self.comm.size == 1:
             return self.boundary.x.copy(), self.boundary.v.copy()
-        x, v = np.empty((2, self._boundary_count, self.dim))
-        for number, x_part, v_part in self.comm.allgather((self.boundary.gid, self.boundary.x, self.boundary.v)):
-            x[number], v[number] = x_part, v_part
-        return x, v
+        mine = np.hstack([self.boundary.x, self.boundary.v])
+        parts, ordered = np.empty((2, self._boundary_count, 2 * self.dim))
+        self.comm.Allgatherv(mine, [parts, self._surface_counts])
+        ordered[self._surface_number] = parts
+        return ordered[:, :self.dim].copy(), ordered[:, self.dim:].copy()
 
     def energy(self):
         """``kinetic``, ``strain`` and ``potential`` (in gravity, zero at the origin) energy of the points [J]."""
         p = self.points
         kinetic, strain = self.kernels.energies(p.mass, p.V0, p.v, p.F, p.F33, p.state, self.body.law.params)
         potential = -float(p.mass @ (p.x @ self.gravity)) if self.gravity.any() else 0.0
-        sums = self.comm.allreduce(np.array([kinetic, strain, potential]))
-        return {"kinetic": float(sums[0]), "strain": float(sums[1]), "potential": float(sums[2])}
+        return dict(zip(("kinetic", "strain", "potential"),
+                        total(self.comm, [kinetic, strain, potential]).tolist()))
 
     def momentum(self):
         """Momentum of the points [kg m/s], shape (dim,)."""
-        return self.comm.allreduce(self.points.mass @ self.points.v)
+        return total(self.comm, self.points.mass @ self.points.v)
 
     def cauchy_stress(self):
         """Cauchy stress of this rank's points [Pa], shape (n, dim, dim)."""
@@ -236,7 +239,7 @@ class MPM:
         same = np.array_equal(self.step.filled, state["filled"])
         if not self.comm.allreduce(int(same), MPI.MIN):
             self._make_step(state["filled"].copy())
-        self.step.attach(self.points, self.boundary)
+        self._attach()
         self.step.set_state(state)
 
     def unused_options(self):

@@ -1,6 +1,9 @@
 """What the MPM shows to ParaView: name → (positions, {cell type: connectivity}, data), on rank 0 whole."""
 import numpy as np
 
+AROUND = {"triangle": ("triangle", [0, 1, 2]), "quadrilateral": ("quad", [0, 1, 3, 2]),
+          "tetrahedron": ("tetra", [0, 1, 2, 3]), "hexahedron": ("hexahedron", [0, 1, 3, 2, 4, 5, 7, 6])}
+
 
 def snapshot(mpm):
     """Points, background grid (nodal fields of the last step) and interface. Collective; empty but on rank 0."""
@@ -16,15 +19,14 @@ def snapshot(mpm):
     order = np.argsort(whole["gid"])
     whole = {name: values[order] for name, values in whole.items()}
     vertices, cells = mpm.background.whole
-    kind = {3: "triangle", 4: "quad"}[cells.shape[1]]
-    if kind == "quad":
-        cells = cells[:, [0, 1, 3, 2]]  # around the cell
+    kind, order = AROUND[mpm.grid.cell]
+    cells = cells[:, order]
     positions = whole.pop("x")
     elements = np.empty((0, 2), int) if mpm.interface is None else mpm.interface.elements
     start = x if mpm.interface is None else mpm.interface.x
     return {"points": (positions, {"vertex": np.arange(len(positions))[:, None]}, whole),
             "grid": (vertices, {kind: cells}, nodal),
-            "interface": (x, {"line": elements}, {"velocity": v, "displacement": x - start})}
+            "interface": (x, {"line" if mpm.dim == 2 else "triangle": elements}, {"velocity": v, "displacement": x - start})}
 
 
 def _gather(comm, values):

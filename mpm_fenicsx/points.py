@@ -2,33 +2,44 @@
 import basix
 import numpy as np
 
-from .grid import lattice
-from .scene import Body, Grid
+from .mesh import lattice
+from .scene import Body, Cloud, Mesh
+from .shape import basis
 
 
 def gauss_rule(cell: str, points: int):
     """Points (n, D) and weights (n,) on the reference cell: tensor Gauss rule with ``points`` per direction, or the
-    symmetric triangle rule of basix with that many points."""
-    if cell == "quadrilateral":
+    symmetric simplex rule of basix with that many points."""
+    if cell in ("quadrilateral", "hexahedron"):
+        D = 2 if cell == "quadrilateral" else 3
         g, w = np.polynomial.legendre.leggauss(points)
-        g, w = (g + 1) / 2, w / 2
-        return np.stack(np.meshgrid(g, g, indexing="ij"), -1).reshape(-1, 2), np.outer(w, w).ravel()
-    for degree in range(1, 10):
-        x, w = basix.make_quadrature(basix.CellType.triangle, degree)
-        if len(w) == points:
+        x = np.stack(np.meshgrid(*[(g + 1) / 2] * D, indexing="ij"), -1).reshape(-1, D)
+        return x, np.prod(np.stack(np.meshgrid(*[w / 2] * D, indexing="ij"), -1), axis=-1).ravel()
+    for degree in range(9, 0, -1):  # the best of the rules with that many points
+        x, w = basix.make_quadrature(getattr(basix.CellType, cell), degree)
+        if len(w) == points and w.min() > 0:
             return x, w
-    raise ValueError(f"points is {points}: no symmetric rule of that size on a triangle")
+    raise ValueError(f"points is {points}: no symmetric rule of that size on a {cell}")
 
 
 def seed(body: Body):
     """Positions [m], shape (n, D), and volumes [m^3], shape (n,), of the body's material points."""
-    vertices, cells = lattice(Grid(body.box, body.cells, body.cell))
+    thickness = body.thickness if body.dim == 2 else 1.0
+    if isinstance(body.shape, Cloud):
+        return body.shape.x.copy(), body.shape.volume * thickness
+    if isinstance(body.shape, Mesh):
+        corner = body.shape.vertices[body.shape.cells]
+    else:
+        vertices, cells = lattice(body.shape, body.cells, body.cell)
+        corner = vertices[cells]
     xi, w = gauss_rule(body.cell, body.points)
-    origin = vertices[cells[:, 0]]
-    edges = np.stack([vertices[cells[:, 1]] - origin, vertices[cells[:, 2]] - origin], axis=2)
-    x = origin[:, None] + np.einsum("cij,qj->cqi", edges, xi)
-    volume = np.abs(np.linalg.det(edges))[:, None] * w * body.thickness
-    return x.reshape(-1, body.box.dim), volume.ravel()
+    K, D = corner.shape[1:]
+    N, dN = np.empty((len(xi), K)), np.empty((len(xi), K, D))
+    for q in range(len(xi)):
+        basis.py_func(xi[q], D, K, N[q], dN[q])
+    jacobian = np.einsum("cai,qaj->cqij", corner, dN)
+    volume = np.abs(np.linalg.det(jacobian)) * w * thickness
+    return np.einsum("cai,qa->cqi", corner, N).reshape(-1, D), volume.ravel()
 
 
 class Points:

@@ -5,33 +5,11 @@ from typing import Callable, Optional, Tuple
 import numpy as np
 
 from .laws import Law
+from .mesh import Box, Mesh, cell_of
 
 AXES = "xyz"
-CELLS = ("quadrilateral", "triangle")
-
-
-@dataclass(frozen=True)
-class Box:
-    """Axis-parallel box from ``lower`` to ``upper`` [m], tuples of 2 or 3 numbers."""
-
-    lower: Tuple[float, ...]
-    upper: Tuple[float, ...]
-
-    def __post_init__(self):
-        lower, upper = np.asarray(self.lower, float), np.asarray(self.upper, float)
-        if lower.shape != upper.shape or lower.shape not in ((2,), (3,)):
-            raise ValueError(f"box from {self.lower} to {self.upper}: give two corners with 2 or 3 coordinates each")
-        if not (upper > lower).all():
-            raise ValueError(f"box from {self.lower} to {self.upper}: every upper coordinate must exceed the lower one")
-
-    @property
-    def dim(self):
-        return len(self.lower)
-
-    @property
-    def size(self):
-        """Edge lengths [m], shape (dim,)."""
-        return np.subtract(self.upper, self.lower)
+TENSOR_POINTS = range(1, 7)  # per direction
+SIMPLEX_POINTS = {2: (1, 3, 6, 7, 12), 3: (1, 4, 14, 15, 24)}  # basix's rules with positive weights
 
 
 def _counts(value, dim, name):
@@ -43,17 +21,20 @@ def _counts(value, dim, name):
 
 @dataclass(frozen=True)
 class Grid:
-    """Background grid: ``box`` divided into ``cells`` per direction, of type ``cell``."""
+    """Regular background grid: ``box`` divided into ``cells`` per direction; cell: kind of cell, None for quadrilaterals
+    and hexahedra."""
 
     box: Box
     cells: Tuple[int, ...]
-    cell: str = "quadrilateral"
+    cell: Optional[str] = None
 
     def __post_init__(self):
         object.__setattr__(self, "cells", _counts(self.cells, self.box.dim, "cells of the grid"))
-        if self.cell not in CELLS:
-            raise ValueError(f"cell is {self.cell!r}: choose one of {', '.join(CELLS)}")
+        object.__setattr__(self, "cell", cell_of(self.box.dim, self.cell, "grid"))
 
+    @property
+    def dim(self):
+        return self.box.dim
 
     @staticmethod
     def counts(size, h):
@@ -64,68 +45,81 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class MeshGrid:
-    """Background grid given as a mesh: vertices [m], shape (n, dim), cells, shape (m, nodes), in dolfinx's order of
-    vertices; quadrilaterals must be parallelograms."""
+class Cloud:
+    """Material points given one by one: positions x [m], shape (n, dim), and volumes [m^3], shape (n,)."""
 
-    vertices: np.ndarray
-    cells: np.ndarray
-    cell: str = "triangle"
+    x: np.ndarray
+    volume: np.ndarray
 
     def __post_init__(self):
-        vertices, cells = np.array(self.vertices, float), np.array(self.cells, np.int64)
-        if self.cell not in CELLS:
-            raise ValueError(f"cell is {self.cell!r}: choose one of {', '.join(CELLS)}")
-        wanted = {"triangle": 3, "quadrilateral": 4}[self.cell]
-        if vertices.ndim != 2 or vertices.shape[1] != 2 or cells.ndim != 2 or cells.shape[1] != wanted:
-            raise ValueError(f"a mesh of {self.cell} cells needs vertices of shape (n, 2) and cells of shape (m, "
-                             f"{wanted}), not {vertices.shape} and {cells.shape}")
-        if not 0 <= cells.min() <= cells.max() < len(vertices):
-            raise ValueError(f"the cells name vertices {cells.min()}..{cells.max()}, there are {len(vertices)}")
-        object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "cells", cells)
+        x, volume = np.array(self.x, float), np.array(self.volume, float)
+        if x.ndim != 2 or x.shape[1] not in (2, 3) or volume.shape != (len(x),):
+            raise ValueError(f"a cloud of points has positions of shape (n, 2) or (n, 3) and as many volumes, not "
+                             f"{x.shape} and {volume.shape}")
+        if not (np.isfinite(volume) & (volume > 0)).all():
+            raise ValueError(f"the volume of point {np.argmin(volume)} of the cloud is {volume.min()} m^3: it must be "
+                             "positive")
+        object.__setattr__(self, "x", x)
+        object.__setattr__(self, "volume", volume)
 
     @property
     def box(self):
-        """Smallest box around the mesh."""
-        return Box(tuple(self.vertices.min(axis=0)), tuple(self.vertices.max(axis=0)))
+        return Box(tuple(self.x.min(axis=0)), tuple(self.x.max(axis=0)))
 
 
 @dataclass(frozen=True)
 class Body:
-    """A body: ``box`` divided into ``cells`` body cells with ``points`` material points each.
+    """A body and its material points.
 
-    points: for quadrilaterals the points per direction (tensor Gauss rule, 1 to 6), for triangles the points per
-    triangle (1, 3, 6, 7 or 12). stress_state: ``plane_stress``, ``plane_strain`` or ``three_dimensional``. thickness:
-    of a plane body [m]. velocity: initial velocity [m/s], shape (dim,), or a function from positions (n, dim) to
-    velocities (n, dim).
+    shape: a ``Box`` divided into ``cells`` body cells of kind ``cell``; a ``Mesh``, whose cells are the body cells
+    (``cells`` is None); or a ``Cloud`` (``cells`` and ``points`` are None). points: per body cell, for quadrilaterals
+    and hexahedra per direction (tensor Gauss rule, 1 to 6), for simplices in all (triangles 1, 3, 6, 7 or 12, tetrahedra
+    1, 4, 14, 15 or 24). stress_state: ``plane_stress`` or ``plane_strain`` (default) in the plane,
+    ``three_dimensional``. thickness: of a plane body [m]. velocity: initial velocity [m/s], shape (dim,), or a function
+    from positions (n, dim) to velocities (n, dim).
     """
 
-    box: Box
-    cells: Tuple[int, ...]
-    points: int
+    shape: object
+    cells: Optional[Tuple[int, ...]]
+    points: Optional[int]
     law: Law
     rho: float
-    stress_state: str = "plane_strain"
+    stress_state: Optional[str] = None
     thickness: float = 1.0
-    cell: str = "quadrilateral"
+    cell: Optional[str] = None
     velocity: object = 0.0
 
     def __post_init__(self):
-        object.__setattr__(self, "cells", _counts(self.cells, self.box.dim, "body (its cells)"))
+        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen
+        if isinstance(self.shape, Box):
+            put("cells", _counts(self.cells, self.dim, "body (its cells)"))
+            put("cell", cell_of(self.dim, self.cell, "body"))
+        elif isinstance(self.shape, Mesh):
+            put("cell", self.shape.cell)
+        elif not isinstance(self.shape, Cloud):
+            raise ValueError(f"the shape of a body is a Box, a Mesh or a Cloud, not {type(self.shape).__name__}")
         if not (np.isfinite(self.rho) and self.rho > 0):
             raise ValueError(f"rho is {self.rho} kg/m^3: the density must be positive")
         if not (np.isfinite(self.thickness) and self.thickness > 0):
             raise ValueError(f"thickness is {self.thickness} m: it must be positive")
-        states = ("plane_stress", "plane_strain") if self.box.dim == 2 else ("three_dimensional",)
+        states = ("plane_stress", "plane_strain") if self.dim == 2 else ("three_dimensional",)
+        put("stress_state", self.stress_state or states[-1])
         if self.stress_state not in states:
             raise ValueError(f"stress_state is {self.stress_state!r}: choose one of {', '.join(states)}")
-        if self.cell not in CELLS:
-            raise ValueError(f"cell of the body is {self.cell!r}: choose one of {', '.join(CELLS)}")
-        allowed = range(1, 7) if self.cell == "quadrilateral" else (1, 3, 6, 7, 12)
-        if self.points not in allowed:
+        tensor = self.cell in ("quadrilateral", "hexahedron")
+        allowed = TENSOR_POINTS if tensor else SIMPLEX_POINTS[self.dim]
+        if not isinstance(self.shape, Cloud) and self.points not in allowed:
             raise ValueError(f"points is {self.points}: choose one of {', '.join(map(str, allowed))} "
-                             f"({'per direction' if self.cell == 'quadrilateral' else 'per triangle'})")
+                             f"({'per direction' if tensor else 'per ' + self.cell})")
+
+    @property
+    def box(self):
+        """The body, or the smallest box around it."""
+        return self.shape if isinstance(self.shape, Box) else self.shape.box
+
+    @property
+    def dim(self):
+        return self.box.dim
 
 
 @dataclass(frozen=True)
@@ -167,6 +161,19 @@ class Interface:
         """``values``, shape (n, m), interpolated linearly along the interface of a plane scene to the place x [m]."""
         order = np.argsort(self.x[:, 0])
         return np.array([np.interp(x, self.x[order, 0], column) for column in values[order].T])
+
+    @staticmethod
+    def of_mesh(mesh: Mesh, surface: Optional[str] = None):
+        """The surface of a body mesh, or the named one of its surfaces, as segments or triangles; its vertices become
+        the boundary particles."""
+        facets = mesh.boundary()
+        if surface is not None:
+            mask = mesh.on_surface(surface)(mesh.vertices)
+            facets = facets[mask[facets].all(axis=1)]
+        if facets.shape[1] == 4:
+            facets = np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]])
+        vertices, elements = np.unique(facets, return_inverse=True)
+        return Interface(mesh.vertices[vertices], elements.reshape(facets.shape))
 
     @staticmethod
     def top(box: Box, segments: int, shift: float = 0.0):

@@ -5,25 +5,31 @@ Both searches answer two questions. ``settle``: the local cell of the points of 
 here, and it is collective.
 """
 import numpy as np
-from dolfinx.geometry import BoundingBoxTree, compute_collisions
 from mpi4py import MPI
 from numba import njit
 
+from . import compat
+from .shape import reference
 from .specialise import specialise
 
 D, K = 2, 4  # fixed by specialise
+to_reference = None
 NOWHERE = -1
+INSIDE = 1e-12  # of a cell's size: points on a facet belong to both cells
 
 
 @njit(cache=True)
-def lattice_numbers(x, lower, h, counts, halves, number):
-    """Number of the lattice cell of each point into ``number``, NOWHERE outside the lattice."""
+def lattice_numbers(x, lower, h, counts, simplices, number):
+    """Number of the lattice cell of each point into ``number``, NOWHERE outside the lattice.
+
+    simplices: per box cell, 1 or D!; they are numbered by the permutation that sorts the local coordinates downwards.
+    """
+    D = x.shape[1]
+    f = np.zeros(3)
     for p in range(len(x)):
         c = 0
         stride = 1
-        first = 0.0
-        last = 0.0
-        for d in range(x.shape[1]):
+        for d in range(D):
             s = (x[p, d] - lower[d]) / h[d]
             i = int(np.floor(s))
             if i == counts[d] and s <= counts[d]:
@@ -33,12 +39,15 @@ def lattice_numbers(x, lower, h, counts, halves, number):
                 break
             c += stride * i
             stride *= counts[d]
-            if d == 0:
-                first = s - i
-            else:
-                last = s - i
-        if c >= 0 and halves == 2:
-            c = 2 * c + (1 if last > first else 0)
+            f[d] = s - i
+        if c >= 0 and simplices > 1:
+            first = 1 if f[1] > f[0] else 0
+            if D == 3:
+                if f[2] > f[first]:
+                    first = 2
+                a, b = (1 if first == 0 else 0), (1 if first == 2 else 2)
+                first = 2 * first + (1 if f[b] > f[a] else 0)
+            c = simplices * c + first
         number[p] = c
 
 
@@ -65,14 +74,14 @@ class LatticeSearch:
     def __init__(self, grid, background):
         self._lower, self._h = np.asarray(grid.box.lower, float), grid.box.size / grid.cells
         self._counts = np.asarray(grid.cells, np.int64)
-        self._halves = len(background.owner) // int(np.prod(grid.cells))
+        self._simplices = len(background.owner) // int(np.prod(grid.cells))
         self._rank, self._owner = background.comm.rank, background.owner
         self._local = np.full(len(background.owner), -1, np.int32)
         self._local[background.original_cell] = np.arange(len(background.cells))
 
     def _numbers(self, x):
         number = np.empty(len(x), np.int64)
-        lattice_numbers(x, self._lower, self._h, self._counts, self._halves, number)
+        lattice_numbers(x, self._lower, self._h, self._counts, self._simplices, number)
         return number
 
     def settle(self, points, slot):
@@ -95,34 +104,35 @@ class LatticeSearch:
         return self._local[number]
 
 
-def walk(x, cell, origin, inverse, neighbour, facet_of_lower, facet_of_upper, most, found):
+def walk(x, cell, corner, inverse, neighbour, facet_of_lower, facet_of_upper, most, found):
     """Cell of each point by walking from ``cell`` over the facet that the point violates most.
 
-    neighbour: (cells, facets) cell behind each facet, -1 where this rank sees no more, -2 at the boundary; facet_of_*:
-    (D + 1,) facet that bounds each reference coordinate from below and above (of a simplex the last entry of the upper
-    one is the facet sum(xi) = 1); most: steps before giving up. Fills ``found`` with the cell, or -1 when not reached.
+    neighbour: (cells, facets) cell behind each facet, -1 where this rank sees none; facet_of_*: (D + 1,) facet that
+    bounds each reference coordinate from below and above (of a simplex the last entry of the upper one is the facet
+    sum(xi) = 1); most: steps before giving up. Fills ``found`` with the cell, or -1 when not reached.
     """
     xi = np.empty(D)
+    J, to_xi, value, gradient = np.empty((D, D)), np.empty((D, D)), np.empty(K), np.empty((K, D))
     for p in range(len(x)):
         c = cell[p]
         reached = False
         for _ in range(most):
             if c < 0:
                 break
+            to_reference(p, c, x, corner, inverse, xi, J, to_xi, value, gradient)
             total = 0.0
-            worst = -1e-12
+            worst = -INSIDE
             facet = -1
             for i in range(D):
-                s = 0.0
-                for j in range(D):
-                    s += inverse[c, i, j] * (x[p, j] - origin[c, j])
-                total += s
-                if not s >= worst:  # also for NaN
-                    worst, facet = s, facet_of_lower[i]
-                if K != D + 1 and 1.0 - s < worst:
-                    worst, facet = 1.0 - s, facet_of_upper[i]
+                total += xi[i]
+                if xi[i] < worst:
+                    worst, facet = xi[i], facet_of_lower[i]
+                if K != D + 1 and 1.0 - xi[i] < worst:
+                    worst, facet = 1.0 - xi[i], facet_of_upper[i]
             if K == D + 1 and 1.0 - total < worst:
                 facet = facet_of_upper[D]
+            if total != total:
+                break  # not a number: too far for Newton's method, or no place at all
             if facet < 0:
                 reached = True
                 break
@@ -130,8 +140,22 @@ def walk(x, cell, origin, inverse, neighbour, facet_of_lower, facet_of_upper, mo
         found[p] = c if reached else -1
 
 
+def holds(x, cell, corner, inverse, answer):
+    """Whether each point lies in its cell, into ``answer``."""
+    xi = np.empty(D)
+    J, to_xi, value, gradient = np.empty((D, D)), np.empty((D, D)), np.empty(K), np.empty((K, D))
+    for p in range(len(x)):
+        to_reference(p, cell[p], x, corner, inverse, xi, J, to_xi, value, gradient)
+        total = 0.0
+        inside = True
+        for i in range(D):
+            total += xi[i]
+            inside = inside and xi[i] >= -INSIDE and (K == D + 1 or xi[i] <= 1.0 + INSIDE)
+        answer[p] = inside and (K != D + 1 or total <= 1.0 + INSIDE)
+
+
 class WalkSearch:
-    """On any mesh of affine cells: from the last cell over neighbours; points the walk lost, by bounding-box tree."""
+    """On any mesh: from the last cell over neighbours; points that the walk lost, by bounding-box tree."""
 
     longest_walk = 50
 
@@ -141,7 +165,9 @@ class WalkSearch:
         topology.create_connectivity(dim, dim - 1)
         topology.create_connectivity(dim - 1, dim)
         self._neighbour = _neighbours(topology, dim, len(b.cells))
-        self._walk = specialise(walk, D=dim, K=b.cells.shape[1])
+        size = dict(D=dim, K=b.cells.shape[1])
+        to_reference = specialise(reference, **size, AFFINE=b.affine)
+        self._walk, self._holds = (specialise(f, **size, to_reference=to_reference) for f in (walk, holds))
         self._lower, self._upper = _facets_of_axes(dim, b.cells.shape[1])
         self._number = b.cell_map.local_to_global(np.arange(len(b.cells), dtype=np.int32))
         self._first = b.cell_map.local_range[0]
@@ -151,7 +177,7 @@ class WalkSearch:
 
     def _found(self, points):
         b, found = self._background, np.empty(len(points), np.int32)
-        self._walk(points.x, points.cell, b.origin, b.inverse, self._neighbour, self._lower, self._upper,
+        self._walk(points.x, points.cell, b.corner, b.inverse, self._neighbour, self._lower, self._upper,
                    self.longest_walk, found)
         return found
 
@@ -195,13 +221,10 @@ class WalkSearch:
         b, best = self._background, np.full(len(x), -1, np.int64)
         if len(x) and b.cells_owned:
             if self._tree is None:
-                self._tree = BoundingBoxTree(b.mesh, b.dim, np.arange(b.cells_owned, dtype=np.int32), padding=1e-12)
-            candidates = compute_collisions(self._tree, np.column_stack([x, np.zeros((len(x), 3 - b.dim))]))
-            point = np.repeat(np.arange(len(x)), np.diff(candidates.offsets))
-            c = candidates.array
-            xi = np.einsum("pij,pj->pi", b.inverse[c], x[point] - b.origin[c])
-            upper = 1 - xi.sum(axis=1) if b.cells.shape[1] == b.dim + 1 else 1 - xi.max(axis=1)
-            inside = (xi.min(axis=1) >= -1e-12) & (upper >= -1e-12)
+                self._tree = compat.cell_tree(b.mesh, np.arange(b.cells_owned))
+            point, c = compat.candidates(self._tree, x)
+            inside = np.empty(len(point), np.bool_)
+            self._holds(x[point], c, b.corner, b.inverse, inside)
             np.maximum.at(best, point[inside], self._number[c[inside]])
         return best
 

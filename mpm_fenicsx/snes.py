@@ -3,7 +3,8 @@
 Defaults are set on the objects before ``setFromOptions``, so the command line always wins:
 
     -mpm_snes_rtol 1e-6, -mpm_snes_stol 0, -mpm_snes_max_it 25, line search bt, and by size and stiffness
-    small: -mpm_ksp_type preonly -mpm_pc_type cholesky (CHOLMOD on one rank, MUMPS on several),
+    small: -mpm_ksp_type preonly -mpm_pc_type cholesky (CHOLMOD on one rank, MUMPS on several; very small systems on
+    several ranks: -mpm_pc_type redundant, each rank solves the whole with CHOLMOD),
     large and dominated by inertia: -mpm_ksp_type cg -mpm_pc_type bjacobi -mpm_sub_pc_type icc -mpm_ksp_rtol 1e-8,
     large and stiff: -mpm_ksp_type cg -mpm_pc_type gamg (with the rigid-body modes).
 
@@ -16,11 +17,15 @@ import numpy as np
 from petsc4py import PETSc
 
 from . import compat
-from .errors import MPMDiverged
+from .collective import somewhere
+from .errors import MPMDiverged, MPMError
 
 PREFIX = "mpm_"
 KEEP = -1  # never made anew by the SNES itself
 DIRECT_UP_TO = {2: 100_000, 3: 20_000}  # unknowns: beyond, factorisation costs more than conjugate gradients
+REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
+REDUNDANT = {"redundant_ksp_type": "preonly", "redundant_pc_type": "cholesky",
+             "redundant_pc_factor_mat_solver_type": "cholmod"}
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
 REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
 ADVICE = {
@@ -35,6 +40,12 @@ def unused_options():
     """Options on the command line that start with a dash and that nobody asked for."""
     names = [word[1:] for word in sys.argv[1:] if word.startswith("-") and not word[1:2].isdigit()]
     return ["-" + name for name in names if not compat.option_used(name)]
+
+
+def _first_line(error):
+    """What PETSc says itself, without the places in its source."""
+    lines = [line.split("] ", 1)[-1].strip() for line in str(error).splitlines()]
+    return next((line for line in reversed(lines) if line and "()" not in line), lines[0])
 
 
 class Newton:
@@ -55,6 +66,7 @@ class Newton:
         options = PETSc.Options(PREFIX)
         snes.getKSP().setOperators(cover.matrix)
         self._user_atol, self._user_lag = options.hasName("snes_atol"), options.hasName("snes_lag_jacobian")
+        self._user_search = options.hasName("snes_linesearch_type")
         self._cover, self._chosen = cover, False
         r.destroy()  # the SNES holds its own reference
 
@@ -65,13 +77,28 @@ class Newton:
         """
         if self._chosen:
             return
+        try:
+            self._configure(stiffness, coordinates)
+            self.snes.setFromOptions()
+        except PETSc.Error as error:
+            raise MPMError(f"PETSc cannot take the options -{PREFIX}… ({_first_line(error)}): correct them") from None
+        self._chosen = True
+
+    def _configure(self, stiffness, coordinates):
+        """Kinds of solver and preconditioner where the user has not chosen."""
         options, ksp, comm = PETSc.Options(PREFIX), self.snes.getKSP(), self._cover.comm
         pc, asked = ksp.getPC(), options.getString("pc_type", "")
         small = self.u.getSize() <= DIRECT_UP_TO[self._cover.dim]
         if asked in ("cholesky", "lu") or (small and not asked):
             ksp.setType("preonly")
-            pc.setType(asked or "cholesky")
-            pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if asked == "lu" else "cholmod")
+            if comm.size > 1 and not asked and self.u.getSize() <= REDUNDANT_UP_TO:
+                pc.setType("redundant")
+                for name, value in REDUNDANT.items():
+                    if not options.hasName(name):
+                        options[name] = value
+            else:
+                pc.setType(asked or "cholesky")
+                pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if asked == "lu" else "cholmod")
         else:
             ksp.setType("cg")
             ksp.setTolerances(rtol=1e-8)
@@ -80,8 +107,6 @@ class Newton:
                 self._set_rigid_body_modes(coordinates)
             elif pc.getType() == "bjacobi" and not options.hasName("sub_pc_type"):
                 options["sub_pc_type"] = "icc"
-        self.snes.setFromOptions()
-        self._chosen = True
 
     def _set_rigid_body_modes(self, coordinates):
         """What multigrid needs to know of elasticity: the motions that cost no energy."""
@@ -114,34 +139,55 @@ class Newton:
         except Exception as error:
             self._failure = error
 
-    def solve(self, guess, atol, when):
+    def solve(self, guess, rest, atol, when):
         """Solve from ``guess``, shape (owned, D); returns the solution and the number of iterations.
 
-        atol: residual norm to stop at [N]; when: a text for the message, such as "step 3, t = 1e-6 s".
-        Raises MPMDiverged with PETSc's reason in words and the option to try.
+        rest: the displacement that only moves what is held, to start from when the guess leads nowhere; atol: residual
+        norm to stop at [N]; when: a text for the message, such as "step 3, t = 1e-6 s". Raises MPMDiverged with PETSc's
+        reason in words and the option to try.
         """
         if not self._user_atol:
             self.snes.setTolerances(atol=atol)
-        reason, iterations = self._run(guess)
-        if reason < 0 and not self._user_lag:  # a body that turns leaves the kept tangent behind
-            compat.set_lag_jacobian(self.snes, 1)
-            reason, more = self._run(guess)
-            compat.set_lag_jacobian(self.snes, KEEP)
+        iterations = 0
+        for attempt, start in enumerate((guess, guess, rest, rest)):
+            if attempt and not self._set_back(attempt):
+                continue
+            reason, more = self._run(start)
             iterations += more
+            if reason >= 0:
+                break
+        if attempt:
+            self._set_back(0)
         if reason < 0:
             name = REASONS.get(reason, str(reason))
-            advice = ADVICE.get(name, "try a smaller dt or -mpm_snes_linesearch_type basic")
+            advice = ADVICE.get(name, "try a smaller dt or lumped inertia")
             raise MPMDiverged(f"Newton's method diverged in {when} after {iterations} iterations with residual "
                               f"{self.snes.getFunctionNorm():.3g} N ({name}): {advice}")
         return self.u.array_r.reshape(self._shape).copy(), iterations
 
+    def _set_back(self, attempt):
+        """What changes from attempt to attempt, where the user has not chosen; False when that would change nothing.
+
+        1: new tangents, because a body that turns leaves the kept one behind; 2: from ``rest``; 3: full Newton steps,
+        because a nearly empty cell lets the line search stall on a residual that no point feels.
+        """
+        if not self._user_lag:
+            compat.set_lag_jacobian(self.snes, 1 if attempt else KEEP)
+        if not self._user_search:
+            compat.set_line_search(self.snes, "basic" if attempt == 3 else "bt")
+        return attempt == 2 or not (self._user_lag if attempt == 1 else self._user_search)
+
     def _run(self, guess):
         """Reason and number of iterations of one attempt."""
         self.u.array_w[:] = guess.ravel()
-        self.snes.solve(None, self.u)
-        if self._failure is not None:
-            failure, self._failure = self._failure, None
-            raise failure
+        try:
+            self.snes.solve(None, self.u)
+        except PETSc.Error as error:
+            raise MPMError(f"PETSc stopped in the solver {self.describe()} ({_first_line(error)}): try -mpm_pc_type lu or "
+                           "other options") from None
+        failure, self._failure = self._failure, None
+        if somewhere(self._cover.comm, failure is not None)[0]:
+            raise failure or MPMError("another rank has failed")
         return self.snes.getConvergedReason(), self.snes.getIterationNumber()
 
     def destroy(self):

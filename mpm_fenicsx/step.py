@@ -2,9 +2,9 @@
 from time import perf_counter, time_ns
 
 import numpy as np
-from mpi4py import MPI
 
 from . import compat, newmark
+from .collective import somewhere, total
 from .cover import Cover
 from .errors import MPMError
 from .snes import Newton
@@ -27,7 +27,7 @@ class Step:
         self.cover = Cover(background, filled, supports.fixed)
         self.filled, self.supports, self.gravity, self.kernels = filled, supports, gravity, kernels
         self.params, self.consistent, self.phases = body.law.params, consistent, phases
-        self._smallest_mass = 1e-14 * body.rho * np.prod(background.h) * body.thickness  # "numeric zero" of eq. 14
+        self._smallest_mass = 1e-14 * body.rho * np.prod(background.h) * (body.thickness if self.dim == 2 else 1.0)  # "numeric zero" of eq. 14
         self.newton = Newton(self.cover, self.residual, self.tangent)
         nodes = len(self.cover.node)
         self.active = np.zeros(nodes, bool)
@@ -68,52 +68,53 @@ class Step:
         points, boundary, D = self.points, self.boundary, self.dim
         self.dt = dt
         for p, N, G in ((points, self._N, self._G), (boundary, self._Nb, self._Gb)):
-            self.kernels.shapes(p.cell, p.x, self.background.origin, self.background.inverse, N, G)
+            self.kernels.shapes(p.cell, p.x, self.background.corner, self.background.inverse, N, G)
         self.lap("search")
         self._nodal[:] = 0.0
         self.kernels.to_grid(points.cell, self.cover.cells, self._N, points.mass, points.v, points.a, self._nodal)
         self.cover.accumulate(self._nodal)
         self.mass = self._nodal[:, 0].copy()
-        self._find_active(time)
+        jumps, loaded = self._take_stock(time, force)
         self.v, self.a = np.zeros((len(self.mass), D)), np.zeros((len(self.mass), D))
         self.v[self.active] = self._nodal[self.active, 1:1 + D] / self.mass[self.active, None]
         self.a[self.active] = self._nodal[self.active, 1 + D:] / self.mass[self.active, None]
         self._known = self.supports.displacement(self.cover.node, time, dt, self.v, self.a)
         self._idle = (self.cover.fixed | ~self.active[:, None])[:self.cover.owned]
-        self._add_loads(time, force)
+        if jumps:
+            self._jump(force - boundary.force)
+            boundary.force[:] = force
+        self._add_loads(force, loaded)
         self.lap("to grid")
 
-    def _find_active(self, time):
-        """Nodes that carry mass. A kept tangent has identity rows for the others, so a change ends its validity."""
-        active = self.mass > self._smallest_mass
-        if self.comm.allreduce(int(not np.array_equal(active, self.active)), MPI.MAX):
+    def _take_stock(self, time, force):
+        """Active nodes and the basis of eq. 14; whether the force has changed anywhere and whether there is any."""
+        boundary, active = self.boundary, self.mass > self._smallest_mass
+        lost = self.kernels.only_active(boundary.cell, self.cover.cells, active, self._Nb)
+        changed, alone, jumps, loaded = somewhere(
+            self.comm, not np.array_equal(active, self.active), lost >= 0, (force != boundary.force).any(), force.any())
+        if changed:  # a kept tangent has identity rows for nodes without mass
             self.supports.check(active, self.cover, time)
             self.active, self.tangent_is_valid = active, False
-
-    def _add_loads(self, time, force):
-        """Eq. 13 with the basis of eq. 14, and gravity."""
-        boundary, cover = self.boundary, self.cover
-        lost = self.kernels.only_active(boundary.cell, cover.cells, self.active, self._Nb)
-        if self.comm.allreduce(lost, MPI.MAX) >= 0:
+        if alone:
             found = [] if lost < 0 else [(int(boundary.gid[lost]), boundary.x[lost].tolist())]
             number, x = min(sum(self.comm.allgather(found), []))
             raise MPMError(f"boundary particle {number} at x = {x} m has no material point near it at t = {time:.6g} s: "
                            "move the interface into the body (shift) or seed more points")
-        self._jump(force - boundary.force)
-        boundary.force[:] = force
+        return jumps, loaded
+
+    def _add_loads(self, force, loaded):
+        """Eq. 13 with the basis of eq. 14, and gravity."""
         self._load[:] = 0.0
         self.applied = np.zeros(self.dim)
-        if self.comm.allreduce(int(force.any()), MPI.MAX):
-            self.kernels.spread(boundary.cell, cover.cells, self._Nb, force, self._load)
-            cover.accumulate(self._load)
-            self.applied = self.comm.allreduce(self._load[:cover.owned].sum(axis=0))
+        if loaded:
+            self.kernels.spread(self.boundary.cell, self.cover.cells, self._Nb, force, self._load)
+            self.cover.accumulate(self._load)
+            self.applied = total(self.comm, self._load[:self.cover.owned].sum(axis=0))
         self._load += self.mass[:, None] * self.gravity
 
     def _jump(self, change):
         """A load that is constant over each step jumps between steps, and the acceleration with it: Newmark's method
         then does the work of the load and takes up its impulse, step by step."""
-        if not self.comm.allreduce(int(change.any()), MPI.MAX):
-            return
         cover, load = self.cover, self._load
         load[:] = 0.0
         self.kernels.spread(self.boundary.cell, cover.cells, self._Nb, change, load)
@@ -134,7 +135,8 @@ class Step:
             self.tangent()
         guess = (dt * self.v + 0.5 * dt**2 * self.a)[:n]
         guess[self._idle] = self._known[:n][self._idle]
-        u, iterations = self.newton.solve(guess, self._atol(guess), when)
+        rest = np.where(self._idle, guess, 0.0)
+        u, iterations = self.newton.solve(guess, rest, self._atol(guess), when)
         if iterations > self.slow:
             self.tangent_is_valid = False
         self.lap("solve")
@@ -145,9 +147,9 @@ class Step:
         round-off: an error of eps * h in the displacement times the stiffness, and of eps in the inertia."""
         n, eps = self.cover.owned, np.finfo(float).eps
         mass = self.mass[:n, None]
-        norm2 = self.comm.allreduce(np.array([
+        norm2 = total(self.comm, [
             np.sum(self._load[:n] ** 2), np.sum((mass * self.a[:n]) ** 2),
-            np.sum((newmark.alpha(self.dt) * mass * u) ** 2), self.stiffness2 * self.background.h.max() ** 2]))
+            np.sum((newmark.alpha(self.dt) * mass * u) ** 2), self.stiffness2 * self.background.h.max() ** 2])
         return max(self.tolerance * np.sqrt(norm2[:2].max()), 4 * eps * np.sqrt(norm2[2:].sum()))
 
     def residual(self, u, r):
@@ -174,13 +176,13 @@ class Step:
         cover.element_matrices[:] = 0.0
         self.kernels.tangent(points.cell, cover.slot, self._N, self._G, points.mass, points.V0, points.F, points.F33,
                              points.state, self.params, alpha, self._F, self._F33, self._state, cover.element_matrices)
-        total, nodes = self.comm.allreduce(np.array([self.mass[:n].sum(), np.count_nonzero(self.mass[:n])]))
-        self.idle_scale = alpha * total / nodes  # idle rows of the size of the others keep the matrix well scaled
+        mass, nodes = total(self.comm, [self.mass[:n].sum(), np.count_nonzero(self.mass[:n])])
+        self.idle_scale = alpha * mass / nodes  # idle rows of the size of the others keep the matrix well scaled
         inertia = alpha * self.mass[:n, None]
         cover.fill_matrix(np.where(self._idle, self.idle_scale, 0.0 if self.consistent else inertia))
-        stiffness = cover.matrix.getDiagonal().array.reshape(n, -1) - inertia
+        stiffness = cover.matrix.getDiagonal().array.reshape(n, self.dim) - inertia
         self.stiffness2 = float(np.sum(stiffness[~self._idle] ** 2))
-        norms = self.comm.allreduce(np.array([self.stiffness2, np.sum(inertia**2) * self.dim]))
+        norms = total(self.comm, [self.stiffness2, np.sum(inertia**2) * self.dim])
         self.stiff = float(np.sqrt(norms[0] / norms[1]))
         self._choose_solver()
         self.tangent_is_valid, self.tangent_dt = True, self.dt

@@ -23,6 +23,14 @@ def dem(request):
         instance.close()
 
 
+@pytest.fixture(params=["reference", "liggghts"])
+def backend(request):
+    """Name of a back end, for tests that open it elsewhere."""
+    if request.param == "liggghts":
+        need_liggghts()
+    return request.param
+
+
 @pytest.fixture
 def both():
     """``both(scene, dt)`` opens the two back ends on one scene."""

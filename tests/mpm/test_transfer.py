@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from mpm_fenicsx import Box, Grid, transfer
-from mpm_fenicsx.grid import lattice
-from mpm_fenicsx.shape import affine_maps, shapes
+from mpm_fenicsx.grid import whole_mesh
+from mpm_fenicsx.shape import cell_maps, reference, shapes
 from mpm_fenicsx.specialise import specialise
 
 EPS = np.finfo(float).eps
@@ -16,7 +16,7 @@ class Cloud:
 
     def __init__(self, cell):
         grid = Grid(Box((0.0, 0.0), (4.0, 4.0)), (4, 4), cell)
-        self.nodes, self.cells = lattice(grid)
+        self.nodes, self.cells = whole_mesh(grid)
         random, n, K = np.random.default_rng(7), 40, self.cells.shape[1]
         self.kernel = lambda name, **size: specialise(getattr(transfer, name), **(size or dict(D=2, K=K)))
         self.x, self.v, self.a = random.uniform(0, 2, (n, 2)), *random.normal(size=(2, n, 2))
@@ -25,8 +25,9 @@ class Cloud:
         above = np.subtract(*(self.x % 1).T) < 0
         self.cell = column if cell == "quadrilateral" else (2 * column + above).astype(np.int32)
         self.N, G = np.empty((n, K)), np.empty((n, K, 2))
-        maps = affine_maps(self.nodes, self.cells, cell)
-        specialise(shapes, D=2, K=K)(self.cell, self.x, *maps, self.N, G)
+        corner, inverse, _ = cell_maps(self.nodes, self.cells)
+        to_reference = specialise(reference, D=2, K=K, AFFINE=True)
+        specialise(shapes, D=2, K=K, to_reference=to_reference)(self.cell, self.x, corner, inverse, self.N, G)
         assert (self.N >= 0).all()  # every point really lies in its cell
 
     def to_grid(self):

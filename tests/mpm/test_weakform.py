@@ -69,7 +69,7 @@ def test_matrix_equals_a_dense_assembly(problem, at_point, plane):
     solid, (nodes, D) = problem.solid, problem.shape
     point, p, cells = at_point(solid.body.law, plane), solid.points, problem.step.cover.cells
     values, gradients = np.empty((len(p), cells.shape[1])), np.empty((len(p), cells.shape[1], D))
-    solid.kernels.shapes(p.cell, p.x, solid.background.origin, solid.background.inverse, values, gradients)
+    solid.kernels.shapes(p.cell, p.x, solid.background.corner, solid.background.inverse, values, gradients)
     K, alpha, mass = np.zeros((nodes, D, nodes, D)), 4 / DT**2, problem.step.mass
     for q in range(len(p)):
         on, N, G = cells[p.cell[q]], values[q], gradients[q]

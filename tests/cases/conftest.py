@@ -1,0 +1,48 @@
+"""The case scripts as modules, and a beam that takes a tenth of a second."""
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+CASES = Path(__file__).parents[2] / "cases"
+COARSE = dict(cells=(31, 7), body=(60, 4), points=3, segments=30, dt=4e-6, substeps=80, t_end=2e-4)
+
+
+def coarse(with_h):
+    """Keys of the coarse beam; ``cells`` would win over a cell size h."""
+    return {key: value for key, value in COARSE.items() if not (with_h and key == "cells")}
+
+
+def load(name):
+    spec = importlib.util.spec_from_file_location(name, CASES / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(autouse=True)
+def no_words(monkeypatch):
+    """PETSc's options are those of the case, not those of pytest."""
+    monkeypatch.setattr("sys.argv", ["case.py"])
+
+
+@pytest.fixture(scope="session")
+def case():
+    """The module ``cases/beam_impact.py``."""
+    return load("beam_impact")
+
+
+@pytest.fixture
+def run(case, tmp_path):
+    """``run(key=value, …)`` runs the coarse beam, results in ``tmp_path``; returns its histories."""
+    return lambda **keys: case.main(**{**coarse("h" in keys), "out": str(tmp_path), **keys})
+
+
+@pytest.fixture
+def words(tmp_path):
+    """``words("key=value …")``: the coarse beam as words of a command line."""
+    def plain(with_h):
+        return ["=".join([k, ",".join(map(str, v)) if isinstance(v, tuple) else str(v)])
+                for k, v in coarse(with_h).items()]
+
+    return lambda more="": [*plain(more.startswith("h=")), f"out={tmp_path}", *more.split()]

@@ -1,0 +1,78 @@
+"""Maps between interface and wall: copies, sums, work, linear fields."""
+import numpy as np
+import pytest
+
+from coupling import linear, nearest
+
+
+def line(n, height=0.0):
+    """n + 1 places along [-1, 1] and the segments between them."""
+    x = np.linspace(-1, 1, n + 1)
+    return np.column_stack([x, np.full(n + 1, height)]), np.column_stack([np.arange(n), np.arange(1, n + 1)])
+
+
+def maps(n_solid, n_wall):
+    x, elements = line(n_solid)
+    wall, _ = line(n_wall)
+    return {"nearest": nearest(x, wall), "linear": linear(x, elements, wall)}
+
+
+@pytest.mark.parametrize("kind", ["nearest", "linear"])
+def test_same_places_make_a_copy(kind):
+    mapping = maps(7, 7)[kind]
+    x, v = np.random.default_rng(0).normal(size=(2, 8, 2))
+    assert mapping.is_copy
+    assert mapping.motion(x, v)[0] is x and mapping.motion(x, v)[1] is v and mapping.force(x) is x
+
+
+@pytest.mark.parametrize("kind", ["nearest", "linear"])
+def test_places_in_another_order_are_no_copy(kind):
+    (x, elements), order = line(7), [3, 1, 0, 2, 7, 6, 5, 4]
+    mapping = nearest(x, x[order]) if kind == "nearest" else linear(x, elements, x[order])
+    u, v = np.random.default_rng(0).normal(size=(2, 8, 2))
+    assert not mapping.is_copy
+    moved, speed = mapping.motion(x + u, v)
+    assert moved == pytest.approx((x + u)[order], rel=1e-15) and (speed == v[order]).all()
+    assert mapping.force(v[order]) == pytest.approx(v)
+
+
+@pytest.mark.parametrize("kind", ["nearest", "linear"])
+@pytest.mark.parametrize("sizes", [(6, 10), (10, 6), (5, 17)])
+def test_sums_and_work_are_kept(kind, sizes):
+    """A rigid motion arrives as it is, forces keep their sum, and both sides see the same power."""
+    mapping, rng = maps(*sizes)[kind], np.random.default_rng(1)
+    x, _ = line(sizes[0])
+    wall, _ = line(sizes[1])
+    moved, speed = mapping.motion(x + (0.1, 0.2), np.tile((3.0, 4.0), (len(x), 1)))
+    assert moved == pytest.approx(wall + (0.1, 0.2)) and speed == pytest.approx(np.tile((3.0, 4.0), (len(wall), 1)))
+    force, v = rng.normal(size=wall.shape), rng.normal(size=x.shape)
+    assert mapping.force(force).sum(axis=0) == pytest.approx(force.sum(axis=0), abs=1e-14)
+    assert np.vdot(mapping.force(force), v) == pytest.approx(np.vdot(force, mapping.motion(x, v)[1]), abs=1e-13)
+
+
+def test_linear_reproduces_linear_fields_and_keeps_their_moment():
+    x, elements = line(6)
+    wall, _ = line(17, height=1e-3)  # not on the segments, but close
+    mapping = linear(x, elements, wall)
+    field = lambda at: np.column_stack([1 + 2 * at[:, 0], 3 - at[:, 0]])  # noqa: E731
+    assert mapping.motion(x, field(x))[1] == pytest.approx(field(wall), abs=1e-14)
+    force = np.random.default_rng(2).normal(size=wall.shape)
+    assert x[:, 0] @ mapping.force(force)[:, 1] == pytest.approx(wall[:, 0] @ force[:, 1], abs=1e-14)
+
+
+def test_nearest_takes_the_nearest():
+    x, _ = line(2)
+    mapping = nearest(x, np.array([[-0.6, 0], [-0.4, 0.0], [0.9, 0.3]]))
+    v = np.array([[1.0, 0], [2.0, 0], [3.0, 0]])
+    assert (mapping.motion(x, v)[1][:, 0] == [1, 2, 3]).all()
+
+
+def test_beyond_the_ends_the_end_counts():
+    x, elements = line(2)
+    v = np.array([[1.0, 0], [2.0, 0], [3.0, 0]])
+    assert (linear(x, elements, [[-1.5, 0.1], [1.5, 0.1]]).motion(x, v)[1][:, 0] == [1, 3]).all()
+
+
+def test_segment_without_length_is_refused():
+    with pytest.raises(ValueError, match="interface segment 1 has no length"):
+        linear([[0, 0], [1, 0], [1, 0]], [[0, 1], [1, 2]], [[0.5, 0]])

@@ -1,0 +1,96 @@
+"""Who may import whom, how long files and functions may be, and that what is promised exists."""
+import ast
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("mpm_fenicsx", "dem_liggghts", "coupling")
+FORBIDDEN = {  # packages and libraries that a package must not import, nor anything inside them
+    "mpm_fenicsx": {"coupling", "dem_liggghts", "cases"},
+    "dem_liggghts": {"coupling", "mpm_fenicsx", "cases", "dolfinx", "petsc4py"},
+    "coupling": {"mpm_fenicsx", "dem_liggghts", "cases", "dolfinx", "petsc4py", "ufl", "basix"}}
+MODULE, FUNCTION, KERNEL = 260, 40, 60  # lines; kernels are compiled functions with loops over points
+
+
+def sources(*packages):
+    return [path for package in packages for path in sorted((ROOT / package).rglob("*.py"))]
+
+
+def imports(path):
+    """Top-level names of all absolute imports of a file, also of those inside functions."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            names.add(node.module.split(".")[0])
+    return names
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_nothing_imports_upwards(package):
+    wrong = {path.name: found for path in sources(package) if (found := imports(path) & FORBIDDEN[package])}
+    assert not wrong, wrong
+
+
+@pytest.mark.parametrize("package", ["coupling", "dem_liggghts"])
+def test_packages_stand_alone(package):
+    """Imported alone, a package brings nothing along that it must not know: neither directly nor by others."""
+    code = f"import sys, {package}; print(*{{name.split('.')[0] for name in sys.modules}})"
+    loaded = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    assert package in loaded.split() and not FORBIDDEN[package] & set(loaded.split())
+
+
+def test_liggghts_is_loaded_only_when_asked_for():
+    code = "import sys, dem_liggghts; print('dem_liggghts.liggghts' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, text=True)
+    assert done.stdout.strip() == "False"
+
+
+def test_names_that_differ_between_versions_are_in_one_file():
+    users = {path.name for path in sources(*PACKAGES) if imports(path) & {"dolfinx", "ufl"}}
+    assert users == {"compat.py"}, "import from dolfinx and ufl in compat.py, and from there elsewhere"
+
+
+@pytest.mark.parametrize("package", ["mpm_fenicsx", "dem_liggghts"])
+def test_scenes_are_plain_data(package):
+    assert imports(ROOT / package / "scene.py") <= {"dataclasses", "typing", "numpy", "math"}
+
+
+@pytest.mark.parametrize("module", [*PACKAGES, "mpm_fenicsx.laws"])
+def test_public_names_exist(module):
+    package = importlib.import_module(module)
+    missing = [name for name in getattr(package, "__all__", ()) if not hasattr(package, name)]
+    assert not missing and len(set(getattr(package, "__all__", ()))) == len(getattr(package, "__all__", ()))
+
+
+def lengths(path):
+    """(name, lines without signature and docstring) of every function of a file."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            body = node.body[1:] if ast.get_docstring(node) else node.body
+            yield node.name, node.end_lineno - body[0].lineno + 1 if body else 0
+
+
+def is_kernel_file(path):
+    """Files whose functions numba compiles."""
+    return "@njit" in (text := path.read_text(encoding="utf-8")) or "@compiled" in text or "specialise" in text
+
+
+def test_modules_and_functions_are_short():
+    modules, functions = [], []
+    for path in sources(*PACKAGES, "cases"):
+        name = path.relative_to(ROOT)
+        modules.append((len(path.read_text(encoding="utf-8").splitlines()), str(name), MODULE))
+        limit = KERNEL if is_kernel_file(path) else FUNCTION
+        functions += [(length, f"{name}:{function}", limit) for function, length in lengths(path)]
+    for title, table in ("longest modules", modules), ("longest functions", functions):
+        print(title)
+        for length, name, limit in sorted(table, reverse=True)[:8]:
+            print(f"  {length:4} of {limit}  {name}")
+    assert not [entry for entry in modules + functions if entry[0] > entry[2]]

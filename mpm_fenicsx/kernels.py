@@ -48,5 +48,5 @@ def compile_material(body, background, consistent):
     return Material(
         residual=specialise(weakform.residual, **size, CONSISTENT=consistent, point_stress=point_stress),
         tangent=specialise(weakform.tangent, **size, CONSISTENT=consistent, point_tangent=point_tangent),
-        energies=specialise(weakform.energies, D=D, strain_energy=specialise(law.energy, D=D)),
+        energies=specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D)),
         cauchy=specialise(weakform.cauchy, D=D, stress=stress))

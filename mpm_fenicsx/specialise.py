@@ -13,12 +13,19 @@ from numba import njit
 
 
 @functools.lru_cache(maxsize=None)
+def _source(module):
+    """Source of a module and of those whose jitted functions it has imported."""
+    callees = {inspect.getmodule(value.py_func) for value in vars(module).values() if hasattr(value, "py_func")}
+    return inspect.getsource(module) + "".join(sorted(_source(callee) for callee in callees - {module}))
+
+
+@functools.lru_cache(maxsize=None)
 def _bind(template, names):
     constants = dict(names)
     # Numba tells cache entries apart by the qualified name and does not notice edits of what a kernel calls: constants
     # and sources therefore go into the name. A bound kernel has a name of that sort already.
     text = repr([(name, getattr(value, "__name__", value)) for name, value in names])
-    tag = hashlib.sha1((text + inspect.getsource(inspect.getmodule(template))).encode()).hexdigest()[:12]
+    tag = hashlib.sha1((text + _source(inspect.getmodule(template))).encode()).hexdigest()[:12]
     kernel = types.FunctionType(template.__code__, {**template.__globals__, **constants},
                                 f"{template.__name__}_{tag}", template.__defaults__)
     kernel.__qualname__ = kernel.__name__

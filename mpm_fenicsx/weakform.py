@@ -134,8 +134,9 @@ def energies(mass, V0, v, F, F33, old, p):
 def cauchy(p, F, F33, state, sigma):
     """Cauchy stress sigma = P F^T / J [Pa], shape (n, D, D)."""
     P = np.empty(D * D + 1)
+    new = state[:1].copy()  # a law fills it; the points' own states stay as they are
     for q in range(len(F)):
-        stress(p, F[q], F33[q], state[q], state[q], P)
+        stress(p, F[q], F33[q], state[q], new[0], P)
         J = np.linalg.det(F[q]) * F33[q]
         for i in range(D):
             for j in range(D):

@@ -13,7 +13,7 @@ records (named fields) at the start and the end of the step. P [Pa], shape (D*D 
 entry is P_33. A [Pa], shape (D*D + 1, D*D + 1), in the same order. Outside its domain a law fills NaN: the line search
 then backs off.
 """
-from typing import Callable, NamedTuple, Optional
+from typing import Callable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -24,7 +24,8 @@ ELASTIC_STATE = np.dtype([("unused", np.int8)])  # an elastic law remembers noth
 
 class Law(NamedTuple):
     """Parameters, state record and kernels of one material; ``thickness`` is the closed form of the stretch across
-    the plane in plane stress, for laws that have one."""
+    the plane in plane stress, for laws that have one. ``parts``: names and templates of functions that the kernels call
+    by these names, where several laws share their kernels. ``symmetric``: A is, and so may be the solver."""
 
     name: str
     params: NamedTuple
@@ -33,6 +34,8 @@ class Law(NamedTuple):
     tangent: Callable
     energy: Callable
     thickness: Optional[Callable] = None
+    parts: Tuple[Tuple[str, Callable], ...] = ()
+    symmetric: bool = True
 
 
 def lame(E: float, nu: float):
@@ -47,13 +50,23 @@ def lame(E: float, nu: float):
     return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
 
 
+def bound(law: Law, template, D: int, **others):
+    """``template`` compiled for ``D`` dimensions with the law's parts."""
+    parts = {name: specialise(part, D=D) for name, part in law.parts}
+    return specialise(template, D=D, **parts, **others)
+
+
 def kernels(law: Law, D: int):
     """The law's stress and tangent compiled for ``D`` dimensions. A tangent may call ``stress``."""
-    stress = specialise(law.stress, D=D)
-    return stress, specialise(law.tangent, D=D, stress=stress)
+    stress = bound(law, law.stress, D)
+    return stress, bound(law, law.tangent, D, stress=stress)
 
 
-from .linear import linear  # noqa: E402 - the laws need the names above
+from .drucker_prager import drucker_prager  # noqa: E402 - the laws need the names above
+from .linear import linear  # noqa: E402
+from .mohr_coulomb import mohr_coulomb  # noqa: E402
 from .neo_hooke import neo_hooke  # noqa: E402
+from .von_mises import von_mises  # noqa: E402
 
-LAWS = {"linear": linear, "neo_hooke": neo_hooke}
+LAWS = {"linear": linear, "neo_hooke": neo_hooke, "mohr_coulomb": mohr_coulomb, "drucker_prager": drucker_prager,
+        "von_mises": von_mises}

@@ -5,9 +5,8 @@
 import math
 from typing import NamedTuple
 
-from numba import njit
-
 from . import ELASTIC_STATE, Law, lame
+from .algebra import cofactor, determinant
 
 
 class Params(NamedTuple):
@@ -20,48 +19,30 @@ class Params(NamedTuple):
 D = 2  # fixed by specialise
 
 
-@njit(inline="always")
-def _determinant(F, D):
-    if D == 2:
-        return F[0, 0] * F[1, 1] - F[0, 1] * F[1, 0]
-    return (F[0, 0] * (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1]) - F[0, 1] * (F[1, 0] * F[2, 2] - F[1, 2] * F[2, 0])
-            + F[0, 2] * (F[1, 0] * F[2, 1] - F[1, 1] * F[2, 0]))
-
-
-@njit(inline="always")
-def _cofactor(F, i, j, D):
-    """Component ij of the cofactor matrix: F^-T = cofactor / det F."""
-    if D == 2:
-        return F[1 - i, 1 - j] if i == j else -F[1 - i, 1 - j]
-    a, b = (i + 1) % 3, (i + 2) % 3
-    c, d = (j + 1) % 3, (j + 2) % 3
-    return F[a, c] * F[b, d] - F[a, d] * F[b, c]
-
-
 def stress(p, F, F33, old, new, P):
-    J = _determinant(F, D)
+    J = determinant(F, D)
     volume = J * F33
     log_J = math.log(volume) if volume > 0.0 else math.nan
     for i in range(D):
         for j in range(D):
-            P[i * D + j] = p.mu * F[i, j] + (p.lam * log_J - p.mu) * _cofactor(F, i, j, D) / J
+            P[i * D + j] = p.mu * F[i, j] + (p.lam * log_J - p.mu) * cofactor(F, i, j, D) / J
     P[D * D] = p.mu * F33 + (p.lam * log_J - p.mu) / F33
 
 
 def tangent(p, F, F33, old, new, P, A):
     """dP_iJ/dF_kL = mu delta_ik delta_JL + lam F^-T_iJ F^-T_kL + (mu - lam ln J) F^-T_iL F^-T_kJ."""
     stress(p, F, F33, old, new, P)
-    J = _determinant(F, D)
+    J = determinant(F, D)
     volume = J * F33
     shear = p.mu - p.lam * (math.log(volume) if volume > 0.0 else math.nan)
     last = D * D
     for i in range(D):
         for j in range(D):
-            inverse = _cofactor(F, i, j, D) / J
+            inverse = cofactor(F, i, j, D) / J
             for k in range(D):
                 for l in range(D):
-                    a = (p.lam * inverse * _cofactor(F, k, l, D)
-                         + shear * _cofactor(F, i, l, D) * _cofactor(F, k, j, D) / J) / J
+                    a = (p.lam * inverse * cofactor(F, k, l, D)
+                         + shear * cofactor(F, i, l, D) * cofactor(F, k, j, D) / J) / J
                     if i == k and j == l:
                         a += p.mu
                     A[i * D + j, k * D + l] = a
@@ -71,7 +52,7 @@ def tangent(p, F, F33, old, new, P, A):
 
 
 def energy(p, F, F33, old):
-    volume = _determinant(F, D) * F33
+    volume = determinant(F, D) * F33
     log_J = math.log(volume) if volume > 0.0 else math.nan
     square = F33 * F33 - 3.0 if D == 2 else -3.0
     for i in range(D):

@@ -6,11 +6,14 @@ import pytest
 from petsc4py import PETSc
 
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Mesh
-from mpm_fenicsx.laws import kernels
+from mpm_fenicsx.laws import bound, kernels
 from mpm_fenicsx.mesh import lattice
-from mpm_fenicsx.specialise import specialise
 from mpm_fenicsx.stress_state import point_functions
 
+
+TOO_STRONG_TO_YIELD = {"mohr_coulomb": dict(friction_angle=30.0, cohesion=1e9),
+                       "drucker_prager": dict(friction_angle=30.0, cohesion=1e9),
+                       "von_mises": dict(yield_stress=1e9)}
 
 POINTS = {"quadrilateral": 2, "triangle": 3, "hexahedron": 2, "tetrahedron": 4}  # per body cell of small tests
 
@@ -40,8 +43,14 @@ def make_distorted(cell, counts=None, by=0.2, box=None, seed=1):
 
 
 @pytest.fixture(params=sorted(LAWS))
-def law(request):
-    return LAWS[request.param](E=1.0, nu=0.3)
+def make_law(request):
+    """``make_law(E, nu)``: every law, in its elastic range."""
+    return lambda E, nu: LAWS[request.param](E, nu, **TOO_STRONG_TO_YIELD.get(request.param, {}))
+
+
+@pytest.fixture
+def law(make_law):
+    return make_law(1.0, 0.3)
 
 
 @pytest.fixture(params=["plane_strain", "plane_stress", "three_dimensional"])
@@ -65,7 +74,7 @@ def make_point(law, stress_state):
     P has the shape of F, A = dP/dF twice that."""
     D = 3 if stress_state == "three_dimensional" else 2
     point_stress, point_tangent = point_functions(law, stress_state, D)
-    plain_energy = specialise(law.energy, D=D)
+    plain_energy = bound(law, law.energy, D)
     old, new = np.zeros(2, law.state)
 
     def call(function, F):
@@ -79,6 +88,52 @@ def make_point(law, stress_state):
     return SimpleNamespace(dim=D, P=lambda F: call(point_stress, F)[0], A=lambda F: call(point_tangent, F)[1],
                            P33=lambda F: call(point_stress, F)[2], F33=lambda F: call(point_stress, F)[3], W=energy,
                            tangent_P=lambda F: call(point_tangent, F)[0], kernels=kernels(law, D))
+
+
+class Element:
+    """One point of a material led along a path. ``new`` holds the state that ``step`` would keep."""
+
+    def __init__(self, law, dim):
+        self.law, self.dim, self.n = law, dim, dim * dim
+        self._stress, self._tangent = kernels(law, dim)
+        self.states = np.zeros(2, law.state)
+
+    old, new = (property(lambda self, i=i: self.states[i]) for i in (0, 1))
+
+    def _call(self, kernel, F):
+        F = np.ascontiguousarray(F, float)
+        P, A = np.full(self.n + 1, 7.0), np.full((self.n + 1, self.n + 1), 7.0)
+        if kernel is self._tangent:
+            kernel(self.law.params, F, 1.0, self.old, self.new, P, A)
+        else:
+            self.region = kernel(self.law.params, F, 1.0, self.old, self.new, P)[-1]
+        return P, A
+
+    def P(self, F):
+        """First Piola–Kirchhoff stress, shape of F; ``region`` then tells where the return mapping went."""
+        return self._call(self._stress, F)[0][:-1].reshape(self.dim, self.dim)
+
+    def A(self, F):
+        return self._call(self._tangent, F)[1][:-1, :-1].reshape(4 * (self.dim,))
+
+    def tau(self, F):
+        """Kirchhoff stress, shape (3, 3)."""
+        P, tau = self._call(self._stress, F)[0], np.zeros((3, 3))
+        tau[:self.dim, :self.dim] = P[:-1].reshape(self.dim, self.dim) @ np.transpose(F)
+        tau[2, 2] += P[-1]  # 0 in space
+        return tau
+
+    def step(self, F):
+        """Kirchhoff stress of a step that ends at F; the state goes along."""
+        tau = self.tau(F)
+        self.states[0] = self.states[1]
+        return tau
+
+
+@pytest.fixture
+def element():
+    """``element(law, dim)``, see ``Element``."""
+    return Element
 
 
 @pytest.fixture

@@ -110,11 +110,10 @@ def test_general_plane_stress_agrees_with_the_closed_form(at_point, seed):
     np.testing.assert_allclose(general.A(F), closed.A(F), rtol=0, atol=100 * EPS)
 
 
-@pytest.mark.parametrize("make", LAWS.values(), ids=LAWS)
 @pytest.mark.parametrize("nu", [-0.5, 0.0, 0.49])
-def test_derivatives_hold_over_the_range_of_nu(make, nu, at_point, taylor_rate):
+def test_derivatives_hold_over_the_range_of_nu(make_law, nu, at_point, taylor_rate):
     for stress_state in ("plane_strain", "plane_stress"):
-        point = at_point(make(1.0, nu), stress_state)
+        point = at_point(make_law(1.0, nu), stress_state)
         F, dF = deformation(2, 5, size=0.1)
         rate = taylor_rate(lambda h: point.P(F + h * dF), np.einsum("ijkl,kl", point.A(F), dF))
         assert rate == pytest.approx(2.0, abs=0.01)
@@ -153,9 +152,8 @@ def test_lame_parameters():
     assert lam / (2 * (lam + mu)) == pytest.approx(0.3)
 
 
-@pytest.mark.parametrize("make", LAWS.values(), ids=LAWS)
 @pytest.mark.parametrize("E, nu, word", [(0.0, 0.3, "E is 0.0 Pa"), (-1.0, 0.3, "E is"), (np.nan, 0.3, "E is"),
                                          (1.0, 0.5, "nu is 0.5"), (1.0, -1.0, "nu is"), (1.0, np.nan, "nu is")])
-def test_impossible_elastic_constants(make, E, nu, word):
+def test_impossible_elastic_constants(make_law, E, nu, word):
     with pytest.raises(ValueError, match=word):
-        make(E, nu)
+        make_law(E, nu)

@@ -28,9 +28,9 @@ def assert_same(state, other):
 
 
 @pytest.fixture
-def moving(make_mpm, cell, law):
+def moving(make_mpm, cell, make_law):
     """``moving()``: a new soft block on the way through its grid; it leaves the cover of its start within 8 steps."""
-    return lambda: make_mpm(cell, law=LAWS[law.name](1e3, 0.3), margin=6, velocity=(4.0, 1.0), inertia="lumped")
+    return lambda: make_mpm(cell, law=make_law(1e3, 0.3), margin=6, velocity=(4.0, 1.0), inertia="lumped")
 
 
 def test_going_back_repeats_the_run(moving):

@@ -1,0 +1,227 @@
+"""Plasticity at finite strain by return mapping in principal logarithmic strains: what all such laws share.
+
+F = Fe Fp; Hencky's elasticity is linear in the logarithmic strain of the elastic left Cauchy–Green tensor and gives
+the Kirchhoff stress tau. With plastic flow frozen, b = F Cp^-1 F^T (Cp = Fp^T Fp) is the trial state of a step, and
+
+    b = sum_a l_a n_a n_a^T,    e_a = ln(l_a) / 2,    tau_a = r_a(e),    P = tau F^-T = sum_a tau_a n_a m_a^T,
+    m_a = F^-1 n_a,             Cp^-1 = sum_a exp(2 ee_a) m_a m_a^T,     ee_a = (tau_a - lam tr(tau) / K3) / 2 mu,
+
+with K3 = 3 lam + 2 mu and the return mapping r of small strains (de Souza Neto, Perić & Owen, Computational Methods
+for Plasticity, section 14.4; Simo 1992, doi 10.1016/0045-7825(92)90123-2). Yield conditions are in Kirchhoff stress.
+
+Soil that separates remembers the volumetric strain by which it has *opened* beyond the strain of its greatest tension.
+The trial strain of the next step starts with that much, so that the soil closes before it pushes again: otherwise each
+opening would leave it larger than before.
+
+A law gives two functions of trial strains in descending order, e1 >= e2 >= e3, and of the plastic strain so far:
+
+    return_map(p, hardening, e1, e2, e3) -> tau1, tau2, tau3, region
+    moduli(p, hardening, e1, e2, e3, region) -> dtau/de, a tuple of three rows
+
+region is ELASTIC, OPEN (separated) or a number of the law's own. The law's parameters include lam and mu [Pa].
+"""
+import math
+
+import numpy as np
+from numba import njit
+
+from . import Law
+from .algebra import combine2, combine3, cofactor, determinant, from_axes2, from_axes3, symmetric2, symmetric3
+
+STATE = np.dtype([
+    ("plastic", np.float64, (3, 3)),  # Cp^-1 - 1, zero at the start
+    ("plastic_strain", np.float64),   # accumulated equivalent strain, the integral of sqrt(2/3 dev(d) : dev(d))
+    ("opened", np.float64),           # volumetric strain to close before the soil pushes
+])
+ELASTIC, OPEN = 0, 1
+
+D = 2  # fixed by specialise, as are the functions below
+return_map = moduli = None
+
+
+@njit(error_model="numpy")
+def _trial(F, C, i, j, D):
+    """Component ij of F (1 + C) F^T."""
+    s = 0.0
+    for k in range(D):
+        g = F[j, k]
+        for l in range(D):
+            g += C[k, l] * F[j, l]
+        s += F[i, k] * g
+    return s
+
+
+@njit(error_model="numpy")
+def _pulled_back2(F, n, J):
+    """F^-1 n in the plane."""
+    return (F[1, 1] * n[0] - F[0, 1] * n[1]) / J, (F[0, 0] * n[1] - F[1, 0] * n[0]) / J
+
+
+@njit(error_model="numpy")
+def _pulled_back3(F, n, J):
+    """F^-1 n in space."""
+    return ((cofactor(F, 0, 0, 3) * n[0] + cofactor(F, 1, 0, 3) * n[1] + cofactor(F, 2, 0, 3) * n[2]) / J,
+            (cofactor(F, 0, 1, 3) * n[0] + cofactor(F, 1, 1, 3) * n[1] + cofactor(F, 2, 1, 3) * n[2]) / J,
+            (cofactor(F, 0, 2, 3) * n[0] + cofactor(F, 1, 2, 3) * n[1] + cofactor(F, 2, 2, 3) * n[2]) / J)
+
+
+def principal_axes(F, F33, C):
+    """Three squared trial stretches l, the third being the one across a plane, and D axes n and m = F^-1 n. NaN when
+    the body is turned inside out."""
+    J = determinant(F, D)
+    J = J if J * F33 > 0.0 else math.nan
+    if D == 2:
+        l, n = symmetric2(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 0, 1, D))
+        return (l[0], l[1], F33 * F33 * (1.0 + C[2, 2])), n, (_pulled_back2(F, n[0], J), _pulled_back2(F, n[1], J))
+    l, n = symmetric3(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 2, 2, D),
+                      _trial(F, C, 0, 1, D), _trial(F, C, 1, 2, D), _trial(F, C, 2, 0, D))
+    return l, n, (_pulled_back3(F, n[0], J), _pulled_back3(F, n[1], J), _pulled_back3(F, n[2], J))
+
+
+@njit(error_model="numpy")
+def _log_strain(l):
+    return 0.5 * math.log(l) if l > 0.0 else math.nan
+
+
+@njit(error_model="numpy")
+def _rank(e):
+    """Place of the strain across the plane, e[2], among the sorted three; e[0] >= e[1] already."""
+    return 0 if e[2] > e[0] else 1 if e[2] > e[1] else 2
+
+
+@njit(error_model="numpy")
+def _sorted(e, rank):
+    if rank == 2:
+        return e
+    return (e[0], e[2], e[1]) if rank == 1 else (e[2], e[0], e[1])
+
+
+@njit(error_model="numpy")
+def _unsorted(s, rank):
+    if rank == 2:
+        return s
+    return (s[0], s[2], s[1]) if rank == 1 else (s[1], s[2], s[0])
+
+
+def from_axes(x, n, m):
+    """Turn components x[D a + b] in the axes n, m into those of the matrix sum_ab x_ab n_a m_b^T, in place."""
+    if D == 2:
+        from_axes2(x, n, m)
+    else:
+        from_axes3(x, n, m)
+
+
+def remember(p, F33, old, new, m, e, t, region):
+    """Fill ``new``: the elastic strains ee belong to the stresses t, the rest of e is plastic."""
+    if region == ELASTIC and old.opened == 0.0:
+        for i in range(3):
+            for j in range(3):
+                new.plastic[i, j] = old.plastic[i, j]
+        new.plastic_strain, new.opened = old.plastic_strain, 0.0
+        return
+    mean = p.lam / (3.0 * p.lam + 2.0 * p.mu) * (t[0] + t[1] + t[2])
+    ee = ((t[0] - mean) / (2.0 * p.mu), (t[1] - mean) / (2.0 * p.mu), (t[2] - mean) / (2.0 * p.mu))
+    l = (math.exp(2.0 * ee[0]), math.exp(2.0 * ee[1]), math.exp(2.0 * ee[2]))
+    for i in range(D):
+        if D == 2:
+            row = combine2(l[0] * m[0][i], l[1] * m[1][i], m)
+            new.plastic[i, 0], new.plastic[i, 1] = row
+        else:
+            row = combine3(l[0] * m[0][i], l[1] * m[1][i], l[2] * m[2][i], m)
+            new.plastic[i, 0], new.plastic[i, 1], new.plastic[i, 2] = row
+        new.plastic[i, i] -= 1.0
+    if D == 2:
+        new.plastic[2, 2] = l[2] / (F33 * F33) - 1.0
+    f1, f2, f3 = e[0] - ee[0], e[1] - ee[1], e[2] - ee[2]
+    square = (f1 - f2) ** 2 + (f2 - f3) ** 2 + (f3 - f1) ** 2  # three times the square of the deviator
+    new.plastic_strain = old.plastic_strain + math.sqrt(2.0 * square) / 3.0
+    new.opened = max(f1 + f2 + f3, 0.0) if region == OPEN else 0.0
+
+
+def stress(p, F, F33, old, new, P):
+    """Also returns what the tangent goes on with: l, n, m as in ``principal_axes``, trial strains in descending order,
+    the rank of the one across the plane, stresses t in the order of l, and the region."""
+    l, n, m = principal_axes(F, F33, old.plastic)
+    ahead = old.opened / 3.0
+    e = (_log_strain(l[0]) + ahead, _log_strain(l[1]) + ahead, _log_strain(l[2]) + ahead)
+    rank = _rank(e) if D == 2 else 2
+    ordered = _sorted(e, rank)
+    t1, t2, t3, region = return_map(p, old.plastic_strain, ordered[0], ordered[1], ordered[2])
+    t = _unsorted((t1, t2, t3), rank)
+    for a in range(D):
+        for b in range(D):
+            P[a * D + b] = t[a] if a == b else 0.0
+    from_axes(P, n, m)
+    P[D * D] = t[2] / F33 if D == 2 else 0.0
+    remember(p, F33, old, new, m, e, t, region)
+    return l, n, m, ordered, rank, t, region
+
+
+@njit(error_model="numpy")
+def _spin(l, t, d, a, b):
+    """(t_a - t_b) / (l_a - l_b), and its limit where the two meet: the error of either is then below 1e-10."""
+    if abs(l[a] - l[b]) > 1e-5 * (l[a] + l[b]):
+        return (t[a] - t[b]) / (l[a] - l[b])
+    return 0.5 * (d[a][a] - d[a][b] - d[b][a] + d[b][b]) / (l[a] + l[b])
+
+
+def tangent(p, F, F33, old, new, P, A):
+    """dtau = a : dF F^-1 has in principal axes a_aabb = d_ab, a_abab = w l_b, a_abba = w l_a with the spin term w =
+    (t_a - t_b) / (l_a - l_b); with P = tau F^-T, A in the axes n, m is a_abcd - t_a delta_ad delta_bc."""
+    l, n, m, e, rank, t, region = stress(p, F, F33, old, new, P)
+    rows = moduli(p, old.plastic_strain, e[0], e[1], e[2], region)
+    d = _unsorted((_unsorted(rows[0], rank), _unsorted(rows[1], rank), _unsorted(rows[2], rank)), rank)
+    last = D * D
+    for i in range(last + 1):
+        for j in range(last + 1):
+            A[i, j] = 0.0
+    for a in range(D):
+        for b in range(D):
+            A[a * D + a, b * D + b] = d[a][b]
+            if a != b:
+                spin = _spin(l, t, d, a, b)
+                A[a * D + b, a * D + b] = spin * l[b]
+                A[a * D + b, b * D + a] = spin * l[a] - t[a]
+        A[a * D + a, a * D + a] -= t[a]
+        if D == 2:
+            A[a * D + a, last], A[last, a * D + a] = d[a][2] / F33, d[2][a] / F33
+    if D == 2:
+        A[last, last] = (d[2][2] - t[2]) / (F33 * F33)
+    for i in range(last + 1):
+        from_axes(A[i], n, m)
+    for j in range(last + 1):
+        from_axes(A[:, j], n, m)
+
+
+def energy(p, F, F33, old):
+    """Elastic energy lam tr(e)^2 / 2 + mu e:e of the state at the end of a step."""
+    l = principal_axes(F, F33, old.plastic)[0]
+    e = (_log_strain(l[0]), _log_strain(l[1]), _log_strain(l[2]))
+    trace = e[0] + e[1] + e[2]
+    return 0.5 * p.lam * trace * trace + p.mu * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
+
+
+def hencky_law(name, params, return_map, moduli, symmetric=True):
+    """The law with these parameters and functions; ``symmetric`` if the moduli are."""
+    return Law(name, params, STATE, stress, tangent, energy, symmetric=symmetric, parts=(
+        ("principal_axes", principal_axes), ("from_axes", from_axes), ("remember", remember),
+        ("return_map", return_map), ("moduli", moduli)))
+
+
+@njit(error_model="numpy")
+def deviatoric_moduli(e1, e2, e3, volume, back, forth, across, along):
+    """Moduli of a law that knows mean stress and size of the deviator only: volume 11 + back 1n + forth n1 +
+    across (I - 11/3 - nn) + along nn, with n the direction of the deviatoric strain."""
+    mean = (e1 + e2 + e3) / 3.0
+    n1, n2, n3 = e1 - mean, e2 - mean, e3 - mean
+    norm = math.sqrt(n1 * n1 + n2 * n2 + n3 * n3)
+    if norm > 0.0:
+        n1, n2, n3 = n1 / norm, n2 / norm, n3 / norm
+    base, square = volume - across / 3.0, along - across
+    return (
+        (base + back * n1 + forth * n1 + square * n1 * n1 + across, base + back * n2 + forth * n1 + square * n1 * n2,
+         base + back * n3 + forth * n1 + square * n1 * n3),
+        (base + back * n1 + forth * n2 + square * n2 * n1, base + back * n2 + forth * n2 + square * n2 * n2 + across,
+         base + back * n3 + forth * n2 + square * n2 * n3),
+        (base + back * n1 + forth * n3 + square * n3 * n1, base + back * n2 + forth * n3 + square * n3 * n2,
+         base + back * n3 + forth * n3 + square * n3 * n3 + across))

@@ -1,0 +1,61 @@
+"""Von Mises metal with linear isotropic hardening.
+
+    sqrt(3 J2) <= Y + H alpha,    plastic flow along dev(tau)
+
+in Kirchhoff stress, alpha the accumulated equivalent plastic strain. The return shrinks the trial deviator (de Souza
+Neto, Perić & Owen, Computational Methods for Plasticity, section 7.3):
+
+    dalpha = (q - Y - H alpha) / (3 mu + H),    dev(tau) = (1 - 3 mu dalpha / q) dev(trial)
+
+with q = sqrt(3 J2) of the trial stress.
+"""
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+from . import Law, lame
+from .hencky import ELASTIC, deviatoric_moduli, hencky_law
+
+FLOW = 2
+
+
+class Params(NamedTuple):
+    """Lamé parameters, yield stress Y in uniaxial stress and hardening modulus H [Pa]."""
+
+    lam: float
+    mu: float
+    Y: float
+    H: float
+
+
+@njit(error_model="numpy")
+def _left(p, hardening, e1, e2, e3):
+    """The share of the trial deviator that is left after the return; 1 in the elastic range."""
+    mean = (e1 + e2 + e3) / 3.0
+    q = p.mu * math.sqrt(6.0 * ((e1 - mean) ** 2 + (e2 - mean) ** 2 + (e3 - mean) ** 2))
+    excess = q - p.Y - p.H * hardening
+    return 1.0 if excess <= 0.0 else 1.0 - 3.0 * p.mu * excess / ((3.0 * p.mu + p.H) * q)
+
+
+def return_map(p, hardening, e1, e2, e3):
+    mean, left = (e1 + e2 + e3) / 3.0, _left(p, hardening, e1, e2, e3)
+    pressure, scale = (3.0 * p.lam + 2.0 * p.mu) * mean, 2.0 * p.mu * left
+    return (pressure + scale * (e1 - mean), pressure + scale * (e2 - mean), pressure + scale * (e3 - mean),
+            ELASTIC if left == 1.0 else FLOW)
+
+
+def moduli(p, hardening, e1, e2, e3, region):
+    bulk, left = p.lam + 2.0 / 3.0 * p.mu, _left(p, hardening, e1, e2, e3)
+    along = 1.0 if region == ELASTIC else p.H / (3.0 * p.mu + p.H)
+    return deviatoric_moduli(e1, e2, e3, bulk, 0.0, 0.0, 2.0 * p.mu * left, 2.0 * p.mu * along)
+
+
+def von_mises(E: float, nu: float, yield_stress: float, hardening: float = 0.0) -> Law:
+    """Von Mises law with Young's modulus E [Pa], Poisson's ratio nu, yield stress in uniaxial stress and hardening
+    modulus (stress per plastic strain) [Pa]. Raises ValueError for impossible values."""
+    if not (yield_stress > 0.0 and math.isfinite(yield_stress)):
+        raise ValueError(f"yield_stress is {yield_stress} Pa: give a positive number")
+    if not (hardening >= 0.0 and math.isfinite(hardening)):
+        raise ValueError(f"hardening is {hardening} Pa: give 0 or a positive number; softening needs a length scale")
+    return hencky_law("von_mises", Params(*lame(E, nu), float(yield_stress), float(hardening)), return_map, moduli)

@@ -17,10 +17,11 @@ class Cover:
     local number; fixed: (n, D) mask of supported directions. Collective.
     """
 
-    def __init__(self, background, filled, fixed):
-        """filled: numbers of this rank's cells that hold points; fixed: (grid nodes, D) mask."""
+    def __init__(self, background, filled, fixed, symmetric=True):
+        """filled: numbers of this rank's cells that hold points; fixed: (grid nodes, D) mask; symmetric: so
+        is the matrix."""
         self.comm, self.dim = background.comm, background.dim
-        self._vectors = {}
+        self._vectors, self._symmetric = {}, symmetric
         grid_vec = self._ghosted(background.node_map, background.nodes_owned, 1)
         near = self._flags(grid_vec, background, background.cells[filled])  # nodes of filled cells, on any rank
         owned_cells = background.cells[:background.cells_owned]
@@ -115,7 +116,7 @@ class Cover:
         self.matrix.setSizes((size, size), bsize=D)
         self.matrix.setType(PETSc.Mat.Type.AIJ)
         compat.set_coo_pattern(self.matrix, np.append(rows, diagonal), np.append(columns, diagonal))
-        self.matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        self.matrix.setOption(PETSc.Mat.Option.SYMMETRIC, self._symmetric)
         self.values = np.empty(len(rows) + len(diagonal))
 
     def fill_matrix(self, diagonal):

@@ -20,6 +20,7 @@ class Transfers(NamedTuple):
 class Material(NamedTuple):
     """Of one law, see ``weakform``."""
 
+    mean_changes: Callable
     residual: Callable
     tangent: Callable
     energies: Callable
@@ -45,8 +46,10 @@ def compile_material(body, background, consistent):
     size = dict(D=D, K=background.cells.shape[1])
     stress, _ = laws.kernels(law, D)
     point_stress, point_tangent = point_functions(law, body.stress_state, D)
+    form = dict(**size, CONSISTENT=consistent, FBAR=body.f_bar)
     return Material(
-        residual=specialise(weakform.residual, **size, CONSISTENT=consistent, point_stress=point_stress),
-        tangent=specialise(weakform.tangent, **size, CONSISTENT=consistent, point_tangent=point_tangent),
+        mean_changes=specialise(weakform.mean_changes, **size),
+        residual=specialise(weakform.residual, **form, point_stress=point_stress),
+        tangent=specialise(weakform.tangent, **form, point_tangent=point_tangent),
         energies=specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D)),
         cauchy=specialise(weakform.cauchy, D=D, stress=stress))

@@ -32,9 +32,10 @@ class Part:
         """Kernels of the law on the cells of ``background``, with consistent or lumped inertia."""
         self._material = compile_material(self.body, background, consistent)
 
-    def attach(self, nodes_per_cell):
-        """Work arrays; needed whenever the number of points on this rank changes."""
-        n, K, D = len(self.points), nodes_per_cell, self.body.dim
+    def attach(self, cover):
+        """Work arrays on a cover; needed whenever it or the number of points on this rank changes."""
+        n, (cells, K, D) = len(self.points), cover.element_matrices.shape[:3]
+        self._volume, self._gradient = np.zeros((cells, 2)), np.zeros((cells, K, D))
         self.basis, self._G = np.empty((n, K)), np.empty((n, K, D))
         self._F, self._F33, self._state = np.empty((n, D, D)), np.empty(n), self.points.state.copy()
 
@@ -57,21 +58,33 @@ class Part:
         force = p.mass[:, None] * np.asarray(self._body_force(p.rest, time), float)
         step.kernels.spread(p.cell, step.cover.cells, self.basis, force, load)
 
+    def _mean_changes(self, step, u):
+        """F-bar's means over the cells at the displacement u, see ``weakform.mean_changes``; keeps u for the tangent."""
+        self._u, p, cover = u, self.points, step.cover
+        if not self.body.f_bar:
+            return
+        self._volume[:], self._gradient[:] = 0.0, 0.0
+        self._material.mean_changes(p.cell, cover.cells, cover.slot, self._G, p.V0, p.F, p.F33, u, self._volume,
+                                    self._gradient)
+
     def residual(self, step, u, a, R):
         """Add inner and, with consistent inertia, inertia forces to R, see ``weakform.residual``."""
         p = self.points
-        self._material.residual(p.cell, step.cover.cells, self.basis, self._G, p.mass, p.V0, p.F, p.F33, p.state,
-                                self._params, u, a, self._F, self._F33, self._state, R)
+        self._mean_changes(step, u)
+        self._material.residual(p.cell, step.cover.cells, step.cover.slot, self._volume, self.basis, self._G, p.mass,
+                                p.V0, p.F, p.F33, p.state, self._params, u, a, self._F, self._F33, self._state, R)
 
-    def rest(self):
+    def rest(self, step):
         """Before a tangent at the start of the step, without a residual."""
         self._F[:], self._F33[:] = self.points.F, self.points.F33
+        self._mean_changes(step, np.zeros_like(step.v))
 
     def tangent(self, step, alpha):
         """Add to the element matrices of the cover, see ``weakform.tangent``."""
         p, cover = self.points, step.cover
-        self._material.tangent(p.cell, cover.slot, self.basis, self._G, p.mass, p.V0, p.F, p.F33, p.state, self._params,
-                               alpha, self._F, self._F33, self._state, cover.element_matrices)
+        self._material.tangent(p.cell, cover.cells, cover.slot, self._volume, self._gradient, self.basis, self._G,
+                               p.mass, p.V0, p.F, p.F33, p.state, self._params, alpha, self._u, self._F, self._F33,
+                               self._state, cover.element_matrices)
 
     def finish(self, step, u, a):
         """Move the points; deformation and state of the last residual become theirs."""

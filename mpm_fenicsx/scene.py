@@ -80,7 +80,8 @@ class Body:
     and hexahedra per direction (tensor Gauss rule, 1 to 6), for simplices in all (triangles 1, 3, 6, 7 or 12, tetrahedra
     1, 4, 14, 15 or 24). stress_state: ``plane_stress`` or ``plane_strain`` (default) in the plane,
     ``three_dimensional``. thickness: of a plane body [m]. velocity: initial velocity [m/s], shape (dim,), or a function
-    from positions (n, dim) to velocities (n, dim).
+    from positions (n, dim) to velocities (n, dim). f_bar: average the volume change over each cell of the background
+    grid (quadrilaterals and hexahedra), against locking of bodies that keep their volume.
     """
 
     shape: object
@@ -92,6 +93,7 @@ class Body:
     thickness: float = 1.0
     cell: Optional[str] = None
     velocity: object = 0.0
+    f_bar: bool = False
 
     def __post_init__(self):
         put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen

@@ -6,7 +6,8 @@ Defaults are set on the objects before ``setFromOptions``, so the command line a
     small: -mpm_ksp_type preonly -mpm_pc_type cholesky (CHOLMOD on one rank, MUMPS on several; very small systems on
     several ranks: -mpm_pc_type redundant, each rank solves the whole with CHOLMOD),
     large and dominated by inertia: -mpm_ksp_type cg -mpm_pc_type bjacobi -mpm_sub_pc_type icc -mpm_ksp_rtol 1e-8,
-    large and stiff: -mpm_ksp_type cg -mpm_pc_type gamg (with the rigid-body modes).
+    large and stiff: -mpm_ksp_type cg -mpm_pc_type gamg (with the rigid-body modes),
+    not symmetric (soil that does not dilate as it rubs): lu, ilu and gmres for cholesky, icc and cg.
 
 The tangent is kept until the caller has a reason for a new one (``-mpm_snes_lag_jacobian 1`` makes it anew in every
 Newton iteration, 2 in every second one, …). A step that fails with the kept tangent is tried again with new ones.
@@ -24,8 +25,6 @@ PREFIX = "mpm_"
 KEEP = -1  # never made anew by the SNES itself
 DIRECT_UP_TO = {2: 100_000, 3: 20_000}  # unknowns: beyond, factorisation costs more than conjugate gradients
 REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
-REDUNDANT = {"redundant_ksp_type": "preonly", "redundant_pc_type": "cholesky",
-             "redundant_pc_factor_mat_solver_type": "cholmod"}
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
 REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
 ADVICE = {
@@ -54,10 +53,11 @@ class Newton:
 
     tangent is called with whether it was asked for. watched: it is called in every iteration and may find that the kept
     one still holds. kinks: the residual is piecewise linear, as of springs that open, stick and slide. They have a
-    potential: line search cp finds its minimum along a line, where bt gets stuck on the residual's norm.
+    potential: line search cp finds its minimum along a line, where bt gets stuck on the residual's norm. symmetric: so is
+    the tangent. plastic: it changes with the load, so every iteration gets a new one.
     """
 
-    def __init__(self, cover, residual, tangent, watched=False, kinks=False):
+    def __init__(self, cover, residual, tangent, watched=False, kinks=False, symmetric=True, plastic=False):
         self._residual, self._tangent = residual, tangent
         self._failure = None
         self._shape = (cover.owned, cover.dim)
@@ -67,7 +67,8 @@ class Newton:
         snes.setFunction(self._function, r)
         snes.setJacobian(self._jacobian, cover.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
-        self._lag, self._asked, self._search = 1 if watched else KEEP, False, ("cp", 5) if kinks else ("bt",)
+        self._lag, self._search = 1 if watched or plastic else KEEP, ("cp", 5) if kinks else ("bt",)
+        self._symmetric, self._plastic, self._asked = symmetric, plastic, plastic
         compat.set_lag_jacobian(snes, self._lag)
         compat.set_line_search(snes, *self._search)
         options = PETSc.Options(PREFIX)
@@ -96,24 +97,26 @@ class Newton:
         options, ksp, comm = PETSc.Options(PREFIX), self.snes.getKSP(), self._cover.comm
         pc, asked = ksp.getPC(), options.getString("pc_type", "")
         small = self.u.getSize() <= DIRECT_UP_TO[self._cover.dim]
+        direct, package = ("cholesky", "cholmod") if self._symmetric else ("lu", "petsc")
         if asked in ("cholesky", "lu") or (small and not asked):
             ksp.setType("preonly")
             if comm.size > 1 and not asked and self.u.getSize() <= REDUNDANT_UP_TO:
                 pc.setType("redundant")
-                for name, value in REDUNDANT.items():
-                    if not options.hasName(name):
-                        options[name] = value
+                for name, value in (("ksp_type", "preonly"), ("pc_type", direct),
+                                    ("pc_factor_mat_solver_type", package)):
+                    if not options.hasName("redundant_" + name):
+                        options["redundant_" + name] = value
             else:
-                pc.setType(asked or "cholesky")
-                pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if asked == "lu" else "cholmod")
+                pc.setType(asked or direct)
+                pc.setFactorSolverType("mumps" if comm.size > 1 else "petsc" if asked == "lu" else package)
         else:
-            ksp.setType("cg")
+            ksp.setType("cg" if self._symmetric else "gmres")
             ksp.setTolerances(rtol=1e-8)
             pc.setType(asked or ("gamg" if stiffness > STIFF else "bjacobi"))
             if pc.getType() == "gamg":
                 self._set_rigid_body_modes(coordinates)
             elif pc.getType() == "bjacobi" and not options.hasName("sub_pc_type"):
-                options["sub_pc_type"] = "icc"
+                options["sub_pc_type"] = "icc" if self._symmetric else "ilu"
 
     def _set_rigid_body_modes(self, coordinates):
         """What multigrid needs to know of elasticity: the motions that cost no energy."""
@@ -180,7 +183,7 @@ class Newton:
         """
         if not self._user_lag:
             compat.set_lag_jacobian(self.snes, 1 if attempt else self._lag)
-            self._asked = attempt > 0
+            self._asked = attempt > 0 or self._plastic
         if not self._user_search:
             compat.set_line_search(self.snes, *(("basic",) if attempt == 3 else self._search))
         return attempt == 2 or not (self._user_lag if attempt == 1 else self._user_search)

@@ -7,6 +7,7 @@ from . import compat, newmark
 from .carriers import Carriers
 from .collective import somewhere, total
 from .cover import Cover
+from .laws import ELASTIC_STATE
 from .snes import Newton
 
 PHASES = ("search", "to grid", "tangent", "residual", "solve", "to points")
@@ -26,13 +27,16 @@ class Step:
     def __init__(self, background, filled, supports, parts, gravity, kernels, consistent, phases, loads, penalties):
         self.comm, self.dim, self.background = background.comm, background.dim, background
         self.loads, self.penalties = loads, penalties
-        self.cover = Cover(background, filled, supports.fixed)
+        laws = [part.body.law for part in parts]
+        symmetric = all(law.symmetric for law in laws) and not any(part.body.f_bar for part in parts)
+        self.cover = Cover(background, filled, supports.fixed, symmetric)
         self.filled, self.supports, self.gravity, self.kernels = filled, supports, gravity, kernels
         self.parts, self.consistent, self.phases = parts, consistent, phases
         bodies = [part.body for part in parts]
         self.cell_mass = np.prod(background.h) * min(b.rho * (b.thickness if self.dim == 2 else 1.0) for b in bodies)
         self.newton = Newton(self.cover, self.residual, self._renew_tangent, bool(penalties),
-                             any(held.kinks for held in penalties))
+                             any(held.kinks for held in penalties), symmetric,
+                             any(law.state != ELASTIC_STATE for law in laws))
         nodes = len(self.cover.node)
         self.active = np.zeros(nodes, bool)
         self._nodal, self._R = np.empty((nodes, 1 + 2 * self.dim)), np.empty((nodes, self.dim))
@@ -59,7 +63,7 @@ class Step:
     def attach(self, boundary):
         """Work arrays for the points now here; needed whenever their number on this rank changes."""
         for part in self.parts:
-            part.attach(self.cover.cells.shape[1])
+            part.attach(self.cover)
         self.carriers = Carriers(self, boundary)
 
     # ---------------------------------------------------------------- phase I
@@ -111,7 +115,7 @@ class Step:
         guess[self._idle] = self._known[:n][self._idle]
         if not self.tangent_is_valid or self.tangent_dt != dt:
             for part in self.parts:
-                part.rest()
+                part.rest(self)
             for held in self.penalties:
                 held.respond(self, self.cover.with_ghosts(guess))
             self.tangent()

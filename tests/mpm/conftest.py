@@ -168,13 +168,13 @@ def make_mpm():
 
     def make(cell="quadrilateral", box=((0.0, 0.0), (2.0, 1.0)), h=0.5, margin=2, law=LAWS["linear"](1e3, 0.3), rho=1.0,
              body_cells=None, points=None, stress_state=None, thickness=1.0, velocity=0.0, segments=4,
-             grid=None, shift=0.1, **others):
+             grid=None, shift=0.1, f_bar=False, **others):
         box = Box(*box)
         if grid is None:
             lower, upper = np.subtract(box.lower, margin * h), np.add(box.upper, margin * h)
             grid = Grid(Box(tuple(lower), tuple(upper)), Grid.counts(upper - lower, h), cell)
         body = Body(box, body_cells or Grid.counts(box.size, h), points or POINTS[cell], law,
-                    rho, stress_state, thickness, cell, velocity)
+                    rho, stress_state, thickness, cell, velocity, f_bar)
         others.setdefault("interface", Interface.top(box, segments, shift) if box.dim == 2 else None)
         opened.append(MPM(grid, body, **others))
         return opened[-1]

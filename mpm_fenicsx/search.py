@@ -126,8 +126,7 @@ def walk(x, cell, corner, inverse, neighbour, facet_of_lower, facet_of_upper, mo
                 for j in range(D):
                     for a in range(K):
                         xi[i] += inverse[c, i, j] * (x[p, j] - corner[c, a, j]) / K
-            total = 0.0
-            worst = -INSIDE
+            total, worst = 0.0, -INSIDE
             facet = -1
             for i in range(D):
                 total += xi[i]

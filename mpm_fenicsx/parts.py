@@ -26,7 +26,8 @@ class Part:
             rest["rest"] = x.copy()
         self.points = Points(
             gid=first + np.arange(n), cell=np.zeros(n, np.int32), x=x, v=self.velocity_at(x), a=a,
-            mass=body.rho * volume, V0=volume, F=np.tile(np.eye(dim), (n, 1, 1)), F33=np.ones(n), state=np.zeros(n, body.law.state), **rest)
+            mass=body.rho * volume, V0=volume,
+            F=np.tile(np.eye(dim), (n, 1, 1)), F33=np.ones(n), state=np.zeros(n, body.law.state), **rest)
 
     def compile(self, background, consistent):
         """Kernels of the law on the cells of ``background``, with consistent or lumped inertia."""

@@ -120,8 +120,13 @@ def walk(x, cell, corner, inverse, neighbour, facet_of_lower, facet_of_upper, mo
             if c < 0:
                 break
             to_reference(p, c, x, corner, inverse, xi, J, to_xi, value, gradient)
-            total = 0.0
-            worst = -INSIDE
+            far = xi[0] != xi[0]
+            for i in range(D if far else 0):  # Newton's method fails far away: the linear map tells the direction
+                xi[i] = 0.5
+                for j in range(D):
+                    for a in range(K):
+                        xi[i] += inverse[c, i, j] * (x[p, j] - corner[c, a, j]) / K
+            total, worst = 0.0, -INSIDE
             facet = -1
             for i in range(D):
                 total += xi[i]
@@ -132,9 +137,9 @@ def walk(x, cell, corner, inverse, neighbour, facet_of_lower, facet_of_upper, mo
             if K == D + 1 and 1.0 - total < worst:
                 facet = facet_of_upper[D]
             if total != total:
-                break  # not a number: too far for Newton's method, or no place at all
+                break  # not a number: no place at all
             if facet < 0:
-                reached = True
+                reached = not far
                 break
             c = neighbour[c, facet]
         found[p] = c if reached else -1

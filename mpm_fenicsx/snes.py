@@ -25,6 +25,7 @@ PREFIX = "mpm_"
 KEEP = -1  # never made anew by the SNES itself
 DIRECT_UP_TO = {2: 100_000, 3: 20_000}  # unknowns: beyond, factorisation costs more than conjugate gradients
 REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
+ZERO_PIVOT = 81  # PETSc's error of a factorisation that fails
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
 REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
 ADVICE = {
@@ -162,7 +163,7 @@ class Newton:
         for attempt, start in enumerate((guess, guess, rest, rest)):
             if attempt and not self._set_back(attempt):
                 continue
-            reason, more = self._run(start)
+            reason, more = self._run(start, when)
             iterations += more
             if reason >= 0:
                 break
@@ -188,12 +189,15 @@ class Newton:
             compat.set_line_search(self.snes, *(("basic",) if attempt == 3 else self._search))
         return attempt == 2 or not (self._user_lag if attempt == 1 else self._user_search)
 
-    def _run(self, guess):
+    def _run(self, guess, when):
         """Reason and number of iterations of one attempt."""
         self.u.array_w[:] = guess.ravel()
         try:
             self.snes.solve(None, self.u)
         except PETSc.Error as error:
+            if error.ierr == ZERO_PIVOT:
+                raise MPMDiverged(f"the tangent of {when} cannot be factorised: take inertia=\"lumped\" (nearly empty cells, "
+                                  "stiff bodies beside soft ones) or -mpm_pc_type lu") from None
             raise MPMError(f"PETSc stopped in the solver {self.describe()} ({_first_line(error)}): try -mpm_pc_type lu or "
                            "other options") from None
         failure, self._failure = self._failure, None

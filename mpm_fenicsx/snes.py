@@ -169,8 +169,9 @@ class Newton:
         self.u.array_w[:] = guess.ravel()
         self.snes.solve(None, self.u)
         failure, self._failure = self._failure, None
-        if somewhere(self._cover.comm, failure is not None)[0]:
-            raise failure or MPMError("another rank has failed")
+        if somewhere(self._cover.comm, failure is not None)[0]:  # all ranks tell what happened on the first of them
+            told = self._cover.comm.allgather(failure and f"{type(failure).__name__}: {failure}")
+            raise failure or MPMError(next(filter(None, told)))
         return self.snes.getConvergedReason(), self.snes.getIterationNumber()
 
     def destroy(self):

@@ -30,6 +30,7 @@ class Step:
         self._smallest_mass = 1e-14 * body.rho * np.prod(background.h) * (body.thickness if self.dim == 2 else 1.0)  # "numeric zero" of eq. 14
         self.newton = Newton(self.cover, self.residual, self.tangent)
         nodes = len(self.cover.node)
+        self.mass = None  # until begin
         self.active = np.zeros(nodes, bool)
         self._nodal, self._R = np.empty((nodes, 1 + 2 * self.dim)), np.empty((nodes, self.dim))
         self._load = np.empty((nodes, self.dim))

@@ -17,8 +17,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from . import compat
-from .collective import somewhere
-from .errors import MPMDiverged, MPMError
+from .errors import MPMDiverged
 
 PREFIX = "mpm_"
 KEEP = -1  # never made anew by the SNES itself
@@ -116,15 +115,22 @@ class Newton:
         out = r.array_w.reshape(self._shape)
         try:
             self._residual(u.array_r.reshape(self._shape), out)
-        except Exception as error:  # raised again after the solve, where PETSc's vectors are unlocked
-            self._failure = error
+        except Exception as error:
+            self._fail(error)
             out[:] = np.nan
 
     def _jacobian(self, snes, u, A, B):
         try:
             self._tangent()
         except Exception as error:
-            self._failure = error
+            self._fail(error)
+
+    def _fail(self, error):
+        """Keep an error until after the solve, where PETSc's vectors are unlocked. On several ranks leave the solve at
+        once: those without the error wait for this one in the middle of their residual, and no solve comes to its end."""
+        self._failure = error
+        if self._cover.comm.size > 1:
+            raise error
 
     def solve(self, guess, rest, atol, when):
         """Solve from ``guess``, shape (owned, D); returns the solution and the number of iterations.
@@ -167,11 +173,14 @@ class Newton:
     def _run(self, guess):
         """Reason and number of iterations of one attempt."""
         self.u.array_w[:] = guess.ravel()
-        self.snes.solve(None, self.u)
+        try:
+            self.snes.solve(None, self.u)
+        except Exception:
+            if self._failure is None:
+                raise
         failure, self._failure = self._failure, None
-        if somewhere(self._cover.comm, failure is not None)[0]:  # all ranks tell what happened on the first of them
-            told = self._cover.comm.allgather(failure and f"{type(failure).__name__}: {failure}")
-            raise failure or MPMError(next(filter(None, told)))
+        if failure is not None:
+            raise failure
         return self.snes.getConvergedReason(), self.snes.getIterationNumber()
 
     def destroy(self):

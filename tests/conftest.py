@@ -42,6 +42,12 @@ def both():
     return lambda scene, dt: (open_dem("reference", scene, dt), open_dem("liggghts", scene, dt))
 
 
+@pytest.fixture
+def liggghts():
+    """For tests that need LIGGGHTS and nothing else of it."""
+    need_liggghts()
+
+
 def need_liggghts():
     """Skip the test when LIGGGHTS is missing, or fail when it is required."""
     try:

@@ -145,7 +145,7 @@ def main(rank: int = 0):
     cli.MPI.COMM_WORLD.Barrier()
     print("never")
 
-cli._all_arrive.__defaults__ = 0.5,
+cli.PATIENCE = 0.5
 cli.run(main)
 """)
     command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "2", sys.executable, tmp_path / "case.py"]

@@ -51,7 +51,7 @@ box = Box((0.3, 0.5), (1.8, 1.5))
 spin = lambda x: np.column_stack([1.5 - 0.3 * (x[:, 1] - 1.0), 0.3 * (x[:, 0] - 1.05)])
 body = Body(box, (12, 8), 2, LAWS["neo_hooke"](1e3, 0.3), 1.0, velocity=spin)
 MPM.balance_every = 5
-solid = MPM(grid, body, interface=Interface.top(box, 6, 0.1))
+solid = MPM(grid, body, interface=Interface.top(box, 6, 0.1), inertia="lumped")
 for n in range(60):
     x, v = solid.advance(0.05, np.outer(np.cos(0.3 * n + np.arange(7)), (0.0, -0.05)))
 gather = lambda values: np.concatenate(solid.comm.allgather(values))

@@ -48,6 +48,14 @@ def sentences(err):
     return [line for line in err.splitlines() if line.startswith("error")]
 
 
+def runs(pid):
+    """Whether the process is there and not just waiting to be taken note of, as orphans in a container may for ever."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except FileNotFoundError:
+        return False
+
+
 @pytest.mark.mpi
 @pytest.mark.parametrize("failure, options, sentence", [
     ("point", "", r"error: material point \d+ left the grid at x = \[nan, nan\] m"),
@@ -68,7 +76,7 @@ def test_errors_of_all_ranks_are_one_sentence(run_ranks, words, request, tmp_pat
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("failure, sentence", [
-    ("rank 1", "error on rank 1: only here"), ("residual of rank 1", "error on rank 1: float division by zero"),
+    ("rank 1", "error on rank 1: only here"), ("residual of rank 1", "error on rank 1: division by zero"),
     ("liggghts on rank 1", "error on rank 1: LIGGGHTS: Unknown command: nonsense")])
 def test_an_error_of_one_rank_ends_the_others(run_ranks, words, request, failure, sentence):
     """They wait somewhere, the residual's exchange included, until they are aborted."""
@@ -96,10 +104,9 @@ def test_an_interrupt_ends_all_ranks(start_ranks, words, tmp_path, receiver):
     else:
         os.kill(int(marks[int(receiver[-1])].read_text()), signal.SIGINT)
     _, err = process.communicate(timeout=SECONDS)
+    while any(runs(int(mark.read_text())) for mark in marks) and time.monotonic() - begin < SECONDS:
+        time.sleep(0.05)  # mpirun itself may be gone a moment earlier
     assert process.returncode != 0 and time.monotonic() - begin < SECONDS
-    for mark in marks:
-        with pytest.raises(ProcessLookupError):
-            os.kill(int(mark.read_text()), 0)
     shown = sentences(err)
     assert len(shown) == 1 and "interrupted; what was written so far" in shown[0], err
     assert "Traceback" not in err

@@ -10,10 +10,12 @@ import time
 import traceback
 import typing
 import warnings
+from contextlib import contextmanager
 
 from mpi4py import MPI
 
 EXPECTED = (ValueError, RuntimeError, ImportError, ArithmeticError, OSError, MemoryError)  # anything else is a bug
+SIGNALS = signal.SIGINT, signal.SIGTERM
 PATIENCE = 5.0  # [s] for ranks that share an error to arrive at their end
 IMPATIENT = 0.5  # [s] after an interrupt: mpirun kills the ranks a second after it has told them
 
@@ -31,8 +33,11 @@ def run(main, presets=None):
     """
     words = sys.argv[1:]
     warnings.showwarning = _show
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    with _terminated_like_interrupted():
+        _run(main, presets, words)
+
+
+def _run(main, presets, words):
     try:
         if "--help" in words or "-h" in words:
             if MPI.COMM_WORLD.rank == 0:
@@ -44,12 +49,26 @@ def run(main, presets=None):
     except EXPECTED as error:
         _stop(error, 1)
     except KeyboardInterrupt:
-        for number in (signal.SIGINT, signal.SIGTERM):  # a second one must not cut the end short
+        for number in SIGNALS:  # a second one must not cut the end short
             signal.signal(number, signal.SIG_IGN)
         _stop("interrupted; what was written so far is complete up to the last window", 130, IMPATIENT)
     except Exception:
         traceback.print_exc()
         _stop("this is a bug in the program: please report the lines above", 1)
+
+
+@contextmanager
+def _terminated_like_interrupted():
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread may say what signals do
+        return
+    before = {number: signal.getsignal(number) or signal.SIG_DFL for number in SIGNALS}
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _show(message, category, filename, lineno, file=None, line=None):

@@ -10,6 +10,7 @@ from coupling.history import read
 SCRIPT = Path(__file__).parents[2] / "cases/beam_impact.py"
 WINDOWS = 400
 NEAR = 1e-10  # of the largest value: what the order of the sums may change
+DRIFT = 1e-7  # of the largest displacement: nothing holds the beam along its axis, where round-off moves it as a whole
 
 
 @pytest.fixture
@@ -35,7 +36,8 @@ def check_the_same(one, other, pieces, joined, ranks):
     y, same, _ = joined(list(others.values()))
     start, _, _ = joined(list(first.values()))
     assert (data["gid"] == same["gid"]).all() and set(others) == set(range(ranks))
-    assert abs(x - y).max() <= NEAR * abs(x - start).max()  # of the largest displacement, not only of the position
+    assert abs(x - y).max() <= NEAR * abs(x).max()
+    assert abs(x - y).max() <= DRIFT * abs(x - start).max()
     report = json.loads((other / "report.json").read_text())
     assert report["ranks"] == ranks == len(report["peak_mb"])
 

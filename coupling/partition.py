@@ -53,7 +53,11 @@ class BookedSolid(Solid, Protocol):
         """Kinds of energy now [J], name → number."""
 
     def snapshot(self) -> dict:
-        """For ParaView: name → (positions, {cell type: connectivity}, data); "interface" is among them."""
+        """For ParaView, this rank's piece: name → (positions, {cell type: connectivity}, data); "interface" is among them
+        on rank 0. The one method whose answer differs from rank to rank."""
+
+    def describe(self) -> dict:
+        """Entries of report.json that only the solid knows."""
 
     def unused_options(self) -> list:
         """Options of the command line that nobody asked for."""

@@ -9,7 +9,7 @@ from tqdm import tqdm
 
 from . import balance, report
 from .history import History
-from .paraview import Series
+from .paraview import ParaView
 
 
 class Record:
@@ -18,8 +18,8 @@ class Record:
     case, parameters: name and keyword arguments of the run; out: folder; columns: name → (unit, meaning, function of
     the ``Window``) of the case's own quantities; gravity: vertical component on the particles [m/s^2]; paraview: every
     how many windows the state is written, 0 for never; label: goes into the file names when a case runs more than once.
-    Collective; files are written by rank 0. An error inside leaves the history so far and a report that names it.
-    Raises ValueError for a negative ``paraview`` and OSError when ``out`` cannot be written.
+    Collective; files are written by rank 0, the ParaView files of points and grid by every rank. An error inside leaves
+    the history so far and a report that names it. Raises ValueError for a negative ``paraview`` and OSError when ``out`` cannot be written.
     """
 
     def __init__(self, case, parameters, out, solid, grains, *, windows, columns, gravity=0.0, paraview=0, label=""):
@@ -29,7 +29,7 @@ class Record:
         self._case, self._parameters, self._columns = case, parameters, columns
         self._first, self._suffix = MPI.COMM_WORLD.rank == 0, f"_{label}" if label else ""
         self._ledger, self._newton = balance.Ledger(solid, grains, gravity), 0
-        self._every, self._series = paraview, {}
+        self._every, self._pieces = paraview, ParaView(self.out, self._suffix, MPI.COMM_WORLD)
         self._open({"time": ("s", "end of the window"),
                     **{name: (unit, meaning) for name, (unit, meaning, _) in columns.items()},
                     "newton": ("1", "Newton iterations of the MPM"), **balance.COLUMNS})
@@ -69,23 +69,25 @@ class Record:
         self._timing(window)
 
     def _paraview(self, time, window):
-        """Points, grid, interface, wall and particles at one time."""
+        """Points, grid and interface by the ranks that have them, wall and particles by rank 0, at one time [s]."""
         if not self._every:
             return
-        parts = self.solid.snapshot()  # collective
-        particles, wall = self.grains.particles(), self.grains.scene.wall
-        if not self._first:
-            return
+        parts, particles = self.solid.snapshot(), self.grains.particles()  # collective, both
+        if self._first:
+            parts["particles"] = (particles["x"], {"vertex": [[i] for i in range(len(particles))]},
+                                  {"velocity": particles["v"], "spin": particles["omega"],
+                                   "radius": particles["radius"], "mass": particles["mass"]})
+            parts["wall"] = self._wall(window)
+        self._pieces.add(time, parts)
+
+    def _wall(self, window):
+        """Positions, cells and data of the wall at the end of a window, or at the start for None."""
+        wall = self.grains.scene.wall
         kind = {2: "line", 3: "triangle"}[np.shape(wall.elements)[1]]
-        parts["particles"] = (particles["x"], {"vertex": [[i] for i in range(len(particles))]},
-                              {"velocity": particles["v"], "spin": particles["omega"], "radius": particles["radius"],
-                               "mass": particles["mass"]})
         x, v, force = wall.nodes, np.zeros_like(wall.nodes), np.zeros_like(wall.nodes)
         if window is not None:
             x, v, force = window.wall_x + window.dt * window.wall_v, window.wall_v, window.wall_force
-        parts["wall"] = x, {kind: wall.elements}, {"velocity": v, "force": force}
-        for name, (x, cells, data) in parts.items():
-            self._series.setdefault(name, Series(self.out, name + self._suffix)).add(time, x, cells, data)
+        return x, {kind: wall.elements}, {"velocity": v, "force": force}
 
     def __exit__(self, kind, error, trace):
         self._bar.close()
@@ -103,7 +105,8 @@ class Record:
         figure = self.out / f"{self._case}{self._suffix}.png"
         if draw is not None and self._first:
             draw(figure)
-        entries = self._write_report(MPI.COMM_WORLD.allgather(report.peak_mb()), {"errors": errors})
+        entries = self._write_report(MPI.COMM_WORLD.allgather(report.peak_mb()),
+                                     {**self.solid.describe(), "errors": errors})
         if self._first:
             print("\n".join(self._summary(entries, figure)), flush=True)
         return entries

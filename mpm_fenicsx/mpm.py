@@ -221,8 +221,12 @@ class MPM:
         return np.concatenate([part.cauchy_stress() for part in self.parts])
 
     def snapshot(self):
-        """What ParaView shows, see ``output``. Collective."""
+        """This rank's piece of what ParaView shows, see ``output``. Collective."""
         return output.snapshot(self)
+
+    def describe(self):
+        """Solver and balance, for the report: see ``output``. Collective."""
+        return output.describe(self)
 
     def get_state(self):
         """Everything that decides the future, as name → array copy: points and boundary particles of this rank, time,

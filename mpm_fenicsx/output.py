@@ -1,4 +1,8 @@
-"""What the MPM shows to ParaView: name → (positions, {cell type: connectivity}, data), on rank 0 whole."""
+"""What the MPM shows to ParaView and writes into the report.
+
+A snapshot is name → (positions, {cell type: connectivity}, data) of this rank alone: the pieces of all ranks make the
+whole, so the state of the points never has to fit on one of them. A name is missing where the rank has nothing to show.
+"""
 import numpy as np
 
 AROUND = {"triangle": ("triangle", [0, 1, 2]), "quadrilateral": ("quad", [0, 1, 3, 2]),
@@ -6,24 +10,36 @@ AROUND = {"triangle": ("triangle", [0, 1, 2]), "quadrilateral": ("quad", [0, 1, 
 
 
 def snapshot(mpm):
-    """Points, background grid (nodal fields of the last step) and interface. Collective; empty but on rank 0."""
-    comm, fields = mpm.comm, _point_fields(mpm.parts)
-    whole = {name: _gather(comm, values) for name, values in fields.items()}
-    nodal = _gather_nodes(mpm)
+    """``points`` of this rank; ``grid``: its own cells, each on one rank only, with nodal fields of the last step;
+    ``interface``: whole, on rank 0. Collective."""
+    parts = {"points": _points(mpm), "grid": _grid(mpm)}
     x, v = mpm.surface()
-    if comm.rank != 0:
-        return {}
-    order = np.argsort(whole["gid"])
-    whole = {name: values[order] for name, values in whole.items()}
-    vertices, cells = mpm.background.whole
+    if mpm.comm.rank == 0 and mpm.interface is not None:
+        kind = "line" if mpm.dim == 2 else "triangle"
+        parts["interface"] = x, {kind: mpm.interface.elements}, {"velocity": v, "displacement": x - mpm.interface.x}
+    return {name: part for name, part in parts.items() if len(part[0])}
+
+
+def _points(mpm):
+    """Points of this rank, body after body in the order of their numbers, see ``Points.migrate``."""
+    data = _point_fields(mpm.parts)
+    x = data.pop("x")
+    return x, {"vertex": np.arange(len(x))[:, None]}, data
+
+
+def _grid(mpm):
+    """Cells and nodes in the order of the whole grid. A node of mass in a cell of this rank is in this rank's cover, for
+    that reaches one layer beyond the filled cells; so nobody has to be asked."""
+    background = mpm.background
+    vertices, cells = background.whole
+    own = cells[np.sort(background.original_cell[:background.cells_owned])]
+    nodes, corners = np.unique(own, return_inverse=True)
+    mass, velocity = np.zeros(len(vertices)), np.zeros(vertices.shape)
+    if mpm.steps and mpm.step.mass is not None:
+        covered = background.vertex_of[mpm.step.cover.node]
+        mass[covered], velocity[covered] = mpm.step.mass, mpm.step.v
     kind, order = AROUND[mpm.grid.cell]
-    cells = cells[:, order]
-    positions = whole.pop("x")
-    elements = np.empty((0, 2), int) if mpm.interface is None else mpm.interface.elements
-    start = x if mpm.interface is None else mpm.interface.x
-    return {"points": (positions, {"vertex": np.arange(len(positions))[:, None]}, whole),
-            "grid": (vertices, {kind: cells}, nodal),
-            "interface": (x, {"line" if mpm.dim == 2 else "triangle": elements}, {"velocity": v, "displacement": x - start})}
+    return vertices[nodes], {kind: corners.reshape(own.shape)[:, order]}, {"mass": mass[nodes], "velocity": velocity[nodes]}
 
 
 def _point_fields(parts):
@@ -42,23 +58,8 @@ def _point_fields(parts):
     return fields
 
 
-def _gather(comm, values):
-    parts = comm.gather(values)
-    return np.concatenate(parts) if comm.rank == 0 else None
-
-
-def _gather_nodes(mpm):
-    """Nodal mass and velocity on the vertices of the whole grid."""
-    background, cover, D = mpm.background, mpm.step.cover, mpm.dim
-    if not mpm.steps:
-        local = (np.zeros(0, int), np.zeros(0), np.zeros((0, D)))
-    else:
-        own = cover.node[:cover.owned]
-        local = (background.vertex_of[own], mpm.step.mass[:cover.owned], mpm.step.v[:cover.owned])
-    parts = mpm.comm.gather(local)
-    if mpm.comm.rank != 0:
-        return None
-    mass, velocity = np.zeros(len(background.whole[0])), np.zeros((len(background.whole[0]), D))
-    for number, m, v in parts:
-        mass[number], velocity[number] = m, v
-    return {"mass": mass, "velocity": velocity}
+def describe(mpm):
+    """Entries of report.json: ``solver``; ``imbalance``, most points on one rank over the mean, now; ``balance``, a list
+    of [step, imbalance before, after] of the new partitions. Collective."""
+    return {"solver": mpm.step.newton.describe(), "imbalance": round(mpm.imbalance(), 4),
+            "balance": [[step, round(before, 4), round(after, 4)] for step, before, after in mpm.balance]}

@@ -18,8 +18,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from . import compat
-from .collective import somewhere
-from .errors import MPMDiverged, MPMError
+from .errors import MPMDiverged
 
 PREFIX = "mpm_"
 KEEP = -1  # never made anew by the SNES itself
@@ -140,15 +139,22 @@ class Newton:
         out = r.array_w.reshape(self._shape)
         try:
             self._residual(u.array_r.reshape(self._shape), out)
-        except Exception as error:  # raised again after the solve, where PETSc's vectors are unlocked
-            self._failure = error
+        except Exception as error:
+            self._fail(error)
             out[:] = np.nan
 
     def _jacobian(self, snes, u, A, B):
         try:
             self._tangent(self._asked or self._user_lag)
         except Exception as error:
-            self._failure = error
+            self._fail(error)
+
+    def _fail(self, error):
+        """Keep an error until after the solve, where PETSc's vectors are unlocked. On several ranks leave the solve at
+        once: those without the error wait for this one in the middle of their residual, and no solve comes to its end."""
+        self._failure = error
+        if self._cover.comm.size > 1:
+            raise error
 
     def solve(self, guess, rest, atol, when):
         """Solve from ``guess``, shape (owned, D); returns the solution and the number of iterations.
@@ -195,14 +201,18 @@ class Newton:
         try:
             self.snes.solve(None, self.u)
         except PETSc.Error as error:
-            if error.ierr == ZERO_PIVOT:
+            if self._failure is None and error.ierr == ZERO_PIVOT:
                 raise MPMDiverged(f"the tangent of {when} cannot be factorised: take inertia=\"lumped\" (nearly empty cells, "
                                   "stiff bodies beside soft ones) or -mpm_pc_type lu") from None
-            raise MPMError(f"PETSc stopped in the solver {self.describe()} ({_first_line(error)}): try -mpm_pc_type lu or "
-                           "other options") from None
+            if self._failure is None:
+                raise MPMError(f"PETSc stopped in the solver {self.describe()} ({_first_line(error)}): try -mpm_pc_type lu "
+                               "or other options") from None
+        except Exception:
+            if self._failure is None:
+                raise
         failure, self._failure = self._failure, None
-        if somewhere(self._cover.comm, failure is not None)[0]:
-            raise failure or MPMError("another rank has failed")
+        if failure is not None:
+            raise failure
         return self.snes.getConvergedReason(), self.snes.getIterationNumber()
 
     def destroy(self):

@@ -38,6 +38,7 @@ class Step:
                              any(held.kinks for held in penalties), symmetric,
                              any(law.state != ELASTIC_STATE for law in laws))
         nodes = len(self.cover.node)
+        self.mass = None  # until begin
         self.active = np.zeros(nodes, bool)
         self._nodal, self._R = np.empty((nodes, 1 + 2 * self.dim)), np.empty((nodes, self.dim))
         self._load = np.empty((nodes, self.dim))

@@ -1,5 +1,9 @@
 """Fixtures shared by all tests. What MPMDEM_REQUIRE names (comma-separated, as "liggghts") must not be skipped."""
 import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -38,6 +42,12 @@ def both():
     return lambda scene, dt: (open_dem("reference", scene, dt), open_dem("liggghts", scene, dt))
 
 
+@pytest.fixture
+def liggghts():
+    """For tests that need LIGGGHTS and nothing else of it."""
+    need_liggghts()
+
+
 def need_liggghts():
     """Skip the test when LIGGGHTS is missing, or fail when it is required."""
     try:
@@ -47,3 +57,35 @@ def need_liggghts():
         if "liggghts" in os.environ.get("MPMDEM_REQUIRE", ""):
             pytest.fail(f"LIGGGHTS is required: {missing}")
         pytest.skip(str(missing))
+
+
+@pytest.fixture
+def start_ranks():
+    """``start_ranks(n, *words)``: a Python process with these words on each of n ranks, as a ``Popen``. Without mpirun
+    the test is skipped, or fails when mpi is required."""
+    if shutil.which("mpirun") is None:
+        (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
+    env = dict(os.environ, PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1")
+    started = []
+
+    def start(n, *words):
+        command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(n), sys.executable, *map(str, words)]
+        started.append(subprocess.Popen(command, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+        return started[-1]  # env is explicit: os.environ has none of what MPI, running here, tells its children
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+
+
+@pytest.fixture
+def run_ranks(start_ranks):
+    """``run_ranks(n, *words)`` waits for the end; status, stdout and stderr as in ``subprocess.CompletedProcess``."""
+    def run(n, *words, timeout=240):
+        process = start_ranks(n, *words)
+        out, err = process.communicate(timeout=timeout)
+        return subprocess.CompletedProcess(words, process.returncode, out, err)
+
+    return run

@@ -1,7 +1,10 @@
 """The case scripts as modules, and a beam that takes a tenth of a second."""
 import importlib.util
 from pathlib import Path
+from xml.etree import ElementTree
 
+import meshio
+import numpy as np
 import pytest
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -46,3 +49,31 @@ def words(tmp_path):
                 for k, v in coarse(with_h).items()]
 
     return lambda more="": [*plain(more.startswith("h=")), f"out={tmp_path}", *more.split()]
+
+
+@pytest.fixture
+def pieces():
+    """``pieces(folder, name)`` of a ParaView series: a list of times, each (time [s], {part: mesh})."""
+    def collect(folder, name):
+        times = {}
+        for entry in ElementTree.parse(folder / f"{name}.pvd").findall("Collection/DataSet"):
+            part = entry.get("part")
+            times.setdefault(float(entry.get("timestep")), {})[part and int(part)] = meshio.read(folder / entry.get("file"))
+        return list(times.items())
+
+    return collect
+
+
+@pytest.fixture
+def joined():
+    """``joined(meshes)``: positions, fields, and the corners of the cells of all pieces, each in an order of its own:
+    points by number, else by place. Nodes that several pieces have are there as often."""
+    def join(meshes):
+        x = np.concatenate([mesh.points for mesh in meshes])
+        data = {name: np.concatenate([mesh.point_data[name] for mesh in meshes]) for name in meshes[0].point_data}
+        corners = np.concatenate([mesh.points[mesh.cells[0].data] for mesh in meshes])
+        order = np.argsort(data["gid"]) if "gid" in data else np.lexsort(np.round(x, 9).T)
+        by_place = np.lexsort(np.round(corners.mean(axis=1), 9).T)
+        return x[order], {name: values[order] for name, values in data.items()}, corners[by_place]
+
+    return join

@@ -1,8 +1,10 @@
 """From the words of the command line to typed keyword arguments, and from errors to one sentence."""
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import time
 import warnings
 from pathlib import Path
 from typing import Literal, Optional, Tuple
@@ -113,6 +115,15 @@ def test_an_error_is_one_sentence_and_a_status(monkeypatch, capsys, error, statu
     assert end.value.code == status and shown.startswith(f"error: {sentence}") and shown.count("\n") == 1
 
 
+def test_sigterm_is_an_interrupt(monkeypatch, capsys):
+    """And afterwards both signals do what they did before."""
+    before = [signal.getsignal(number) for number in cli.SIGNALS]
+    with pytest.raises(SystemExit) as end:
+        run(monkeypatch, function=lambda: os.kill(os.getpid(), signal.SIGTERM) or time.sleep(5))
+    assert end.value.code == 130 and capsys.readouterr().err.startswith("error: interrupted; ")
+    assert [signal.getsignal(number) for number in cli.SIGNALS] == before
+
+
 def test_a_bug_shows_where_it_is(monkeypatch, capsys):
     with pytest.raises(SystemExit) as end:
         run(monkeypatch, function=lambda: {}["missing"])
@@ -145,7 +156,7 @@ def main(rank: int = 0):
     cli.MPI.COMM_WORLD.Barrier()
     print("never")
 
-cli._all_arrive.__defaults__ = 0.5,
+cli.PATIENCE = 0.5
 cli.run(main)
 """)
     command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "2", sys.executable, tmp_path / "case.py"]

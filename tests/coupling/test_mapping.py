@@ -4,6 +4,27 @@ import pytest
 
 from coupling import linear, nearest
 
+RUN = """
+import sys
+import numpy as np
+from mpi4py import MPI
+from coupling import linear, nearest
+line = lambda n: np.column_stack([np.linspace(-1, 1, n + 1), np.zeros(n + 1)])
+elements = lambda n: np.column_stack([np.arange(n), np.arange(1, n + 1)])
+rng, out = np.random.default_rng(0), {}
+for n, m in ((40, 331), (331, 40), (1, 1), (2, 300)):
+    x, wall = line(n), line(m)
+    for name, mapping in ("nearest", nearest(x, wall)), ("linear", linear(x, elements(n), wall)):
+        assert mapping.is_copy == (n == m)
+        moved = mapping.motion(x + rng.normal(size=x.shape), rng.normal(size=x.shape))
+        force = mapping.force(rng.normal(size=wall.shape))
+        for key, values in ("x", moved[0]), ("v", moved[1]), ("force", force):
+            assert len(set(MPI.COMM_WORLD.allgather(values.tobytes()))) == 1
+            out[f"{name} {n} {m} {key}"] = values
+if MPI.COMM_WORLD.rank == 0:
+    np.savez(sys.argv[1], **out)
+"""
+
 
 def line(n, height=0.0):
     """n + 1 places along [-1, 1] and the segments between them."""
@@ -76,3 +97,18 @@ def test_beyond_the_ends_the_end_counts():
 def test_segment_without_length_is_refused():
     with pytest.raises(ValueError, match="interface segment 1 has no length"):
         linear([[0, 0], [1, 0], [1, 0]], [[0, 1], [1, 2]], [[0.5, 0]])
+
+
+@pytest.mark.mpi
+def test_three_ranks_give_the_bits_of_one(run_ranks, tmp_path):
+    """Forces of up to 150 wall nodes meet at one interface point; with two or more of them per rank the order of the sum
+    would show. A mapping of two nodes leaves one of the ranks without a row."""
+    answers = []
+    for ranks in (1, 3):
+        done = run_ranks(ranks, "-c", RUN, tmp_path / f"{ranks}.npz")
+        assert done.returncode == 0, done.stderr
+        answers.append(np.load(tmp_path / f"{ranks}.npz"))
+    one, three = answers
+    assert len(one.files) == 24
+    for name in one.files:
+        assert np.array_equal(one[name], three[name]), name

@@ -1,14 +1,7 @@
-"""Two ranks give what one gives, while points travel between them and until one rank has none left."""
-import os
-import shutil
-import subprocess
-import sys
-from pathlib import Path
-
+"""Several ranks give what one gives: points travel between them, until one rank has none left or a new partition comes."""
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parents[2]
 RUN = """
 import sys
 import numpy as np
@@ -50,15 +43,46 @@ if solid.comm.rank == 0:
 """
 
 
-def run(ranks, path, *words):
-    if shutil.which("mpirun") is None:
-        (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
-    start = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
-    env = dict(os.environ, OMP_NUM_THREADS="1")  # os.environ has none of what MPI, running here, tells its children
-    done = subprocess.run([*start, sys.executable, "-c", RUN, str(path), *words], cwd=ROOT, env=env, timeout=120,
-                          capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr[-2000:]
-    return np.load(path)
+CROSSING = """
+import sys
+import numpy as np
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Mesh
+from mpm_fenicsx.grid import whole_mesh
+_, path, mesh = sys.argv
+grid = Grid(Box((0, 0), (8, 2)), (32, 8), "triangle" if mesh == "unstructured" else "quadrilateral")
+if mesh == "unstructured":
+    vertices, cells = whole_mesh(grid)
+    inner = ((vertices > grid.box.lower) & (vertices < grid.box.upper)).all(axis=1)
+    rng = np.random.default_rng(1)
+    vertices[inner] += 0.05 * rng.uniform(-1, 1, (inner.sum(), 2))
+    grid = Mesh(vertices, cells[rng.permutation(len(cells))], "triangle")
+box = Box((0.3, 0.5), (1.8, 1.5))
+spin = lambda x: np.column_stack([1.5 - 0.3 * (x[:, 1] - 1.0), 0.3 * (x[:, 0] - 1.05)])
+body = Body(box, (12, 8), 2, LAWS["neo_hooke"](1e3, 0.3), 1.0, velocity=spin)
+MPM.balance_every = 5
+solid = MPM(grid, body, interface=Interface.top(box, 6, 0.1), inertia="lumped")
+for n in range(60):
+    x, v = solid.advance(0.05, np.outer(np.cos(0.3 * n + np.arange(7)), (0.0, -0.05)))
+gather = lambda values: np.concatenate(solid.comm.allgather(values))
+order = np.argsort(gather(solid.points.gid))
+fields = {name: gather(getattr(solid.points, name))[order] for name in ("x", "v", "a", "F", "mass")}
+report = solid.describe()
+if solid.comm.rank == 0:
+    np.savez(path, surface=x, **fields, balance=np.array(report["balance"]).reshape(-1, 3), imbalance=report["imbalance"],
+             ranks=solid.comm.size)
+"""
+
+
+@pytest.fixture
+def run(run_ranks, tmp_path):
+    """``run(ranks, code, *words)``: what the code saved at the path that is its first word."""
+    def call(ranks, code, *words):
+        path = tmp_path / f"{ranks}.npz"
+        done = run_ranks(ranks, "-c", code, path, *words)
+        assert done.returncode == 0, done.stderr[-2000:]
+        return np.load(path)
+
+    return call
 
 
 @pytest.mark.mpi
@@ -66,13 +90,26 @@ def run(ranks, path, *words):
     ("quadrilateral", "linear", "lumped", "one"), ("triangle", "neo_hooke", "lumped", "one"),
     ("hexahedron", "linear", "lumped", "one"), ("tetrahedron", "neo_hooke", "lumped", "one"),
     ("quadrilateral", "neo_hooke", "lumped", "two"), ("tetrahedron", "neo_hooke", "lumped", "two")])
-def test_two_ranks_give_what_one_gives(tmp_path, cell, law, inertia, bodies):
+def test_two_ranks_give_what_one_gives(run, cell, law, inertia, bodies):
     """To round-off for one body. With two bodies the grid is partitioned anew on the way, which makes a new tangent on two
     ranks alone: what Newton's method leaves, 1e-6 of a step's forces, then differs (measured: 9e-9)."""
-    one, two = (run(n, tmp_path / f"{n}.npz", cell, law, inertia, bodies) for n in (1, 2))
+    one, two = (run(n, RUN, cell, law, inertia, bodies) for n in (1, 2))
     assert bodies == "one" or two["balance"] > 0
     assert two["ranks"] == 2 and two["travelled"] > (50 if bodies == "one" else 10) and one["travelled"] == 0
     allowed = 1e-12 if bodies == "one" else 1e-6
     for name in ("x", "v", "F", "energy", "momentum"):
         np.testing.assert_allclose(two[name], one[name], rtol=0, atol=allowed * abs(one[name]).max(), err_msg=name)
     assert "left the grid" in str(one["message"]) and str(one["message"])[:25] == str(two["message"])[:25]
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("mesh", ["lattice", "unstructured"])
+def test_a_body_that_crosses_the_grid_is_shared_out_again(run, mesh):
+    """It flies over 18 columns of cells and turns; without a new partition one rank would have all of it."""
+    one, three = (run(n, CROSSING, mesh) for n in (1, 3))
+    assert three["ranks"] == 3 and len(one["balance"]) == 0 and one["imbalance"] == 1.0
+    steps, before, after = three["balance"].T
+    assert len(steps) >= 2 and (steps % 5 == 0).all() and (np.diff(steps) > 0).all()
+    assert (before > 1.2).all() and (after < 1.2).all() and three["imbalance"] < before.max()
+    for name in ("surface", "x", "v", "F", "mass"):
+        np.testing.assert_allclose(three[name], one[name], rtol=0, atol=1e-12 * abs(one[name]).max(), err_msg=name)

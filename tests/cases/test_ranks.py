@@ -1,0 +1,101 @@
+"""The same case on 1, 2, 3 and 4 ranks: forces, deflection, every point, the report, and the pieces for ParaView."""
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from coupling.history import read
+
+SCRIPT = Path(__file__).parents[2] / "cases/beam_impact.py"
+WINDOWS = 400
+NEAR = 1e-10  # of the largest value: what the order of the sums may change
+DRIFT = 1e-7  # of the largest displacement: nothing holds the beam along its axis, where round-off moves it as a whole
+
+
+@pytest.fixture
+def beam(run_ranks, words, tmp_path):
+    """``beam(ranks, more)``: folder of a run of the coarse beam with windows of 1e-6 s."""
+    def start(ranks, more):
+        folder = tmp_path / f"ranks{ranks}"
+        done = run_ranks(ranks, SCRIPT, *words(f"dt=1e-6 substeps=20 points=2 out={folder} {more}"))
+        assert done.returncode == 0 and done.stdout.count("\n") == 5, done.stderr
+        return folder
+
+    return start
+
+
+def check_the_same(one, other, pieces, joined, ranks):
+    """Histories, and the points at the last time of the ParaView series."""
+    a, b = read(one / "history.csv"), read(other / "history.csv")
+    for name in ("time", "force", "u_beam", "u_sphere", "v_sphere"):
+        assert len(a[name]) == len(b[name]) and abs(a[name] - b[name]).max() <= NEAR * abs(a[name]).max(), name
+    (_, first), *_, (_, last) = pieces(one, "points")
+    _, others = pieces(other, "points")[-1]
+    x, data, _ = joined(list(last.values()))
+    y, same, _ = joined(list(others.values()))
+    start, _, _ = joined(list(first.values()))
+    assert (data["gid"] == same["gid"]).all() and set(others) == set(range(ranks))
+    assert abs(x - y).max() <= NEAR * abs(x).max()
+    assert abs(x - y).max() <= DRIFT * abs(x - start).max()
+    report = json.loads((other / "report.json").read_text())
+    assert report["ranks"] == ranks == len(report["peak_mb"])
+
+
+@pytest.mark.mpi
+def test_ranks_agree(beam, pieces, joined, backend):
+    """100 windows, until the largest force is over. Two ranks and three."""
+    keys = f"dem={backend} t_end=1e-4 paraview=100"
+    one = beam(1, keys)
+    for ranks in (2, 3) if backend == "reference" else (2,):
+        check_the_same(one, beam(ranks, keys), pieces, joined, ranks)
+
+
+@pytest.mark.mpi
+@pytest.mark.validation
+def test_ranks_agree_over_400_windows(beam, pieces, joined, backend):
+    keys = f"dem={backend} t_end={WINDOWS * 1e-6:g} paraview={WINDOWS}"
+    one = beam(1, keys)
+    for ranks in (2, 3, 4):
+        check_the_same(one, beam(ranks, keys), pieces, joined, ranks)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("cell", ["quadrilateral", "triangle"])
+def test_pieces_make_the_whole(beam, pieces, joined, cell):
+    """Windows 0, 4 and 8 by two ranks. One rank writes whole files under the names without a rank."""
+    keys = f"cell={cell} points=3 t_end=8e-6 paraview=4 wall_segments=20"
+    one, two = beam(1, keys), beam(2, keys)
+    for name in ("points", "grid", "interface", "wall", "particles"):
+        whole, parts = pieces(one, name), pieces(two, name)
+        assert [time for time, _ in whole] == [time for time, _ in parts] == [0.0, 4e-6, 8e-6]
+        assert sorted(path.name for path in one.glob(f"{name}_*")) == [f"{name}_0000{k}.vtu" for k in range(3)]
+        shared = name in ("points", "grid")
+        for (_, a), (_, b) in zip(whole, parts):
+            assert set(a) == {None} and set(b) == ({0, 1} if shared else {0})
+            check_mesh(joined(list(a.values())), joined(list(b.values())))
+        files = sorted(path.name for path in two.glob(f"{name}_*"))
+        assert files == [f"{name}_0000{k}_000{r}.vtu" for k in range(3) for r in range(1 + shared)]
+
+
+def check_mesh(whole, parts):
+    """Cells as often as in the whole, and the same fields; nodes of the grid at the seam of two pieces agree."""
+    (x, data, corners), (y, other, pieces_corners) = whole, parts
+    assert corners.shape == pieces_corners.shape
+    np.testing.assert_allclose(pieces_corners, corners, rtol=0, atol=1e-12)
+    _, of_y = np.unique(np.round(y, 9), axis=0, return_inverse=True)
+    _, of_x = np.unique(np.round(x, 9), axis=0, return_inverse=True)
+    place = np.argsort(of_x)[of_y.ravel()]
+    assert len(np.unique(of_x)) == len(x) and set(place) == set(range(len(x)))
+    for name, values in data.items():
+        scale = max(abs(values).max(), 1e-9)  # the spin is noise here
+        np.testing.assert_allclose(other[name], values[place], rtol=0, atol=1e-9 * scale, err_msg=name)
+
+
+@pytest.mark.mpi
+def test_report_names_solver_and_balance(beam):
+    for ranks, solver in ((1, "cholesky (cholmod)"), (2, "redundant")):
+        report = json.loads((beam(ranks, "t_end=4e-6") / "report.json").read_text())
+        assert report["solver"].startswith("newtonls, preonly, ") and solver in report["solver"]
+        assert "unknowns" in report["solver"] and report["balance"] == []
+        assert report["imbalance"] == 1.0 if ranks == 1 else 1.0 <= report["imbalance"] < 1.2

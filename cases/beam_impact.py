@@ -17,7 +17,7 @@ from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Support
 PAPER = dict(dt=5e-8, substeps=1, t_end=4e-4)
 PRESETS = {"paper": dict(cells=(62, 13), body=(120, 8), points=4, segments=(60,), **PAPER),
            "paper_3d": dict(dim=3, cells=(62, 13, 7), body=(120, 8, 10), points=2, segments=(77, 10), **PAPER)}
-BODY, SEGMENTS = {2: (120, 8), 3: (120, 8, 8)}, {2: (60,), 3: (77, 10)}  # unless others are asked for
+BODY, SEGMENTS = {2: (120, 8), 3: (80, 5, 5)}, {2: (60,), 3: (77, 10)}  # unless others are asked for
 HEIGHT = WIDTH = 0.01  # of the beam [m]
 PLAIN = dict(wall_segments=None, mapping="linear", plane="stress", law="linear", restitution=1.0, friction=0.0,
              shift=0.0, gap=0.0)
@@ -34,7 +34,7 @@ def main(
     h: float = 2e-3,  # size of the background cells, of which columns stand at the beam's ends [m]
     cells: Optional[Tuple[int, ...]] = None,  # of the grid along, up (3 beam heights) and across [-]; replaces h
     cell: Optional[Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron"]] = None,  # of grid and body
-    body: Optional[Tuple[int, ...]] = None,  # body cells along, up and across [-]; none: 120,8 or 120,8,8
+    body: Optional[Tuple[int, ...]] = None,  # body cells along, up and across [-]; none: 120,8 or 80,5,5
     points: int = 2,  # material points per body cell: in all (triangle, tetrahedron) or per direction (others) [-]
     segments: Optional[Tuple[int, ...]] = None,  # of the interface on top, along and across [-]; none: 60 or 77,10
     wall_segments: Optional[Tuple[int, ...]] = None,  # of the DEM wall [-]; none: as many, on the same places

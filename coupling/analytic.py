@@ -78,14 +78,12 @@ class ImpactHistory:
                 for a, b, p in zip(first, free, peaks)]
 
 
-def contacts(time, force, apart=0.0):
+def contacts(time, force):
     """Contacts in a history of coupling windows, a list of `Contact`: time [s] at the windows' ends and mean force [N]
-    over each, shape (n,); contacts less than ``apart`` [s] from each other are one."""
+    over each, shape (n,)."""
     dt, touching = time[1] - time[0], np.concatenate(([False], force > 0, [False]))
-    first, free = np.flatnonzero(touching[1:] & ~touching[:-1]), np.flatnonzero(touching[:-1] & ~touching[1:])
-    parted = (first[1:] - free[:-1]) * dt >= apart
     found = []
-    for a, b in zip(first[np.append(True, parted)[:len(first)]], free[np.append(parted, True)[:len(free)]]):
+    for a, b in zip(np.flatnonzero(touching[1:] & ~touching[:-1]), np.flatnonzero(touching[:-1] & ~touching[1:])):
         peak = a + int(np.argmax(force[a:b]))
         found.append(Contact(float(time[a] - dt), float(time[b - 1]), float(force[peak]), float(time[peak] - dt / 2)))
     return found

@@ -50,8 +50,11 @@ def linear(x_solid, elements, x_wall):
         weight[np.ix_(range(m), range(k), corners)] = np.where(
             better[..., None], w, weight[np.ix_(range(m), range(k), corners)])
     closest = np.argmin(shortest, axis=1)
+    weight = weight[np.arange(m), closest]
+    weight[weight < 1e-12] = 0.0  # round-off: coinciding places make a copy
+    weight /= weight.sum(axis=1, keepdims=True)
     rows, columns = np.repeat(np.arange(m), elements.shape[1]), elements[closest].ravel()
-    H = csr_matrix((weight[np.arange(m), closest].ravel(), (rows, columns)), (m, len(x_solid)))
+    H = csr_matrix((weight.ravel(), (rows, columns)), (m, len(x_solid)))
     H.eliminate_zeros()
     return Mapping(H, x_solid, x_wall)
 

@@ -1,6 +1,8 @@
 """What the MPM shows to ParaView: name → (positions, {cell type: connectivity}, data), on rank 0 whole."""
 import numpy as np
 
+from .mesh import corner_volumes
+
 AROUND = {"triangle": ("triangle", [0, 1, 2]), "quadrilateral": ("quad", [0, 1, 3, 2]),
           "tetrahedron": ("tetra", [0, 1, 2, 3]), "hexahedron": ("hexahedron", [0, 1, 3, 2, 4, 5, 7, 6])}
 
@@ -21,6 +23,9 @@ def snapshot(mpm):
     vertices, cells = mpm.background.whole
     kind, order = AROUND[mpm.grid.cell]
     cells = cells[:, order]
+    if kind in ("triangle", "tetra"):
+        turned = corner_volumes(vertices[cells], mpm.grid.cell)[:, 0] < 0
+        cells[turned, -2:] = cells[turned, -2:][:, ::-1]
     positions = whole.pop("x")
     elements = np.empty((0, 2), int) if mpm.interface is None else mpm.interface.elements
     start = x if mpm.interface is None else mpm.interface.x

@@ -10,7 +10,7 @@ from typing import Literal, Optional, Tuple
 
 import numpy as np
 
-from coupling import Record, analytic, cli, count_windows, couple, figure, linear, nearest, report
+from coupling import Record, analytic, cli, count_windows, couple, figure, linear, nearest, picture, report
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, open_dem
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Support
 
@@ -51,6 +51,7 @@ def main(
     gap: float = 0.0,  # between sphere and beam at the start [m]
     out: str = "out/beam_impact",  # folder of the results
     paraview: int = 0,  # windows from one ParaView file to the next [-]; 0: none
+    picture: float = 0.0,  # magnification of the displacements in a picture of the end [-]; 0: no picture
 ) -> dict:
     """Sphere on a beam of 1 cm x 1 cm, supported at both ends, against the Timoshenko beam with Hertz contact."""
     return strike("beam_impact", compare, **locals())
@@ -79,11 +80,14 @@ def strike(case, compare, modes=50, **keys):
     runs, wait = {}, p.gap / p.v0
     for backend in ("liggghts", "reference") if p.dem == "compare" else (p.dem,):
         solid, grains = MPM(grid, beam, supports, interface), open_dem(backend, scene, p.dt / p.substeps)
+        start_points = solid.snapshot() if p.picture else None
         with Record(case, keys, p.out, solid, grains, windows=windows, columns=columns, paraview=p.paraview,
                     label="liggghts" if (p.dem, backend) == ("compare", "liggghts") else "") as record:
             couple(solid, grains, follow, dt=p.dt, t_end=p.t_end, substeps=p.substeps, on_window=[record])
             runs[backend] = record.history
             record.finish(compare(runs, reference, p.dt, wait), lambda path: draw(path, runs, reference, wait))
+        if p.picture:
+            show(f"{p.out}/{case}_scene.png", p, start_points, solid.snapshot(), scene, grains.particles())
         solid.close(), grains.close()
     return runs
 
@@ -144,6 +148,20 @@ def draw(path, runs, reference, wait):
                      (t, 1e6 * (reference.u_sphere - gap), None, "reference")]
     force.append((t, reference.force, "Timoshenko beam", "reference"))
     figure.draw(path, "time [ms]", {"upward displacement [µm]": displacement, "contact force [N]": force})
+
+
+def show(path, p, before, after, scene, particles):
+    """Picture of the end, displacements magnified, with the stress along the beam; before, after: snapshots."""
+    if not after:
+        return  # not on rank 0
+    x, (_, _, data) = before["points"][0], after["points"]
+    nodes, ((_, elements),), surface = after["interface"][0], after["interface"][1].items(), after["interface"][2]
+    grid, ((_, around),) = after["grid"][0], after["grid"][1].items()
+    start = scene.spheres.x
+    picture.draw(path, x + p.picture * (after["points"][0] - x), (grid, around),
+                 (nodes + (p.picture - 1) * surface["displacement"], elements),
+                 (start + p.picture * (particles["x"][:, :p.dim] - start), scene.spheres.radius),
+                 1e-6 * data["cauchy_stress"][:, 0, 0], "stress along the beam [MPa]")
 
 
 if __name__ == "__main__":

@@ -33,8 +33,9 @@ def main(
     dem: Literal["reference", "liggghts", "compare"] = "reference",  # back end; compare runs both
     out: str = "out/multiple_impact",  # folder of the results
     paraview: int = 0,  # windows from one ParaView file to the next [-]; 0: none
+    picture: float = 0.0,  # magnification of the displacements in a picture of the end [-]; 0: no picture
 ) -> dict:
-    """Sphere on a beam of 1 cm x 1 cm, supported at both ends; the reference is a Timoshenko beam with Hertz contact."""
+    """Sphere on a long beam of 1 cm x 1 cm, supported at both ends, against the Timoshenko beam with Hertz contact."""
     keys = dict(locals())
     keys["body"] = body or {2: (240, 8), 3: (160, 5, 5)}[dim]
     keys["segments"] = segments or {2: (240,), 3: (240, 8)}[dim]
@@ -42,8 +43,8 @@ def main(
 
 
 def compare(runs, reference, dt, wait):
-    """Errors of the last of ``runs``: those of the single impact; contacts too many; start, end and peak of each contact,
-    relative (start of the first: as part of its duration)."""
+    """Errors of the last of ``runs``: those of the single impact; number of contacts too many; start, end and peak of
+    each contact, relative (start of the first: as part of its duration)."""
     *_, history = runs.values()
     errors = beam_impact.compare(runs, reference, dt, wait)
     ours, theirs = analytic.contacts(history["time"], history["force"]), reference.contacts()

@@ -1,4 +1,4 @@
-"""The sphere on the beam in space: pinned numbers on both kinds of cell and both back ends; against Timoshenko's beam."""
+"""The sphere on the beam in space: pinned numbers, both kinds of cell, both back ends; against Timoshenko's beam."""
 import json
 from inspect import signature
 
@@ -76,7 +76,8 @@ def test_preset_is_the_papers_discretisation(case):
     keys = {**{name: p.default for name, p in signature(case.main).parameters.items()}, **case.PRESETS["paper_3d"]}
     p = case.SimpleNamespace(**keys)
     grid, beam, _, interface = case.solid_scene(p)
-    assert grid.box.size == pytest.approx([0.1587, 0.03, 0.0152]) and (grid.cells, grid.cell) == ((62, 13, 7), "hexahedron")
+    assert grid.box.size == pytest.approx([0.1587, 0.03, 0.0152])
+    assert (grid.cells, grid.cell) == ((62, 13, 7), "hexahedron")
     assert beam.cells == (120, 8, 10) and beam.points == 2 and len(interface.elements) == 2 * 770 and p.dt == 5e-8
 
 

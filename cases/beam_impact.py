@@ -1,21 +1,30 @@
-"""A steel sphere strikes a simply supported beam: the first example of Singer et al. 2022, in the plane.
+"""A steel sphere strikes a simply supported beam: the first example of Singer et al. 2022, in the plane and in space.
 
     python cases/beam_impact.py                                   seconds, with the built-in DEM
-    python cases/beam_impact.py dem=liggghts preset=paper         the paper's discretisation and time step
+    python cases/beam_impact.py dim=3                             the beam in space
+    python cases/beam_impact.py dem=liggghts preset=paper         the paper's discretisation and time step; or paper_3d
     python cases/beam_impact.py h=1e-3 law=neo_hooke -mpm_snes_monitor
 """
+from types import SimpleNamespace
 from typing import Literal, Optional, Tuple
 
 import numpy as np
 
-from coupling import Record, analytic, cli, count_windows, couple, figure, linear, nearest, report
+from coupling import Record, analytic, cli, count_windows, couple, figure, linear, nearest, picture, report
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, open_dem
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Support
 
-PRESETS = {"paper": dict(cells=(62, 13), body=(120, 8), points=4, segments=60, dt=5e-8, substeps=1, t_end=4e-4)}
+PAPER = dict(dt=5e-8, substeps=1, t_end=4e-4)
+PRESETS = {"paper": dict(cells=(62, 13), body=(120, 8), points=4, segments=(60,), **PAPER),
+           "paper_3d": dict(dim=3, cells=(62, 13, 7), body=(120, 8, 10), points=2, segments=(77, 10), **PAPER)}
+BODY, SEGMENTS = {2: (120, 8), 3: (80, 5, 5)}, {2: (60,), 3: (77, 10)}  # unless others are asked for
+HEIGHT = WIDTH = 0.01  # of the beam [m]
+PLAIN = dict(wall_segments=None, mapping="linear", plane="stress", law="linear", restitution=1.0, friction=0.0,
+             shift=0.0, gap=0.0)
 
 
 def main(
+    dim: Literal[2, 3] = 2,  # in the plane or in space
     length: float = 0.1535,  # of the beam [m]
     radius: float = 0.01,  # of the sphere [m]
     v0: float = 0.01,  # impact speed [m/s]
@@ -23,17 +32,17 @@ def main(
     nu: float = 0.289,  # Poisson's ratio of both [-]
     rho: float = 7960.0,  # density of both [kg/m^3]
     h: float = 2e-3,  # size of the background cells, of which columns stand at the beam's ends [m]
-    cells: Optional[Tuple[int, int]] = None,  # of the background grid, three beam heights high [-]; replaces h
-    cell: Literal["quadrilateral", "triangle"] = "quadrilateral",  # kind of background cell and body cell
-    body: Tuple[int, int] = (120, 8),  # body cells along and across the beam [-]
-    points: int = 2,  # material points per body cell: per direction (quadrilateral) or in all (triangle) [-]
-    segments: int = 60,  # of the interface on the beam's upper edge [-]
-    wall_segments: Optional[int] = None,  # of the DEM wall [-]; none: as many, on the same places
+    cells: Optional[Tuple[int, ...]] = None,  # of the grid along, up (3 beam heights) and across [-]; replaces h
+    cell: Optional[Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron"]] = None,  # of grid and body
+    body: Optional[Tuple[int, ...]] = None,  # body cells along, up and across [-]; none: 120,8 or 80,5,5
+    points: int = 2,  # material points per body cell: in all (triangle, tetrahedron) or per direction (others) [-]
+    segments: Optional[Tuple[int, ...]] = None,  # of the interface on top, along and across [-]; none: 60 or 77,10
+    wall_segments: Optional[Tuple[int, ...]] = None,  # of the DEM wall [-]; none: as many, on the same places
     mapping: Literal["linear", "nearest"] = "linear",  # from interface to wall; both are a copy where places coincide
     dt: float = 2e-6,  # coupling window and MPM time step [s]
     substeps: int = 20,  # DEM steps per window [-]
     t_end: float = 4e-4,  # end of the run [s]
-    plane: Literal["stress", "strain"] = "stress",  # plane state of the beam, which is 1 cm thick
+    plane: Literal["stress", "strain"] = "stress",  # plane state of the beam, which is 1 cm thick (dim=2)
     law: Literal["linear", "neo_hooke"] = "linear",  # of the beam
     restitution: float = 1.0,  # coefficient of the contact, 0.05 to 1 [-]; the reference has 1
     friction: float = 0.0,  # coefficient of the contact [-]
@@ -42,49 +51,74 @@ def main(
     gap: float = 0.0,  # between sphere and beam at the start [m]
     out: str = "out/beam_impact",  # folder of the results
     paraview: int = 0,  # windows from one ParaView file to the next [-]; 0: none
+    picture: float = 0.0,  # magnification of the displacements in a picture of the end [-]; 0: no picture
 ) -> dict:
     """Sphere on a beam of 1 cm x 1 cm, supported at both ends, against the Timoshenko beam with Hertz contact."""
-    parameters, height, thickness = dict(locals()), 0.01, 0.01
-    windows = count_windows(t_end, dt, substeps)
-    reference = analytic.impact(length, height, thickness, radius, v0, E, nu, rho, t_end)
-    box = Box((-length / 2, -height), (length / 2, 0.0))
-    grid = background(box, cells, h, cell)
-    beam = Body(box, body, points, LAWS[law](E, nu), rho, f"plane_{plane}", thickness, cell)
-    supports = [Support.column("x", x, grid, "y", name=f"support of the {side} end")
-                for x, side in zip((box.lower[0], box.upper[0]), ("left", "right"))]
-    interface = Interface.top(box, segments, shift)
-    wall = interface if wall_segments is None else Interface.top(box, wall_segments, shift)
-    steel, ball = Material(E, nu), Spheres([(0.0, radius + gap - shift)], [(0.0, -v0)], radius, rho)
-    scene = Scene(ball, Wall(wall.x, wall.elements), steel, steel, at_wall=Interaction(restitution, friction))
-    follow = (nearest(interface.x, wall.x) if mapping == "nearest" else
+    return strike("beam_impact", compare, **locals())
+
+
+def strike(case, compare, modes=50, **keys):
+    """Run the sphere against the beam with the ``keys`` of ``main``; ``compare`` gives the errors against the reference
+    with that many ``modes``. Returns the history per back end."""
+    p = SimpleNamespace(**{**PLAIN, **keys})
+    windows = count_windows(p.t_end, p.dt, p.substeps)
+    reference = analytic.impact(p.length, HEIGHT, WIDTH, p.radius, p.v0, p.E, p.nu, p.rho, p.t_end, modes=modes)
+    grid, beam, supports, interface = solid_scene(p)
+    wall = interface if p.wall_segments is None else Interface.top(beam.box, p.wall_segments, p.shift)
+    steel = Material(p.E, p.nu)
+    start = np.array([[0.0, p.radius + p.gap - p.shift, 0.0]])[:, :p.dim]
+    ball = Spheres(start, np.array([[0.0, -p.v0, 0.0]])[:, :p.dim], p.radius, p.rho)
+    scene = Scene(ball, Wall(wall.x, wall.elements), steel, steel, at_wall=Interaction(p.restitution, p.friction))
+    follow = (nearest(interface.x, wall.x) if p.mapping == "nearest" else
               linear(interface.x, interface.elements, wall.x))
+    midspan = linear(interface.x, interface.elements, np.zeros((1, p.dim))).H
     columns = {"force": ("N", "force on the sphere, mean over the window", lambda w: 0 - w.wall_force[:, 1].sum()),
-               "u_beam": ("m", "upward displacement of the beam's upper edge at midspan",
-                          lambda w: np.interp(0.0, interface.x[:, 0], w.x[:, 1] - interface.x[:, 1])),
+               "u_beam": ("m", "upward displacement of the beam's upper side at midspan",
+                          lambda w: (midspan @ (w.x - interface.x))[0, 1]),
                "u_sphere": ("m", "upward displacement of the sphere", lambda w: w.particles["x"][0, 1] - ball.x[0, 1]),
                "v_sphere": ("m/s", "upward velocity of the sphere", lambda w: w.particles["v"][0, 1])}
-    runs = {}
-    for backend in ("liggghts", "reference") if dem == "compare" else (dem,):
-        solid, grains = MPM(grid, beam, supports, interface), open_dem(backend, scene, dt / substeps)
-        with Record("beam_impact", parameters, out, solid, grains, windows=windows, columns=columns, paraview=paraview,
-                    label="liggghts" if (dem, backend) == ("compare", "liggghts") else "") as record:
-            couple(solid, grains, follow, dt=dt, t_end=t_end, substeps=substeps, on_window=[record])
+    runs, wait = {}, p.gap / p.v0
+    for backend in ("liggghts", "reference") if p.dem == "compare" else (p.dem,):
+        solid, grains = MPM(grid, beam, supports, interface), open_dem(backend, scene, p.dt / p.substeps)
+        start_points = solid.snapshot() if p.picture else None
+        with Record(case, keys, p.out, solid, grains, windows=windows, columns=columns, paraview=p.paraview,
+                    label="liggghts" if (p.dem, backend) == ("compare", "liggghts") else "") as record:
+            couple(solid, grains, follow, dt=p.dt, t_end=p.t_end, substeps=p.substeps, on_window=[record])
             runs[backend] = record.history
-            record.finish(compare(runs, reference, dt, gap / v0), lambda path: draw(path, runs, reference, gap / v0))
+            record.finish(compare(runs, reference, p.dt, wait), lambda path: draw(path, runs, reference, wait))
+        if p.picture:
+            show(f"{p.out}/{case}_scene.png", p, start_points, solid.snapshot(), scene, grains.particles())
         solid.close(), grains.close()
     return runs
 
 
+def solid_scene(p):
+    """Grid, beam, its supports and the interface on top for the keys ``p``. The origin is at midspan on top."""
+    box = Box((-p.length / 2, -HEIGHT, -WIDTH / 2)[:p.dim], (p.length / 2, 0.0, WIDTH / 2)[:p.dim])
+    grid = background(box, p.cells, p.h, p.cell)
+    state, thickness = (f"plane_{p.plane}", WIDTH) if p.dim == 2 else (None, 1.0)
+    beam = Body(box, p.body or BODY[p.dim], p.points, LAWS[p.law](p.E, p.nu), p.rho, state, thickness, p.cell)
+    supports = [Support.column("x", x, grid, "y", name=f"support of the {side} end")
+                for x, side in zip((box.lower[0], box.upper[0]), ("left", "right"))]
+    segments = SEGMENTS[p.dim] if p.segments is None else p.segments
+    return grid, beam, supports, Interface.top(box, segments, p.shift)
+
+
 def background(box, cells, h, cell):
-    """Grid of three beam heights with cells of size h [m], one column beside the beam; or with ``cells``, 2.6 mm beside
-    it as in the paper."""
-    (length, height), margin = box.size, 0.0026
+    """Grid of three beam heights with cells of size h [m], one column beside the beam on each side; or with ``cells``,
+    2.6 mm beside it as in the paper."""
+    size, beside = box.size, [d for d in range(box.dim) if d != 1]
+    margin = np.full(box.dim, 0.0026)
     if cells is None:
-        if not 0 < h <= height:
-            raise ValueError(f"h is {h} m: the cell size must lie between 0 and the beam's height of {height} m")
-        columns = round(length / h)
-        margin, cells = length / columns, (columns + 2, round(3 * height / h))
-    return Grid(Box((box.lower[0] - margin, -2 * height), (box.upper[0] + margin, height)), cells, cell)
+        if not 0 < h <= HEIGHT:
+            raise ValueError(f"h is {h} m: the cell size must lie between 0 and the beam's height of {HEIGHT} m")
+        columns = np.rint(size / h).astype(int)
+        margin, cells = size / columns, columns + 2
+        cells[1] = round(3 * HEIGHT / h)
+    lower, upper = np.array(box.lower), np.array(box.upper)
+    lower[beside], upper[beside] = lower[beside] - margin[beside], upper[beside] + margin[beside]
+    lower[1], upper[1] = -2 * HEIGHT, HEIGHT
+    return Grid(Box(tuple(lower), tuple(upper)), cells, cell)
 
 
 def compare(runs, reference, dt, wait):
@@ -114,6 +148,20 @@ def draw(path, runs, reference, wait):
                      (t, 1e6 * (reference.u_sphere - gap), None, "reference")]
     force.append((t, reference.force, "Timoshenko beam", "reference"))
     figure.draw(path, "time [ms]", {"upward displacement [µm]": displacement, "contact force [N]": force})
+
+
+def show(path, p, before, after, scene, particles):
+    """Picture of the end, displacements magnified, with the stress along the beam; before, after: snapshots."""
+    if not after:
+        return  # not on rank 0
+    x, (_, _, data) = before["points"][0], after["points"]
+    nodes, ((_, elements),), surface = after["interface"][0], after["interface"][1].items(), after["interface"][2]
+    grid, ((_, around),) = after["grid"][0], after["grid"][1].items()
+    start = scene.spheres.x
+    picture.draw(path, x + p.picture * (after["points"][0] - x), (grid, around),
+                 (nodes + (p.picture - 1) * surface["displacement"], elements),
+                 (start + p.picture * (particles["x"][:, :p.dim] - start), scene.spheres.radius),
+                 1e-6 * data["cauchy_stress"][:, 0, 0], "stress along the beam [MPa]")
 
 
 if __name__ == "__main__":

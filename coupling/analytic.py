@@ -78,6 +78,17 @@ class ImpactHistory:
                 for a, b, p in zip(first, free, peaks)]
 
 
+def contacts(time, force):
+    """Contacts in a history of coupling windows, a list of `Contact`: time [s] at the windows' ends and mean force [N]
+    over each, shape (n,)."""
+    dt, touching = time[1] - time[0], np.concatenate(([False], force > 0, [False]))
+    found = []
+    for a, b in zip(np.flatnonzero(touching[1:] & ~touching[:-1]), np.flatnonzero(touching[:-1] & ~touching[1:])):
+        peak = a + int(np.argmax(force[a:b]))
+        found.append(Contact(float(time[a] - dt), float(time[b - 1]), float(force[peak]), float(time[peak] - dt / 2)))
+    return found
+
+
 def beam_modes(length, height, width, E, nu, rho, theory="timoshenko", modes=50, shear=5 / 6):
     """Modes of a simply supported beam that move its midspan: omega [rad/s] and modal mass [kg], shape (n,) each.
 

@@ -135,14 +135,17 @@ def convert(key, text, kind):
     """The word ``text`` as a value of the annotation ``kind``; UsageError when it is none."""
     origin, args = typing.get_origin(kind), typing.get_args(kind)
     if origin is typing.Literal:
-        if text not in args:
-            raise UsageError(f"{key}={text} does not exist: choose one of {', '.join(args)}")
-        return text
+        choices = {str(choice): choice for choice in args}
+        if text not in choices:
+            raise UsageError(f"{key}={text} does not exist: choose one of {', '.join(choices)}")
+        return choices[text]
     if origin is typing.Union:  # Optional
         return None if text == "none" else convert(key, text, args[0])
     try:
         if origin is tuple:
             parts = text.strip("()").split(",")
+            if args[-1] is Ellipsis:  # any number of them
+                args = args[:1] * len(parts)
             if len(parts) != len(args):
                 raise ValueError
             return tuple(arg(part) for part, arg in zip(parts, args))
@@ -159,6 +162,8 @@ def convert(key, text, kind):
 def _kind_name(kind):
     args = typing.get_args(kind)
     if typing.get_origin(kind) is tuple:
+        if args[-1] is Ellipsis:
+            return f"numbers separated by commas, such as {','.join(3 * ['2' if args[0] is int else '0.1'])}"
         return f"{len(args)} numbers separated by commas, such as {','.join('2' if a is int else '0.1' for a in args)}"
     return {int: "a whole number", float: "a finite number", bool: "yes or no", str: "a word"}.get(kind, str(kind))
 
@@ -170,8 +175,9 @@ def manual(main, presets=None):
     lines = [inspect.getdoc(main) or "", "", "keys (key=value), with defaults:"]
     for name, parameter in inspect.signature(main).parameters.items():
         meaning = comments.get(name, "")
-        if typing.get_origin(hints[name]) is typing.Literal:
-            meaning += f"; one of {', '.join(typing.get_args(hints[name]))}"
+        hint = typing.get_args(hints[name])[0] if typing.get_origin(hints[name]) is typing.Union else hints[name]
+        if typing.get_origin(hint) is typing.Literal:
+            meaning += f"; one of {', '.join(map(str, typing.get_args(hint)))}"
         lines.append(f"  {f'{name}={_shown(parameter.default)}':26} {meaning}")
     for name, values in (presets or {}).items():
         lines.append(f"  {f'preset={name}':26} " + " ".join(f"{k}={_shown(v)}" for k, v in values.items()))

@@ -79,20 +79,48 @@ def nearest(x_solid, x_wall, comm=MPI.COMM_WORLD):
 
 
 def linear(x_solid, elements, x_wall, comm=MPI.COMM_WORLD):
-    """Each wall node follows the closest point of the interface's segments ``elements``, shape (k, 2), by linear
-    interpolation between the segment's ends."""
-    a, b = np.asarray(x_solid)[np.asarray(elements).T]
-    edge = b - a
-    length2 = np.einsum("ki,ki->k", edge, edge)
-    if not (length2 > 0).all():
-        raise ValueError(f"interface segment {np.argmin(length2)} has no length: remove it")
-    mine = np.asarray(x_wall)[share(len(x_wall), comm)[0]]
-    t = np.clip(np.einsum("ki,mki->mk", edge, mine[:, None] - a) / length2, 0.0, 1.0)
-    away = mine[:, None] - (a + t[..., None] * edge)
-    segment = np.argmin(np.einsum("mki,mki->mk", away, away), axis=1)
-    n = np.arange(len(mine))
-    weight = t[n, segment]
-    rows, columns = np.repeat(n, 2), np.asarray(elements)[segment].ravel()
-    H = csr_matrix((np.column_stack([1 - weight, weight]).ravel(), (rows, columns)), (len(n), len(x_solid)))
+    """Each wall node follows the closest point of the interface's ``elements``, segments of shape (k, 2) or triangles of
+    shape (k, 3), by linear interpolation between their corners. ValueError for an element without extent."""
+    elements, p = np.asarray(elements), np.asarray(x_wall, float)[share(len(x_wall), comm)[0], None]
+    corner = np.asarray(x_solid, float)[elements]
+    _check_extent(corner)
+    m, k = len(p), len(elements)
+    weight, shortest = np.zeros((m, k, elements.shape[1])), np.full((m, k), np.inf)
+    for corners in ([(0, 1)] if elements.shape[1] == 2 else [(0, 1, 2), (0, 1), (1, 2), (2, 0)]):
+        w = _weights(corner[:, corners], p)
+        away = p - np.einsum("mkc,kci->mki", w, corner[:, corners])
+        distance = np.where((w >= 0).all(axis=2), np.einsum("mki,mki->mk", away, away), np.inf)
+        better = distance < shortest
+        shortest[better] = distance[better]
+        weight[better] = 0.0
+        weight[np.ix_(range(m), range(k), corners)] = np.where(
+            better[..., None], w, weight[np.ix_(range(m), range(k), corners)])
+    closest = np.argmin(shortest, axis=1)
+    weight = weight[np.arange(m), closest]
+    weight[weight < 1e-12] = 0.0  # round-off: coinciding places make a copy
+    weight /= weight.sum(axis=1, keepdims=True)
+    rows, columns = np.repeat(np.arange(m), elements.shape[1]), elements[closest].ravel()
+    H = csr_matrix((weight.ravel(), (rows, columns)), (m, len(x_solid)))
     H.eliminate_zeros()
     return Mapping(H, x_solid, x_wall, comm)
+
+
+def _check_extent(corner):
+    """ValueError naming the first segment without length or triangle without area, corner: shape (k, 2 or 3, dim)."""
+    edges = corner[:, 1:] - corner[:, :1]
+    gram = np.einsum("kai,kbi->kab", edges, edges)
+    flat = np.linalg.det(gram) <= 1e-24 * np.trace(gram, axis1=1, axis2=2) ** gram.shape[1]
+    if flat.any():
+        name, extent = ("segment", "length") if corner.shape[1] == 2 else ("triangle", "area")
+        raise ValueError(f"interface {name} {np.argmax(flat)} has no {extent}: remove it")
+
+
+def _weights(corner, p):
+    """Weights of the corners at the closest point to p, shape (m, 1, dim), of each segment; of each triangle at the
+    projection onto its plane, negative where that lies outside. Shape (m, k, corners)."""
+    edges = corner[:, 1:] - corner[:, :1]
+    to_weight = np.linalg.solve(np.einsum("kai,kbi->kab", edges, edges), edges)
+    t = np.einsum("kai,mki->mka", to_weight, p - corner[:, 0])
+    if t.shape[2] == 1:
+        t = np.clip(t, 0.0, 1.0)
+    return np.concatenate([1.0 - t.sum(axis=2, keepdims=True), t], axis=2)

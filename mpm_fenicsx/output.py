@@ -5,6 +5,8 @@ whole, so the state of the points never has to fit on one of them. A name is mis
 """
 import numpy as np
 
+from .mesh import corner_volumes
+
 AROUND = {"triangle": ("triangle", [0, 1, 2]), "quadrilateral": ("quad", [0, 1, 3, 2]),
           "tetrahedron": ("tetra", [0, 1, 2, 3]), "hexahedron": ("hexahedron", [0, 1, 3, 2, 4, 5, 7, 6])}
 
@@ -39,7 +41,11 @@ def _grid(mpm):
         covered = background.vertex_of[mpm.step.cover.node]
         mass[covered], velocity[covered] = mpm.step.mass, mpm.step.v
     kind, order = AROUND[mpm.grid.cell]
-    return vertices[nodes], {kind: corners.reshape(own.shape)[:, order]}, {"mass": mass[nodes], "velocity": velocity[nodes]}
+    corners = corners.reshape(own.shape)[:, order]
+    if kind in ("triangle", "tetra"):
+        turned = corner_volumes(vertices[own], mpm.grid.cell)[:, 0] < 0
+        corners[turned, -2:] = corners[turned, -2:][:, ::-1]
+    return vertices[nodes], {kind: corners}, {"mass": mass[nodes], "velocity": velocity[nodes]}
 
 
 def _point_fields(parts):

@@ -15,7 +15,9 @@ SIMPLEX_POINTS = {2: (1, 3, 6, 7, 12), 3: (1, 4, 14, 15, 24)}  # basix's rules w
 def _counts(value, dim, name):
     counts = tuple(int(n) for n in value)
     if len(counts) != dim or any(n != v for n, v in zip(counts, value)) or min(counts) < 1:
-        raise ValueError(f"{name} is {tuple(value)}: give {dim} whole numbers, each at least 1")
+        shown, wanted = (value[0], "a whole number of") if dim == len(value) == 1 else (
+            tuple(value), f"{dim} whole numbers, each" if dim > 1 else "one whole number of")
+        raise ValueError(f"{name} is {shown}: give {wanted} at least 1")
     return counts
 
 
@@ -179,16 +181,22 @@ class Interface:
         return Interface(mesh.vertices[vertices], elements.reshape(facets.shape))
 
     @staticmethod
-    def top(box: Box, segments: int, shift: float = 0.0):
-        """Upper edge of a plane box in equal segments, moved into the body by ``shift`` [m] (the paper's delta)."""
-        if int(segments) != segments or segments < 1:
-            raise ValueError(f"segments is {segments}: give a whole number of at least 1")
+    def top(box: Box, segments, shift: float = 0.0):
+        """Upper side of a box, moved into the body by ``shift`` [m] (the paper's delta). segments: of the upper edge of a
+        plane box, one number; of the upper face of a box in space two, along x and z, each rectangle being two triangles.
+        """
+        across = [d for d in range(box.dim) if d != 1]
+        counts = _counts(np.atleast_1d(segments), len(across), "segments")
         if not 0.0 <= shift < box.size[1]:
             raise ValueError(f"shift is {shift} m: it must lie between 0 and the height of the body, {box.size[1]} m")
-        x = np.linspace(box.lower[0], box.upper[0], segments + 1)  # rightwards: the outside is on the left hand
-        i = np.arange(segments)
-        return Interface(np.column_stack([x, np.full(segments + 1, box.upper[1] - shift)]),
-                         np.column_stack([i, i + 1]))
+        axes = [np.linspace(box.lower[d], box.upper[d], n + 1) for d, n in zip(across, counts)]
+        x = np.stack([a.ravel(order="F") for a in np.meshgrid(*axes, indexing="ij")], axis=1)
+        x = np.insert(x, 1, box.upper[1] - shift, axis=1)
+        nodes = np.arange(len(x)).reshape(*(n + 1 for n in counts), order="F")
+        if box.dim == 2:
+            return Interface(x, np.column_stack([nodes[:-1], nodes[1:]]))  # rightwards: the outside is on the left hand
+        a, b, c, d = (part.ravel(order="F") for part in (nodes[:-1, :-1], nodes[1:, :-1], nodes[:-1, 1:], nodes[1:, 1:]))
+        return Interface(x, np.concatenate([np.column_stack([a, c, d]), np.column_stack([a, d, b])]))
 
     @staticmethod
     def line(a, b, segments: int):

@@ -1,5 +1,6 @@
 """The case scripts as modules, and a beam that takes a tenth of a second."""
 import importlib.util
+import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 CASES = Path(__file__).parents[2] / "cases"
+sys.path.insert(0, str(CASES))  # as for a script: cases may import their neighbours
 COARSE = dict(cells=(31, 7), body=(60, 4), points=3, segments=30, dt=4e-6, substeps=80, t_end=2e-4)
 
 
@@ -33,6 +35,12 @@ def no_words(monkeypatch):
 def case():
     """The module ``cases/beam_impact.py``."""
     return load("beam_impact")
+
+
+@pytest.fixture(scope="session")
+def multiple():
+    """The module ``cases/multiple_impact.py``."""
+    return load("multiple_impact")
 
 
 @pytest.fixture

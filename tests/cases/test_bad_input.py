@@ -50,7 +50,7 @@ def script(*words):
 
 
 @pytest.mark.parametrize("given, status, sentence", [
-    ("raduis=1", 2, "unknown key 'raduis' (did you mean radius?); known keys: length, radius, v0, "),
+    ("raduis=1", 2, "unknown key 'raduis' (did you mean radius?); known keys: dim, length, radius, v0, "),
     ("dt=fast", 2, "dt=fast cannot be read as a finite number"),
     ("dem=lammps", 2, "dem=lammps does not exist: choose one of reference, liggghts, compare"),
     ("dt=0", 1, "dt is 0.0 s: "), ("dt=-1e-6", 1, "dt is -1e-06 s: "),
@@ -63,6 +63,14 @@ def script(*words):
     ("body=4,-2", 1, "body (its cells) is (4, -2): "), ("segments=0", 1, "segments is 0: "),
     ("wall_segments=-1", 1, "segments is -1: "),
     ("points=7", 1, "points is 7: choose one of 1, 2, 3, 4, 5, 6 (per direction)"),
+    ("dim=4", 2, "dim=4 does not exist: choose one of 2, 3"),
+    ("cells=31,x", 2, "cells=31,x cannot be read as numbers "),
+    ("dim=3", 1, "cells of the grid is (31, 7): give 3 whole numbers, each at least 1"),
+    ("dim=3 cells=31,7,4", 1, "body (its cells) is (60, 4): give 3 whole numbers, each at least 1"),
+    ("dim=3 cells=31,7,4 body=60,4,4", 1, "segments is (30,): give 2 whole numbers, each at least 1"),
+    ("dim=3 cells=31,7,4 cell=triangle", 1, "cell of the grid is 'triangle': choose one of hexahedron, tetrahedron"),
+    ("cell=tetrahedron", 1, "cell of the grid is 'tetrahedron': choose one of quadrilateral, triangle"),
+    ("segments=30,4", 1, "segments is (30, 4): give one whole number of at least 1"),
     ("cell=triangle points=4", 1, "points is 4: choose one of 1, 3, 6, 7, 12 (per triangle)"),
     ("gap=-1e-4", 1, "sphere 1 overlaps the wall by 0.0001 m at the start: move it away"),
     ("gap=-0.02", 1, "sphere 1 at [ 0. -0.01] m lies inside the body, 0.01 m below its surface: move it out"),

@@ -94,6 +94,42 @@ def test_beyond_the_ends_the_end_counts():
     assert (linear(x, elements, [[-1.5, 0.1], [1.5, 0.1]]).motion(x, v)[1][:, 0] == [1, 3]).all()
 
 
+def triangles(n, seed=None):
+    """A square [-1, 1]^2 of 2 n^2 triangles in space, on a slope, and perhaps shaken within its plane."""
+    s, t = (a.ravel() for a in np.meshgrid(*2 * [np.linspace(-1, 1, n + 1)], indexing="ij"))
+    inner = (abs(s) < 1) & (abs(t) < 1)
+    shake = np.zeros((2, len(s))) if seed is None else np.random.default_rng(seed).uniform(-0.3, 0.3, (2, len(s))) / n
+    s, t = s + shake[0] * inner, t + shake[1] * inner
+    a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    return (np.column_stack([s, 0.5 * s + 0.2 * t, t]),
+            np.concatenate([np.column_stack([a, a + 1, a + n + 2]), np.column_stack([a, a + n + 2, a + n + 1])]))
+
+
+def test_linear_on_triangles_reproduces_linear_fields_and_keeps_sum_and_moment():
+    x, elements = triangles(4, seed=1)
+    wall = triangles(7, seed=2)[0]
+    mapping = linear(x, elements, wall + 0.01 * np.array([-0.5, 1.0, -0.2]))  # beside it, along the normal
+    field = lambda p: p @ [[1.0, 2.0, 0.5], [0.0, -1.0, 3.0], [0.3, 0.1, 1.0]]  # noqa: E731
+    assert mapping.motion(x, field(x))[1] == pytest.approx(field(wall), abs=1e-12)
+    force = np.random.default_rng(3).normal(size=wall.shape)
+    back = mapping.force(force)
+    assert back.sum(axis=0) == pytest.approx(force.sum(axis=0))
+    assert np.cross(x, back).sum(axis=0) == pytest.approx(np.cross(wall, force).sum(axis=0))
+    assert linear(x, elements, x).is_copy
+
+
+def test_beyond_a_triangle_its_closest_point_counts():
+    x, elements = np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 1]]), [[0, 1, 2]]
+    wall = [[0.5, 1.0, -1.0], [1.0, 0.0, 1.0], [-1.0, 0.2, -1.0], [0.0, 0.0, 3.0]]
+    assert linear(x, elements, wall).H.toarray() == pytest.approx(
+        np.array([[0.5, 0.5, 0], [0, 0.5, 0.5], [1, 0, 0], [0, 0, 1]]))
+
+
+def test_triangle_without_area_is_refused():
+    with pytest.raises(ValueError, match="interface triangle 1 has no area: remove it"):
+        linear([[0.0, 0, 0], [1, 0, 0], [0, 0, 1], [2, 0, 0]], [[0, 2, 1], [0, 1, 3]], [[0.0, 0, 0]])
+
+
 def test_segment_without_length_is_refused():
     with pytest.raises(ValueError, match="interface segment 1 has no length"):
         linear([[0, 0], [1, 0], [1, 0]], [[0, 1], [1, 2]], [[0.5, 0]])

@@ -39,6 +39,14 @@ def test_interface_on_the_upper_edge_has_the_outside_on_its_left():
     assert (np.column_stack([-tangent[:, 1], tangent[:, 0]])[:, 1] > 0).all()
 
 
+def test_interface_on_the_upper_face_is_seen_counter_clockwise_and_covers_it():
+    interface = Interface.top(Box((0, 0, 0), (3, 1, 2)), (3, 4), shift=0.25)
+    a, b, c = np.moveaxis(interface.x[interface.elements], 1, 0)
+    assert len(interface.x) == 20 and len(interface.elements) == 24 and (interface.x[:, 1] == 0.75).all()
+    area = np.cross(b - a, c - a) / 2
+    assert area == pytest.approx(np.tile([0.0, 0.25, 0.0], (24, 1)))
+
+
 def body(**changes):
     return Body(**{**dict(shape=BOX, cells=(4, 2), points=2, law=LAW, rho=1.0), **changes})
 

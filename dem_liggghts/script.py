@@ -9,6 +9,7 @@ from . import parts
 
 SOFTEST, HARDEST = 5e6, 1e9  # Young's moduli LIGGGHTS takes without being asked, SI units [Pa]
 LEAST = 0.05  # restitution
+BINS = 60  # along the longest side, in a scene with clusters
 FEW = 200  # up to so many spheres are searched without bins, whose number grows with the box
 
 
@@ -33,7 +34,7 @@ def commands(scene, dt):
         f"create_box {len(scene.names)} box",
         f"neighbor {0.2 * radius.min():.17g} {'nsq' if len(radius) <= FEW else 'bin'}",
         # LIGGGHTS forgets the tangential spring of two spheres only in a gap it looks at, which by default is none
-        "neigh_modify delay 0" + (" contact_distance_factor 1.01" if _any(between, "friction") else ""),
+        "neigh_modify delay 0" + (" contact_distance_factor 1.01" if _any(between, "friction") else "") + _bins(scene),
         *_materials(scene),
         f"pair_style gran {_model(between)}",
         "pair_coeff * *",
@@ -60,6 +61,16 @@ def _motion(scene):
         return ["fix move all nve/sphere"]
     single = ["group single type 1", "fix move single nve/sphere"] if len(scene.spheres.x) else []
     return [*single, "fix bodies all multisphere"]
+
+
+def _bins(scene):
+    """With clusters LIGGGHTS looks far beyond the box, over their whole size, so its bins of the size of a sphere would be
+    too many: at most so many along the box and that margin."""
+    if not scene.clusters:
+        return ""
+    x = parts.grains(scene).x
+    widest = max(np.ptp(cluster.places, axis=0).max() for cluster in scene.clusters)
+    return f" binsize {(np.ptp(x, axis=0).max() + 4 * widest) / BINS:.17g}"
 
 
 def _box(scene):

@@ -12,7 +12,7 @@ from numba import njit
 compiled = njit(cache=True, error_model="numpy")
 
 COPLANAR = np.cos(np.radians(1.0))  # two contacts whose normals differ by less than this are one contact
-TINY = 1e-12  # distance, as a fraction of the radius, below which the element's own normal tells the direction
+TINY = 1e-8  # distance, as a fraction of the radius, below which the element's own normal tells the direction
 
 # nodes x [m] and v [m/s], shape (n, 3), at the start of the window; the others: see `parts.Surface`
 MovingWall = namedtuple("MovingWall", "x v elements kind group depth rim")
@@ -155,7 +155,7 @@ def one_sided(found, first, end, radius, depth):
 
     The centre is outside when the elements that hold the closest point say so together (as in `checks.side`). Then
     those behind which it lies, on the far side of a finger, are dropped. Inside, the closest point alone pushes, from
-    the centre towards itself, down to ``depth`` [m].
+    the centre towards itself, down to ``depth`` [m]; on the surface too, where the others have no direction.
     """
     if first == end:
         return first
@@ -167,10 +167,10 @@ def one_sided(found, first, end, radius, depth):
     for q in range(first, end):
         if found[q, DISTANCE] <= r + 1e-9 * radius:
             side += found[q, SIDE]
-    if side < 0.0:
+    if side < 0.0 or r <= TINY * radius:
         _copy(found, best, first)
-        found[first, DISTANCE] = -r
-        return first + 1 if r <= depth else first
+        found[first, DISTANCE] = -r if side < 0.0 else r
+        return first + 1 if r <= depth or side >= 0.0 else first
     kept = first
     for q in range(first, end):
         if found[q, DISTANCE] <= radius and (q == best or found[q, SIDE] >= 0.0):

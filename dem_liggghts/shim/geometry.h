@@ -105,6 +105,9 @@ inline Vec outward(const Vec *node, int corners, const double *weight, double &a
     return 1 / std::sqrt(dot(n, n)) * n;
 }
 
+// Distance, as a fraction of the radius, below which the element's own normal tells the direction.
+static const double on_surface = 1e-8;
+
 // Fill side of a contact with a one-sided element; infinite at a free end or edge. A centre on the element is put a
 // little outside.
 inline void look_outside(Contact &c, const Element &element, const Vec *node, int corners, double radius)
@@ -114,8 +117,8 @@ inline void look_outside(Contact &c, const Element &element, const Vec *node, in
         if (element.rim[k] && c.weight[k] == (corners == 2 ? 1 : 0)) return;
     double angle;
     const Vec normal = outward(node, corners, c.weight, angle);
-    if (c.distance < 1e-12 * radius) {
-        c.distance = 1e-12 * radius;
+    if (c.distance < on_surface * radius) {
+        c.distance = on_surface * radius;
         c.offset = -c.distance * normal;
     }
     c.side = -angle * dot(normal, c.offset);
@@ -131,9 +134,9 @@ inline void keep_outward(std::vector<Contact> &contacts, double radius, double d
     double side = 0;
     for (const Contact &c : contacts)
         if (c.distance <= nearest.distance + 1e-9 * radius) side += c.side;
-    if (side < 0) {
-        contacts.assign(nearest.distance <= depth ? 1 : 0, nearest);
-        for (Contact &c : contacts) c.distance = -c.distance;
+    if (side < 0 || nearest.distance <= on_surface * radius) {
+        contacts.assign(nearest.distance <= depth || side >= 0 ? 1 : 0, nearest);
+        for (Contact &c : contacts) c.distance = side < 0 ? -c.distance : c.distance;
         return;
     }
     auto drop = [&](const Contact &c) {

@@ -6,7 +6,7 @@ import numpy as np
 from . import parts
 from .contact import critical_step
 from .near import near_spheres, nothing
-from .wall import at_rest, closest, compiled, normal_and_angle, place
+from .wall import RIM, at_rest, closest, compiled, normal_and_angle, place
 
 TOUCHING = 1e-9  # overlap at the start, as a fraction of the radius, that still counts as touching
 CONNECTED = 1e-6  # gap, as a fraction of the radius, over which the spheres of a cluster still hang together
@@ -76,8 +76,8 @@ def _check_outside(scene, balls, wall, what):
     surface = at_rest(*_alone(scene, wall))
     for i, radius in enumerate(balls.radius):
         distance, outside, e, weight = side(balls.x[i], surface, 1e-9 * radius)
-        free = surface.rim[e] & (weight[:scene.dim] == (1.0 if scene.dim == 2 else 0.0))
-        if outside < 0.0 and not free.any():
+        at_rim = surface.traits[e, RIM:] * (weight == (1.0 if scene.dim == 2 else 0.0))
+        if outside < 0.0 and not at_rim.any():
             raise ValueError(f"{_name(balls, i)} at {balls.x[i, :scene.dim]} m lies inside the body, {distance:.3g} m below "
                              "its surface: move it out, or reverse the wall elements (outside is left of a segment)")
         if radius - distance > TOUCHING * radius:

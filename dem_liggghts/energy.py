@@ -5,7 +5,7 @@ from . import parts, quaternion
 from .arrays import in_space
 from .contact import law_of, laws
 from .near import near_elements, near_spheres, nothing
-from .wall import COLUMNS, DISTANCE, PAIR, at_rest, compiled, find_contacts
+from .wall import COLUMNS, DISTANCE, KIND, PAIR, at_rest, compiled, find_contacts
 
 
 @compiled
@@ -37,7 +37,7 @@ def _at_walls(balls, x, near, wall, at_wall):
     for i in range(len(x)):
         radius = balls.radius[i]
         for c in range(find_contacts(x[i], radius, near, i, wall, 0.0, corner, found)):
-            law = law_of(at_wall, balls.kind[i], wall.kind[near.partner[int(found[c, PAIR])]])
+            law = law_of(at_wall, balls.kind[i], int(wall.traits[near.partner[int(found[c, PAIR])], KIND]))
             d = radius - found[c, DISTANCE]
             energy += 8.0 / 15.0 * law.E * np.sqrt(radius) * d**2.5
             energy -= law.adhesion * np.pi * (radius * d**2 - d**3 / 3.0)

@@ -63,9 +63,9 @@ class LiggghtsDEM:
         """Hand over all walls of the scene; tangential springs go on when ``keep``."""
         s, dim = parts.surface(self.scene), self.scene.dim
         data = np.zeros((len(s.elements), 9))
-        data[:, :dim], data[:, 6:6 + dim] = s.elements, s.rim
+        data[:, :dim], data[:, 3:] = s.elements, s.traits
         data[:, dim:3] = s.elements[:, :3 - dim]  # a segment names its first node twice
-        data[:, 3], data[:, 4], data[:, 5] = s.kind + 1, s.group, s.depth
+        data[:, 3] += 1  # atom types count from 1
         self._call("dem_set_wall", dim, len(s.x), len(s.elements), *s.own, _pointer(data), _pointer(s.x), keep)
 
     def _open(self):

@@ -3,7 +3,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from .wall import PAIR, closest, compiled, place
+from .wall import DEPTH, PAIR, closest, compiled, place
 
 # Per sphere i the partners start[i]..start[i+1], rising: partner (p,), whether they touched in the last step (p,), and the
 # tangential displacement shear [m], shape (p, 3), or (0, 3) when there is no friction and so nothing to remember.
@@ -82,13 +82,13 @@ def near_elements(x, radius, skin, wall, t, old, history):
     axis, nodes = longest(low, high), wall.elements.shape[1]
     order = np.argsort(low[:, axis])
     lowest, widest = low[order, axis], (high[:, axis] - low[:, axis]).max() if len(low) else 0.0
-    deepest = wall.depth.max() if len(low) else 0.0
+    deepest = wall.traits[:, DEPTH].max() if len(low) else 0.0
     corner, weight, point = np.empty((3, 3)), np.empty(3), np.empty(3)
     for i in range(len(x)):
         most = max(radius[i], deepest) + skin
         for o in range(np.searchsorted(lowest, x[i, axis] - most - widest), len(order)):
             e = order[o]
-            reach = max(radius[i], wall.depth[e]) + skin
+            reach = max(radius[i], wall.traits[e, DEPTH]) + skin
             if lowest[o] > x[i, axis] + most:
                 break
             if low[e, 0] > x[i, 0] + reach or high[e, 0] < x[i, 0] - reach or low[e, 1] > x[i, 1] + reach or \

@@ -6,6 +6,7 @@ import numpy as np
 
 from . import quaternion
 from .arrays import in_space
+from .wall import DEPTH, GROUP, KIND, RIM
 
 # All spheres, single ones first: x, v, omega (n, 3), radius, mass (n,) as in `protocol.PARTICLE`; partner: the mass that
 # counts in a contact [kg]; kind: number of the material; body: number of the cluster, -1 for a single sphere; arm: from
@@ -17,10 +18,9 @@ Grains = namedtuple("Grains", "x v omega radius mass partner kind body arm")
 # space; first: numbers of their first spheres (n + 1,). SI units.
 Rigid = namedtuple("Rigid", "x v omega q turn mass inertia free first")
 
-# Walls as one surface: nodes x [m] (n, 3), elements (m, 2) or (m, 3); per element kind: number of the material, group:
-# number of the wall, depth [m]: as in `scene.Wall`, -1 for none; rim (m, corners), bool: in a plane whether that node is
-# a free end, in space whether the edge opposite to it is free. own: first node and element of the wall that moves.
-Surface = namedtuple("Surface", "x elements kind group depth rim own")
+# Walls as one surface: nodes x [m] (n, 3), elements and traits as in `wall.MovingWall`; own: first node and first element
+# of the wall that moves.
+Surface = namedtuple("Surface", "x elements traits own")
 
 IMMOVABLE = 1e12  # mass in a contact, as a multiple of its own, of a body that does not give way
 
@@ -59,14 +59,13 @@ def surface(scene):
     number = {name: k for k, name in enumerate(scene.names)}
     walls = [*scene.walls, scene.wall]
     nodes = np.cumsum([0] + [len(w.nodes) for w in walls])
-    count = [len(w.elements) for w in walls]
-    per_element = lambda values, kind: np.repeat(np.array(values, kind), count)  # noqa: E731
     elements = np.concatenate([w.elements + start for w, start in zip(walls, nodes)]).astype(np.int32)
-    return Surface(in_space(np.concatenate([w.nodes for w in walls])), elements,
-                   per_element([number.get(w.material, 0) for w in walls], np.int64),
-                   per_element(range(len(walls)), np.int64),
-                   per_element([-1.0 if w.depth is None else w.depth for w in walls], float),
-                   np.concatenate([_rim(w.elements) for w in walls]), (int(nodes[-2]), sum(count[:-1])))
+    traits = np.zeros((len(elements), RIM + 3))
+    per_wall = [(number.get(w.material, 0), group, -1.0 if w.depth is None else w.depth) for group, w in enumerate(walls)]
+    traits[:, [KIND, GROUP, DEPTH]] = np.repeat(per_wall, [len(w.elements) for w in walls], axis=0)
+    traits[:, RIM:RIM + scene.dim] = np.concatenate([_rim(w.elements) for w in walls])
+    return Surface(in_space(np.concatenate([w.nodes for w in walls])), elements, traits,
+                   (int(nodes[-2]), len(elements) - len(scene.wall.elements)))
 
 
 def _rim(elements):

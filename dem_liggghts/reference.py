@@ -5,7 +5,7 @@ from . import parts, quaternion
 from .arrays import in_space
 from .carry import carry_force, with_wall
 from .checks import check_finite, check_window
-from .contact import laws
+from .contact import field, laws
 from .energy import contact_energy, kinetic_energy, potential_energy
 from .near import Near, nothing, renumber
 from .protocol import BODY, PARTICLE
@@ -26,11 +26,11 @@ class ReferenceDEM:
         self.dt, self._steps = float(dt), 0
         self._start, self._rigid = parts.grains(scene), parts.rigid(scene)
         g, zeros = self._start, lambda: np.zeros_like(self._start.x)
-        self._balls = Balls(g.x.copy(), g.v.copy(), g.omega.copy(), zeros(), zeros(), g.radius, g.partner, g.kind, g.body,
+        self._balls = Balls(g.x.copy(), g.v.copy(), g.omega.copy(), zeros(), zeros(), g.radius, g.partner, g.kind,
                             in_space([scene.gravity])[0], len(scene.spheres.x))
         self._bodies = _bodies(self._rigid, g.arm) if scene.clusters else None
         between, at_wall = laws(scene, scene.pairs()), laws(scene, scene.wall_pairs())
-        self._laws, self._keep = (tuple(between), tuple(at_wall)), (between.friction.any(), at_wall.friction.any())
+        self._laws, self._keep = (between, at_wall), [field(pairs, "friction").any() for pairs in (between, at_wall)]
         self._use(scene)
         self._lists = Lists(nothing(len(g.x)), nothing(len(g.x)), self._balls.x, self._wall.x, 0.0)
         self._build_lists(self._wall, 0.0)
@@ -60,13 +60,13 @@ class ReferenceDEM:
         """The skin is a tenth of the smallest radius, or what lasts some ten steps at the speeds of now."""
         speed = sum(np.sqrt((v**2).sum(axis=1).max(initial=0.0)) for v in (self._balls.v, wall.v))
         skin = max(0.1 * self._balls.radius.min(initial=np.inf), 20.0 * self.dt * speed)
-        self._lists = build_lists(self._balls, wall, t, skin, self._lists, *self._keep)
+        self._lists = build_lists(self._balls, self._start.body, wall, t, skin, self._lists, *self._keep)
 
     def advance(self, steps, x, v):
         """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
         check_window(steps, x, v, self.scene)
         here = self._surface.x[:self._fixed]
-        wall = MovingWall(self._all_nodes(x, here), self._all_nodes(v, 0.0 * here), *self._surface[1:6])
+        wall = MovingWall(self._all_nodes(x, here), self._all_nodes(v, 0.0 * here), *self._surface[1:3])
         loads = self._loads
         np.multiply(loads.force, 0.5 * self.dt, out=loads.impulse)
         loads.force[:] = 0.0

@@ -3,14 +3,14 @@ from collections import namedtuple
 
 import numpy as np
 
-from .contact import Law, area_at_wall, area_of_spheres, contact_force, law_of
+from .contact import area_at_wall, area_of_spheres, contact_force, law_of
 from .near import Near, hand_over, near_elements, near_spheres
 from .rigid import Bodies, carry_spheres, drift_bodies, gather_forces, kick_bodies, speed_bound
-from .wall import DISTANCE, PAIR, POINT, WEIGHT, MovingWall, compiled, find_contacts
+from .wall import DISTANCE, KIND, PAIR, POINT, WEIGHT, MovingWall, compiled, find_contacts
 
-# x, v, omega, force, torque, shape (n, 3); radius; mass: the one that counts in a contact; kind: number of the material;
-# body: number of the cluster, -1: none, (n,); gravity (3,); the first ``single`` spheres are no cluster's: SI units
-Balls = namedtuple("Balls", "x v omega force torque radius mass kind body gravity single")
+# x, v, omega, force, torque, shape (n, 3); radius; mass: the one that counts in a contact; kind: number of the material,
+# (n,); gravity (3,); the first ``single`` spheres are no cluster's: SI units
+Balls = namedtuple("Balls", "x v omega force torque radius mass kind gravity single")
 
 # Wall nodes (n, 3): impulse of the window [N s], force at its end [N]
 Loads = namedtuple("Loads", "impulse force")
@@ -80,7 +80,7 @@ def add_wall_forces(b, wall, t, near, at_wall, dt, weight, last, loads, scratch)
                 spin[k] = arm * b.omega[i, k]
                 for a in range(len(nodes)):
                     v[k] -= found[c, WEIGHT + a] * wall.v[nodes[a], k]
-            law = law_of(at_wall, b.kind[i], wall.kind[near.partner[q]])
+            law = law_of(at_wall, b.kind[i], int(wall.traits[near.partner[q], KIND]))
             contact_force(n, overlap, v, spin, b.radius[i], b.mass[i], area_at_wall(r, b.radius[i]), law, dt, history, shear,
                           vt, force)
             for k in range(3):
@@ -99,8 +99,10 @@ def forces(b, bodies, wall, t, lists, between, at_wall, dt, weight, last, loads,
         for k in range(3):
             b.force[i, k] = b.mass[i] * b.gravity[k] if i < b.single else 0.0
             b.torque[i, k] = 0.0
-    add_sphere_forces(b, lists.spheres, between, dt, scratch)
-    add_wall_forces(b, wall, t, lists.elements, at_wall, dt, weight, last, loads, scratch)
+    if len(lists.spheres.partner):  # a call with so many arrays costs more than a short loop
+        add_sphere_forces(b, lists.spheres, between, dt, scratch)
+    if len(lists.elements.partner):
+        add_wall_forces(b, wall, t, lists.elements, at_wall, dt, weight, last, loads, scratch)
     if bodies is not None:
         gather_forces(Bodies(*bodies), b.x, b.force, b.torque, b.gravity)
 
@@ -157,20 +159,20 @@ def ball_travel(b, bodies, built, dt):
         step2 = 0.0
         for k in range(3):
             step2 += (b.v[i, k] + 0.5 * dt / b.mass[i] * b.force[i, k]) ** 2
-        largest = max(largest, _away(b.x[i], built[i]) + dt * np.sqrt(step2))
+        largest = max(largest, _away(b.x, built, i) + dt * np.sqrt(step2))
     if bodies is not None:
         r = Bodies(*bodies)
         for c in range(len(r.x)):
             away = 0.0
             for i in range(r.first[c], r.first[c + 1]):
-                away = max(away, _away(b.x[i], built[i]))
+                away = max(away, _away(b.x, built, i))
             largest = max(largest, away + dt * speed_bound(r, c, dt))
     return largest
 
 
 @compiled
-def _away(x, built):
-    return np.sqrt((x[0] - built[0]) ** 2 + (x[1] - built[1]) ** 2 + (x[2] - built[2]) ** 2)
+def _away(x, built, i):
+    return np.sqrt((x[i, 0] - built[i, 0]) ** 2 + (x[i, 1] - built[i, 1]) ** 2 + (x[i, 2] - built[i, 2]) ** 2)
 
 
 @compiled
@@ -184,7 +186,7 @@ def run(own, bodies, wall, first, steps, dt, lists, laws, fresh):
     """
     b, loads, scratch = Balls(*own[0]), Loads(*own[1]), Scratch(*own[2])
     wall, lists = MovingWall(*wall), Lists(Near(*lists[0]), Near(*lists[1]), lists[2], lists[3], lists[4])
-    between, at_wall = Law(*laws[0]), Law(*laws[1])
+    between, at_wall = laws
     node, node_speed = wall_travel(wall, lists.wall, first * dt)
     if not np.isfinite(node + node_speed):
         return -1
@@ -202,11 +204,11 @@ def run(own, bodies, wall, first, steps, dt, lists, laws, fresh):
 
 
 @compiled
-def build_lists(b, wall, t, skin, old, keep, keep_wall):
-    """Lists of near partners for spheres and walls as they are at time t [s] of the window."""
+def build_lists(b, body, wall, t, skin, old, keep, keep_wall):
+    """Lists of near partners for spheres of different ``body`` and walls as they are at time t [s] of the window."""
     here = np.empty_like(wall.x)
     for i in range(len(here)):
         for k in range(3):
             here[i, k] = wall.x[i, k] + wall.v[i, k] * t
-    return Lists(near_spheres(b.x, b.radius, b.body, skin, old.spheres, keep),
+    return Lists(near_spheres(b.x, b.radius, body, skin, old.spheres, keep),
                  near_elements(b.x, b.radius, skin, wall, t, old.elements, keep_wall), b.x.copy(), here, skin)

@@ -14,8 +14,11 @@ compiled = njit(cache=True, error_model="numpy")
 COPLANAR = np.cos(np.radians(1.0))  # two contacts whose normals differ by less than this are one contact
 TINY = 1e-8  # distance, as a fraction of the radius, below which the element's own normal tells the direction
 
-# nodes x [m] and v [m/s], shape (n, 3), at the start of the window; the others: see `parts.Surface`
-MovingWall = namedtuple("MovingWall", "x v elements kind group depth rim")
+# nodes x [m] and v [m/s], shape (n, 3), at the start of the window; elements, shape (m, 2) or (m, 3); traits of each
+# element, shape (m, 6): number of its material, of its wall, depth [m] as in `scene.Wall` or -1, and three truth values: in
+# a plane which node is a free end, in space opposite to which node the edge is free
+MovingWall = namedtuple("MovingWall", "x v elements traits")
+KIND, GROUP, DEPTH, RIM = 0, 1, 2, 3
 
 # Columns of a row of `found`: from the centre to the closest point [m], its weights on the nodes, distance [m] (negative
 # when the centre is behind a one-sided wall), feature (0 inside, 1 on an edge, 2 at a vertex), position in the list
@@ -25,7 +28,7 @@ POINT, WEIGHT, DISTANCE, FEATURE, PAIR, SIDE, COLUMNS = 0, 3, 6, 7, 8, 9, 10
 
 def at_rest(surface, nodes):
     """The walls ``surface`` (`parts.Surface`) with their nodes here [m], not moving."""
-    return MovingWall(nodes, np.zeros_like(nodes), *surface[1:6])
+    return MovingWall(nodes, np.zeros_like(nodes), surface.elements, surface.traits)
 
 
 @compiled
@@ -114,15 +117,16 @@ def find_contacts(p, radius, near, i, wall, t, corner, found):
     above), wall by wall and nearest first; returns their number."""
     total, q, last, nodes = 0, near.start[i], near.start[i + 1], wall.elements.shape[1]
     while q < last:
-        group, depth, n = wall.group[near.partner[q]], wall.depth[near.partner[q]], total
-        while q < last and wall.group[near.partner[q]] == group:
+        e, n = near.partner[q], total
+        group, depth = wall.traits[e, GROUP], wall.traits[e, DEPTH]
+        while q < last and wall.traits[near.partner[q], GROUP] == group:
             e, row = near.partner[q], found[n]
             place(wall, e, t, corner)
             r, feature = closest(corner, nodes, p, row[WEIGHT:WEIGHT + 3], row[POINT:POINT + 3])
             if r <= max(radius, depth):
                 row[DISTANCE], row[FEATURE], row[PAIR] = r, feature, q
                 if depth >= 0.0:
-                    row[SIDE] = _outside(row, wall.rim[e], corner, nodes, radius)
+                    row[SIDE] = _outside(row, wall.traits[e], corner, nodes, radius)
                 n += 1
             q += 1
         if depth >= 0.0:
@@ -135,11 +139,11 @@ def find_contacts(p, radius, near, i, wall, t, corner, found):
 
 
 @compiled
-def _outside(row, rim, corner, nodes, radius):
+def _outside(row, traits, corner, nodes, radius):
     """How far the centre is outside of the plane of an element, times the angle the element fills at the closest point
     [m rad]; infinite at a free end or edge. A centre on the element is put a little outside."""
     for k in range(nodes):
-        if rim[k] and row[WEIGHT + k] == (1.0 if nodes == 2 else 0.0):
+        if traits[RIM + k] > 0.0 and row[WEIGHT + k] == (1.0 if nodes == 2 else 0.0):
             return np.inf
     x, y, z, angle = normal_and_angle(corner, nodes, row[WEIGHT:WEIGHT + 3])
     if row[DISTANCE] < TINY * radius:

@@ -112,7 +112,7 @@ def test_closest_points_against_a_search():
     features = set()
     for _ in range(200):
         triangle = parts.surface(Scene(wall=Wall(np.eye(3), [[0, 1, 2]]), wall_material=STEEL))
-        wall = MovingWall(random.normal(size=(3, 3)), random.normal(size=(3, 3)), *triangle[1:6])
+        wall = MovingWall(random.normal(size=(3, 3)), random.normal(size=(3, 3)), *triangle[1:3])
         place(wall, 0, 0.3, corner)
         p = random.normal(size=3) * 2
         r, feature = closest(corner, 3, p, weight, point)

@@ -1,4 +1,5 @@
-"""Spheres and rigid clusters of spheres against a deforming wall: one protocol, two back ends (built-in and LIGGGHTS)."""
+"""Spheres and rigid clusters of spheres against a deforming wall: one protocol, two back ends (built-in and
+LIGGGHTS)."""
 from .checks import check_start, warn_if_too_long
 from .clusters import Cluster
 from .contact import critical_step

@@ -18,8 +18,9 @@ def with_wall(scene, wall):
 
 
 def carry_force(old, force, scene):
-    """Nodal ``force`` [N] at the ``old`` nodes [m] as one on the nodes of the moving wall of ``scene``, all (n, dim): each
-    goes to the closest place of the wall, so that the sum stays and so does what acts on a node that is still there."""
+    """Nodal ``force`` [N] at the ``old`` nodes [m] as one on the nodes of the moving wall of ``scene``, all (n, dim):
+    each goes to the closest place of the wall, so that the sum stays and so does what acts on a node that is still
+    there."""
     out = np.zeros((len(scene.wall.nodes), 3))
     surface = parts.surface(scene)
     nodes, elements = surface.own

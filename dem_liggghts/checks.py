@@ -32,25 +32,27 @@ def check_start(scene):
 def _name(balls, i):
     """A sphere as its user knows it."""
     body = int(balls.body[i])
-    return f"sphere {i + 1}" if body < 0 else f"cluster {body + 1} (its sphere {i - int(np.argmax(balls.body == body)) + 1})"
+    if body < 0:
+        return f"sphere {i + 1}"
+    return f"cluster {body + 1} (its sphere {i - int(np.argmax(balls.body == body)) + 1})"
 
 
 def _check_one_piece(cluster, number):
     x, n = cluster.arms(), len(cluster.radii)
     near = near_spheres(x, cluster.radii, np.full(n, -1), CONNECTED * cluster.radii.min(), nothing(n), False)
     reached, follow = {0}, [0]
-    links = [(i, int(j)) for i in range(n) for j in near.partner[near.start[i]:near.start[i + 1]]]
     neighbours = {i: [] for i in range(n)}
-    for i, j in links:
-        neighbours[i].append(j), neighbours[j].append(i)
+    for i in range(n):
+        for j in near.partner[near.start[i]:near.start[i + 1]].tolist():
+            neighbours[i].append(j), neighbours[j].append(i)
     while follow:
         for j in neighbours[follow.pop()]:
             if j not in reached:
                 reached.add(j), follow.append(j)
     if len(reached) < n:
         apart = min(set(range(n)) - reached)
-        raise ValueError(f"cluster {number + 1} is in two pieces: its sphere {apart + 1} at {cluster.centres[apart]} m does "
-                         f"not hang together with its sphere 1 over touching spheres: use larger or more spheres")
+        raise ValueError(f"cluster {number + 1} is in two pieces: its sphere {apart + 1} at {cluster.centres[apart]} m "
+                         "does not hang together with its sphere 1 over touching spheres: use larger or more spheres")
 
 
 def _check_apart(balls):
@@ -61,15 +63,16 @@ def _check_apart(balls):
             if overlap > TOUCHING * balls.radius[i]:
                 both = f"spheres {i + 1} and {j + 1}" if max(balls.body[i], balls.body[j]) < 0 else \
                     f"{_name(balls, i)} and {_name(balls, j)}"
-                raise ValueError(f"{both} overlap by {overlap:.3g} m at the start: move them apart by at least that much")
+                raise ValueError(f"{both} overlap by {overlap:.3g} m at the start: "
+                                 "move them apart by at least that much")
 
 
 def _check_adhesion(scene, balls, wall):
     smallest = balls.radius.min(initial=np.inf)
     sticky = [a for a, b in scene.wall_pairs() if b == wall.material and scene.interaction(a, b).adhesion > 0]
     if wall.depth is not None and wall.depth > smallest and sticky:
-        raise ValueError(f"the wall of material {wall.material!r} has adhesion and a depth of {wall.depth} m: with adhesion "
-                         f"give at most the smallest radius, {smallest:.3g} m, where the area of contact ends")
+        raise ValueError(f"the wall of material {wall.material!r} has adhesion and a depth of {wall.depth} m: with "
+                         f"adhesion give at most the smallest radius, {smallest:.3g} m, where the area of contact ends")
 
 
 def _check_outside(scene, balls, wall, what):
@@ -78,8 +81,9 @@ def _check_outside(scene, balls, wall, what):
         distance, outside, e, weight = side(balls.x[i], surface, 1e-9 * radius)
         at_rim = surface.traits[e, RIM:] * (weight == (1.0 if scene.dim == 2 else 0.0))
         if outside < 0.0 and not at_rim.any():
-            raise ValueError(f"{_name(balls, i)} at {balls.x[i, :scene.dim]} m lies inside the body, {distance:.3g} m below "
-                             "its surface: move it out, or reverse the wall elements (outside is left of a segment)")
+            raise ValueError(f"{_name(balls, i)} at {balls.x[i, :scene.dim]} m lies inside the body, {distance:.3g} m "
+                             "below its surface: move it out, or reverse the wall elements (outside is left of a "
+                             "segment)")
         if radius - distance > TOUCHING * radius:
             raise ValueError(f"{_name(balls, i)} overlaps {what} by {radius - distance:.3g} m at the start: "
                              "move it away from the wall by at least that much")

@@ -77,7 +77,8 @@ class Cluster:
             raise ValueError("the cluster has a quaternion and lies in a plane or has an angle: give angle in a plane, "
                              "quaternion in space")
         if q.shape != (4,) or not abs(np.sqrt(q @ q) - 1.0) < 1e-6:
-            raise ValueError(f"quaternion of the cluster is {self.quaternion}: give four numbers (w, x, y, z) of norm 1")
+            raise ValueError(f"quaternion of the cluster is {self.quaternion}: give four numbers (w, x, y, z) of "
+                             "norm 1")
         return q / np.sqrt(q @ q)
 
     def _tensor(self):
@@ -157,7 +158,8 @@ class Cluster:
                              "spheres along each")
         radius = 0.5 * (size / n).max() if radius is None else float(radius)
         if not 0 < 2 * radius <= size.min():
-            raise ValueError(f"spheres of radius {radius} m do not fit into a box of {size} m: use more or smaller ones")
+            raise ValueError(f"spheres of radius {radius} m do not fit into a box of {size} m: use more or smaller "
+                             "ones")
         axes = [np.linspace(radius - s / 2, s / 2 - radius, k) for s, k in zip(size, n)]
         index = np.array(list(pairs_of(*(range(k) for k in n))))
         if rim:

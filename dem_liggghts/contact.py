@@ -1,7 +1,8 @@
 """Hertz-Mindlin contact with adhesion; the time step it allows.
 
 The formulas are those of LIGGGHTS 3.8 `model hertz tangential history cohesion sjkr` with its default options (files
-surface_model_default.h, normal_model_hertz.h, tangential_model_history.h, cohesion_model_sjkr.h, global_properties.cpp).
+surface_model_default.h, normal_model_hertz.h, tangential_model_history.h, cohesion_model_sjkr.h,
+global_properties.cpp).
 """
 from collections import namedtuple
 
@@ -28,8 +29,9 @@ def law(a, b, between):
 
 
 def laws(scene, pairs):
-    """The laws of the ``pairs`` (name, name) of materials in one array, shape (materials, materials, fields of `Law`): one
-    array costs a call of compiled code less than five. NaN where none is needed, no friction and no adhesion there."""
+    """The laws of the ``pairs`` (name, name) of materials in one array, shape (materials, materials, fields of `Law`):
+    one array costs a call of compiled code less than five. NaN where none is needed, no friction and no adhesion
+    there."""
     number = {name: k for k, name in enumerate(scene.names)}
     out = np.full((len(number), len(number), len(Law._fields)), [np.nan, np.nan, np.nan, 0.0, 0.0])
     for a, b in pairs:
@@ -126,10 +128,10 @@ def contact_force(n, overlap, v, arm_spin, radius, mass, area, law, dt, history,
 def critical_step(scene):
     """Longest sensible time steps of ``scene`` [s].
 
-    ``rayleigh``: 0.2 of the time a surface wave needs around the smallest sphere, pi R sqrt(rho/G) /
-    (0.163 nu + 0.8766) (Thornton and Randall 1988; Li, Xu and Thornton 2005). ``hertz``: 1/20 of the shortest elastic
-    contact, 2.87 (m*^2 / (R* E*^2 v))^(1/5) at the largest speed at the start (Johnson 1985); infinite at rest. A sphere
-    of a cluster counts with its share of the mass.
+    ``rayleigh``: 0.2 of the time a surface wave needs around the smallest sphere, pi R sqrt(rho/G) / (0.163 nu +
+    0.8766) (Thornton and Randall 1988; Li, Xu and Thornton 2005). ``hertz``: 1/20 of the shortest elastic contact,
+    2.87 (m*^2 / (R* E*^2 v))^(1/5) at the largest speed at the start (Johnson 1985); infinite at rest. A sphere of a
+    cluster counts with its share of the mass.
     """
     balls = parts.grains(scene)
     if not len(balls.x):

@@ -45,8 +45,8 @@ def _at_walls(balls, x, near, wall, at_wall):
 
 
 def contact_energy(scene, x, nodes):
-    """Potential energy of all contacts [J]: 2/5 k d^2.5 each, the integral of Hertz' force over the overlap d, less what
-    adhesion has done on the way in.
+    """Potential energy of all contacts [J]: 2/5 k d^2.5 each, the integral of Hertz' force over the overlap d, less
+    what adhesion has done on the way in.
 
     x: centres of all spheres of ``scene`` [m], shape (n, dim) or (n, 3); nodes: nodes of the moving wall [m], the same.
     """
@@ -60,8 +60,9 @@ def contact_energy(scene, x, nodes):
 
 
 def kinetic_energy(particles, bodies=(), inertia=(), turn=()):
-    """Energy of translation and spin [J]: of single ``particles`` (dtype PARTICLE) with I = 2/5 m R^2, of ``bodies`` (dtype
-    BODY) with their principal moments ``inertia`` [kg m^2], (n, 3), about axes that ``turn``, (n, 4), brings to theirs."""
+    """Energy of translation and spin [J]: of single ``particles`` (dtype PARTICLE) with I = 2/5 m R^2, of ``bodies``
+    (dtype BODY) with their principal moments ``inertia`` [kg m^2], (n, 3), about axes that ``turn``, (n, 4), brings to
+    theirs."""
     p = particles[particles["body"] == 0]
     spin = 0.4 * p["radius"] ** 2 * (p["omega"] ** 2).sum(axis=1)
     energy = float(0.5 * (p["mass"] * ((p["v"] ** 2).sum(axis=1) + spin)).sum())

@@ -5,7 +5,6 @@ import numpy as np
 from mpi4py import MPI
 
 from . import parts, quaternion
-from .arrays import in_space
 from .carry import carry_force, with_wall
 from .checks import check_finite, check_window
 from .energy import contact_energy, kinetic_energy, potential_energy

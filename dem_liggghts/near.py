@@ -5,8 +5,9 @@ import numpy as np
 
 from .wall import DEPTH, PAIR, closest, compiled, place
 
-# Per sphere i the partners start[i]..start[i+1], rising: partner (p,), whether they touched in the last step (p,), and the
-# tangential displacement shear [m], shape (p, 3), or (0, 3) when there is no friction and so nothing to remember.
+# Per sphere i the partners start[i]..start[i+1], rising: partner (p,), whether they touched in the last step (p,),
+# and the tangential displacement shear [m], shape (p, 3), or (0, 3) when there is no friction and so nothing to
+# remember.
 Near = namedtuple("Near", "start partner active shear")
 
 FEW = 32  # up to so many spheres all pairs are looked at: sorting them into cells would cost more
@@ -19,8 +20,8 @@ def nothing(spheres):
 
 @compiled
 def sort_into_cells(x, size):
-    """Cells no smaller than ``size`` [m] and not many more than spheres: cell of each centre (n, 3), number of cells per
-    axis (3,), first sphere of each cell, next sphere in the same cell (-1: none)."""
+    """Cells no smaller than ``size`` [m] and not many more than spheres: cell of each centre (n, 3), number of cells
+    per axis (3,), first sphere of each cell, next sphere in the same cell (-1: none)."""
     n, shape, at = len(x), np.ones(3, np.int64), np.zeros((len(x), 3), np.int64)
     for k in range(3):
         low, high = x[:, k].min(), x[:, k].max()

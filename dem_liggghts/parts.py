@@ -8,18 +8,18 @@ from . import quaternion
 from .arrays import in_space
 from .wall import DEPTH, GROUP, KIND, RIM
 
-# All spheres, single ones first: x, v, omega (n, 3), radius, mass (n,) as in `protocol.PARTICLE`; partner: the mass that
-# counts in a contact [kg]; kind: number of the material; body: number of the cluster, -1 for a single sphere; arm: from
-# the body's centre of mass along its principal axes [m], (n, 3). SI units.
+# All spheres, single ones first: x, v, omega (n, 3), radius, mass (n,) as in `protocol.PARTICLE`; partner: the mass
+# that counts in a contact [kg]; kind: number of the material; body: number of the cluster, -1 for a single sphere;
+# arm: from the body's centre of mass along its principal axes [m], (n, 3). SI units.
 Grains = namedtuple("Grains", "x v omega radius mass partner kind body arm")
 
-# Rigid bodies: x, v, omega (n, 3); q: quaternion of the principal axes (n, 4), turn: from these axes to the body's own
-# frame (n, 4); mass (n,), inertia: principal moments (n, 3); free (n, 6), bool: motion along, rotation about the axes of
-# space; first: numbers of their first spheres (n + 1,). SI units.
+# Rigid bodies: x, v, omega (n, 3); q: quaternion of the principal axes (n, 4), turn: from these axes to the body's
+# own frame (n, 4); mass (n,), inertia: principal moments (n, 3); free (n, 6), bool: motion along, rotation about the
+# axes of space; first: numbers of their first spheres (n + 1,). SI units.
 Rigid = namedtuple("Rigid", "x v omega q turn mass inertia free first")
 
-# Walls as one surface: nodes x [m] (n, 3), elements and traits as in `wall.MovingWall`; own: first node and first element
-# of the wall that moves.
+# Walls as one surface: nodes x [m] (n, 3), elements and traits as in `wall.MovingWall`; own: first node and first
+# element of the wall that moves.
 Surface = namedtuple("Surface", "x elements traits own")
 
 IMMOVABLE = 1e12  # mass in a contact, as a multiple of its own, of a body that does not give way
@@ -36,9 +36,9 @@ def grains(scene):
         arms = c.arms(quaternion.matrix(c.quaternion))
         volume = c.radii**3
         partner = c.mass * (1.0 if c.flags[:c.dim].any() else IMMOVABLE)
-        parts.append(Grains(x, v + np.cross(omega, arms), np.tile(omega, (n, 1)), c.radii, c.mass * volume / volume.sum(),
-                            np.full(n, partner), np.full(n, number[c.material]), np.full(n, b),
-                            c.arms(quaternion.matrix(quaternion.inverse(turn)))))
+        parts.append(Grains(x, v + np.cross(omega, arms), np.tile(omega, (n, 1)), c.radii,
+                            c.mass * volume / volume.sum(), np.full(n, partner), np.full(n, number[c.material]),
+                            np.full(n, b), c.arms(quaternion.matrix(quaternion.inverse(turn)))))
     return Grains(*(np.ascontiguousarray(np.concatenate(column)) for column in zip(*parts)))
 
 
@@ -61,7 +61,8 @@ def surface(scene):
     nodes = np.cumsum([0] + [len(w.nodes) for w in walls])
     elements = np.concatenate([w.elements + start for w, start in zip(walls, nodes)]).astype(np.int32)
     traits = np.zeros((len(elements), RIM + 3))
-    per_wall = [(number.get(w.material, 0), group, -1.0 if w.depth is None else w.depth) for group, w in enumerate(walls)]
+    depth = [-1.0 if w.depth is None else w.depth for w in walls]
+    per_wall = np.column_stack([[number.get(w.material, 0) for w in walls], range(len(walls)), depth])
     traits[:, [KIND, GROUP, DEPTH]] = np.repeat(per_wall, [len(w.elements) for w in walls], axis=0)
     traits[:, RIM:RIM + scene.dim] = np.concatenate([_rim(w.elements) for w in walls])
     return Surface(in_space(np.concatenate([w.nodes for w in walls])), elements, traits,

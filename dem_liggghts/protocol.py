@@ -26,9 +26,9 @@ class DEM(Protocol):
         """
 
     def replace_wall(self, wall) -> None:
-        """Go on with ``wall`` (`scene.Wall`) in the place of the moving one, at the time of now: it may have other nodes
-        and elements. What is remembered of a contact goes to the element closest to where it was, the force of the last
-        step, half of which acts in the next one, from each node to the closest place of the new wall."""
+        """Go on with ``wall`` (`scene.Wall`) in the place of the moving one, at the time of now: it may have other
+        nodes and elements. What is remembered of a contact goes to the element closest to where it was, the force of
+        the last step, half of which acts in the next one, from each node to the closest place of the new wall."""
 
     def particles(self) -> np.ndarray:
         """Copy of the spheres sorted by id, dtype ``PARTICLE``, shape (n,): SI units, three components always. body: id
@@ -36,8 +36,9 @@ class DEM(Protocol):
         cluster's mass."""
 
     def bodies(self) -> np.ndarray:
-        """Copy of the clusters sorted by id, which counts from 1 in the order of the scene; dtype ``BODY``. x, v: of the
-        centre of mass; quaternion (w, x, y, z): from the body's own frame to space (`quaternion.angle` in a plane)."""
+        """Copy of the clusters sorted by id, which counts from 1 in the order of the scene; dtype ``BODY``. x, v: of
+        the centre of mass; quaternion (w, x, y, z): from the body's own frame to space (`quaternion.angle` in a
+        plane)."""
 
     def energy(self) -> dict:
         """``kinetic`` (translation and spin), ``contact`` (potential energy of normal forces and adhesion),

@@ -131,7 +131,8 @@ class ReferenceDEM:
         if self._bodies is not None:
             state.update({f"body_{name}": getattr(self._bodies, name).copy() for name in BODY_MOVING})
         state.update(steps=np.array(self._steps), wall=self._wall.x[self._fixed:].copy(),
-                     wall_elements=np.array(self.scene.wall.elements), wall_force=self._loads.force[self._fixed:].copy(),
+                     wall_elements=np.array(self.scene.wall.elements),
+                     wall_force=self._loads.force[self._fixed:].copy(),
                      near_x=self._lists.x.copy(), near_wall=self._lists.wall.copy(), skin=np.array(self._lists.skin))
         for of in ("spheres", "elements"):
             for name, array in zip(Near._fields, getattr(self._lists, of)):

@@ -1,7 +1,7 @@
 """Rigid bodies of spheres: velocity Verlet with quaternions in the scheme of LIGGGHTS' fix multisphere; all compiled.
 
-The order of operations follows fix_multisphere.cpp and math_extra.cpp of LIGGGHTS 3.8 (richardson: the quaternion over a
-full step from two half steps and one whole, Miller et al., J. Chem. Phys. 116 (2002) 8649, give the background).
+The order of operations follows fix_multisphere.cpp and math_extra.cpp of LIGGGHTS 3.8 (richardson: the quaternion over
+a full step from two half steps and one whole, Miller et al., J. Chem. Phys. 116 (2002) 8649, give the background).
 """
 from collections import namedtuple
 
@@ -9,9 +9,10 @@ import numpy as np
 
 from .wall import compiled
 
-# x, v, omega, spin (angular momentum), force, torque (n, 3); q: quaternion of the principal axes (n, 4); axes: these axes
-# as columns (n, 3, 3); mass (n,), inertia: principal moments (n, 3); free (n, 6); first: their first spheres (n + 1,);
-# arm: from the centre of mass to each sphere along the principal axes, (spheres, 3); extent: the longest arm (n,): SI units
+# x, v, omega, spin (angular momentum), force, torque (n, 3); q: quaternion of the principal axes (n, 4); axes: these
+# axes as columns (n, 3, 3); mass (n,), inertia: principal moments (n, 3); free (n, 6); first: their first spheres (n
+# + 1,); arm: from the centre of mass to each sphere along the principal axes, (spheres, 3); extent: the longest arm
+# (n,): SI units
 Bodies = namedtuple("Bodies", "x v omega spin force torque q axes mass inertia free first arm extent")
 
 
@@ -65,8 +66,8 @@ def _normalise(q):
 
 @compiled
 def rotate(q, spin, inertia, dt, omega, axes, full, half):
-    """Turn the quaternion q (4,) over the step dt [s] with the constant angular momentum ``spin``; omega [rad/s] ends as
-    that of the half step, axes as those of the new q. full, half: scratch (4,)."""
+    """Turn the quaternion q (4,) over the step dt [s] with the constant angular momentum ``spin``; omega [rad/s] ends
+    as that of the half step, axes as those of the new q. full, half: scratch (4,)."""
     _turned(q, omega, q, dt, full)
     _turned(q, omega, q, 0.5 * dt, half)
     turn_axes(half, axes)

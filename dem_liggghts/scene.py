@@ -102,8 +102,8 @@ class Wall:
         if elements.size and not (0 <= elements.min() and elements.max() < len(nodes)):
             raise ValueError(f"wall elements name nodes {elements.min()}..{elements.max()}, there are {len(nodes)}")
         if self.depth is not None and not 0.0 <= self.depth < np.inf:
-            raise ValueError(f"depth of the wall is {self.depth} m: give none, or how far below the surface a centre is "
-                             "still pushed out")
+            raise ValueError(f"depth of the wall is {self.depth} m: give none, or how far below the surface a centre "
+                             "is still pushed out")
         elements.flags.writeable = False
         object.__setattr__(self, "nodes", nodes)
         object.__setattr__(self, "elements", elements)
@@ -161,9 +161,10 @@ class Scene:
         own = {name: m for name, m in ((BALLS, self.material), (WALL, self.wall_material)) if m is not None}
         known = {**own, **self.materials}
         used = {p.material for p in self.clusters + self.walls}
-        used |= {p.material for p, size in ((self.spheres, self.spheres.x), (self.wall, self.wall.elements)) if len(size)}
-        if used - set(known):
-            raise ValueError(f"there is no material {sorted(used - set(known))[0]!r} in the scene: it has {sorted(known)}")
+        used |= {part.material for part, rows in ((self.spheres, self.spheres.x), (self.wall, self.wall.elements))
+                 if len(rows)}
+        for name in sorted(used - set(known)):
+            raise ValueError(f"there is no material {name!r} in the scene: it has {sorted(known)}")
         return known
 
     def _all_interactions(self):

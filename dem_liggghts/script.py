@@ -16,9 +16,9 @@ FEW = 200  # up to so many spheres are searched without bins, whose number grows
 def commands(scene, dt):
     """LIGGGHTS commands that prepare ``scene`` for steps of ``dt`` [s]; spheres and walls are added afterwards.
 
-    Atom types are the materials in the order of ``scene.names``, from 1 on. The fix "wall" is the shim's; its type and its
-    zplane are placeholders. Raises ValueError for a negative Poisson's ratio and a restitution below 0.05, which LIGGGHTS
-    does not know.
+    Atom types are the materials in the order of ``scene.names``, from 1 on. The fix "wall" is the shim's; its type and
+    its zplane are placeholders. Raises ValueError for a negative Poisson's ratio and a restitution below 0.05, which
+    LIGGGHTS does not know.
     """
     between, at_wall = ([scene.interaction(*pair) for pair in pairs] for pairs in (scene.pairs(), scene.wall_pairs()))
     radius = parts.grains(scene).radius
@@ -64,8 +64,8 @@ def _motion(scene):
 
 
 def _bins(scene):
-    """With clusters LIGGGHTS looks far beyond the box, over their whole size, so its bins of the size of a sphere would be
-    too many: at most so many along the box and that margin."""
+    """With clusters LIGGGHTS looks far beyond the box, over their whole size, so its bins of the size of a sphere
+    would be too many: at most so many along the box and that margin."""
     if not scene.clusters:
         return ""
     x = parts.grains(scene).x
@@ -106,8 +106,8 @@ def _meet(scene, a, b):
         return 1.0, 0.0, 0.0
     meet = scene.interaction(a, b)
     if meet.restitution < LEAST:
-        raise ValueError(f"restitution of {a!r} and {b!r} is {meet.restitution}: LIGGGHTS takes values from {LEAST} to 1; "
-                         "use dem=reference")
+        raise ValueError(f"restitution of {a!r} and {b!r} is {meet.restitution}: LIGGGHTS takes values from {LEAST} "
+                         "to 1; use dem=reference")
     return max(meet.restitution, 0.0500001), meet.friction, meet.adhesion
 
 

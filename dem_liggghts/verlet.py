@@ -8,8 +8,8 @@ from .near import Near, hand_over, near_elements, near_spheres
 from .rigid import Bodies, carry_spheres, drift_bodies, gather_forces, kick_bodies, speed_bound
 from .wall import DISTANCE, KIND, PAIR, POINT, WEIGHT, MovingWall, compiled, find_contacts
 
-# x, v, omega, force, torque, shape (n, 3); radius; mass: the one that counts in a contact; kind: number of the material,
-# (n,); gravity (3,); the first ``single`` spheres are no cluster's: SI units
+# x, v, omega, force, torque, shape (n, 3); radius; mass: the one that counts in a contact; kind: number of the
+# material, (n,); gravity (3,); the first ``single`` spheres are no cluster's: SI units
 Balls = namedtuple("Balls", "x v omega force torque radius mass kind gravity single")
 
 # Wall nodes (n, 3): impulse of the window [N s], force at its end [N]
@@ -81,8 +81,8 @@ def add_wall_forces(b, wall, t, near, at_wall, dt, weight, last, loads, scratch)
                 for a in range(len(nodes)):
                     v[k] -= found[c, WEIGHT + a] * wall.v[nodes[a], k]
             law = law_of(at_wall, b.kind[i], int(wall.traits[near.partner[q], KIND]))
-            contact_force(n, overlap, v, spin, b.radius[i], b.mass[i], area_at_wall(r, b.radius[i]), law, dt, history, shear,
-                          vt, force)
+            contact_force(n, overlap, v, spin, b.radius[i], b.mass[i], area_at_wall(r, b.radius[i]), law, dt, history,
+                          shear, vt, force)
             for k in range(3):
                 b.force[i, k] += force[k]
                 b.torque[i, k] -= arm * (n[(k + 1) % 3] * force[(k + 2) % 3] - n[(k + 2) % 3] * force[(k + 1) % 3])

@@ -7,22 +7,22 @@ from collections import namedtuple
 import numpy as np
 from numba import njit
 
-# A division by zero gives NaN, which `advance` reports with its place. numba's cache does not see that a function called
-# from another file has changed: after editing this file, near.py, contact.py or rigid.py, touch verlet.py.
+# A division by zero gives NaN, which `advance` reports with its place. numba's cache does not see that a function
+# called from another file has changed: after editing this file, near.py, contact.py or rigid.py, touch verlet.py.
 compiled = njit(cache=True, error_model="numpy")
 
 COPLANAR = np.cos(np.radians(1.0))  # two contacts whose normals differ by less than this are one contact
 TINY = 1e-8  # distance, as a fraction of the radius, below which the element's own normal tells the direction
 
 # nodes x [m] and v [m/s], shape (n, 3), at the start of the window; elements, shape (m, 2) or (m, 3); traits of each
-# element, shape (m, 6): number of its material, of its wall, depth [m] as in `scene.Wall` or -1, and three truth values: in
-# a plane which node is a free end, in space opposite to which node the edge is free
+# element, shape (m, 6): number of its material, of its wall, depth [m] as in `scene.Wall` or -1, and three truth
+# values: in a plane which node is a free end, in space opposite to which node the edge is free
 MovingWall = namedtuple("MovingWall", "x v elements traits")
 KIND, GROUP, DEPTH, RIM = 0, 1, 2, 3
 
-# Columns of a row of `found`: from the centre to the closest point [m], its weights on the nodes, distance [m] (negative
-# when the centre is behind a one-sided wall), feature (0 inside, 1 on an edge, 2 at a vertex), position in the list
-# `near.Near`, of one-sided walls how far the centre is outside of the element's plane [m rad].
+# Columns of a row of `found`: from the centre to the closest point [m], its weights on the nodes, distance [m]
+# (negative when the centre is behind a one-sided wall), feature (0 inside, 1 on an edge, 2 at a vertex), position in
+# the list `near.Near`, of one-sided walls how far the centre is outside of the element's plane [m rad].
 POINT, WEIGHT, DISTANCE, FEATURE, PAIR, SIDE, COLUMNS = 0, 3, 6, 7, 8, 9, 10
 
 
@@ -191,7 +191,8 @@ def _copy(found, source, target):
 
 @compiled
 def normal_and_angle(corner, nodes, weight):
-    """Unit normal of an element to the outside and the angle the element fills at the point with these weights [rad]."""
+    """Unit normal of an element to the outside and the angle the element fills at the point with these weights
+    [rad]."""
     ax, ay, az = corner[1, 0] - corner[0, 0], corner[1, 1] - corner[0, 1], corner[1, 2] - corner[0, 2]
     if nodes == 2:
         length = np.sqrt(ax * ax + ay * ay)

@@ -12,10 +12,10 @@
 
 using namespace LAMMPS_NS;
 
-// A body as numbers. What never changes: tag, mass, number of spheres, principal moments of inertia (3), free to move along
-// and turn about the axes of space (6), radius of a sphere about its spheres and the way there from the centre of mass along
-// the principal axes (3); then x (3), v (3), omega (3), angular momentum (3), quaternion of the principal axes (4), force
-// (3), torque (3).
+// A body as numbers. What never changes: tag, mass, number of spheres, principal moments of inertia (3), free to move
+// along and turn about the axes of space (6), radius of a sphere about its spheres and the way there from the centre
+// of mass along the principal axes (3); then x (3), v (3), omega (3), angular momentum (3), quaternion of the
+// principal axes (4), force (3), torque (3).
 enum { TAG, MASS, SPHERES, INERTIA, FREE = 6, BOUND = 12, TO_BOUND, X = 16, V = 19, OMEGA = 22, SPIN = 25, Q = 28,
        FORCE = 32, TORQUE = 35, BODY_WIDTH = 38 };
 
@@ -66,7 +66,8 @@ public:
     {
         for (int i = 0; i < count(); i++) {
             *out++ = fix_->data().tag(i);
-            for (const char *name : {"xcm", "vcm", "omega", "angmom"}) out = std::copy_n(vector(name).begin()[i], 3, out);
+            for (const char *name : {"xcm", "vcm", "omega", "angmom"})
+                out = std::copy_n(vector(name).begin()[i], 3, out);
             fix_->data().quat(out, i);
             out += 4;
             for (const char *name : {"fcm", "torque"}) out = std::copy_n(vector(name).begin()[i], 3, out);

@@ -1,8 +1,8 @@
 // LIGGGHTS in the process of Python: the few calls that drive one instance, and its errors as return codes.
 //
 // Contact models, time integration, neighbour lists and migration between ranks are LIGGGHTS' own; the wall is in
-// wall.h, rigid bodies are in bodies.h. All arrays are contiguous doubles in SI units, of nodes with dim components each. Calls return 0, or 1 with
-// the text in dem_last_error(), or 2 when a particle or a node is NaN or infinite.
+// wall.h, rigid bodies are in bodies.h. All arrays are contiguous doubles in SI units, of nodes with dim components
+// each. Calls return 0, or 1 with the text in dem_last_error(), or 2 when a particle or a node is NaN or infinite.
 #include <mpi.h>
 
 #include <cmath>
@@ -191,8 +191,8 @@ int dem_same_layout(void *handle)
            sizeof(FixWallGran) == 0x3a0;
 }
 
-// Spheres with tags 1..n; data of each: x (3), v (3), omega (3), radius, mass in a contact, type, tag of its body or 0, way
-// there from the body's centre of mass along its principal axes (3). Call it once, on all ranks.
+// Spheres with tags 1..n; data of each: x (3), v (3), omega (3), radius, mass in a contact, type, tag of its body or
+// 0, way there from the body's centre of mass along its principal axes (3). Call it once, on all ranks.
 int dem_add_spheres(void *handle, int n, const double *data)
 {
     return guarded([&] {
@@ -238,8 +238,8 @@ int dem_bodies(void *handle, double *out)  // of this rank, as in bodies.h
     return guarded([&] { Bodies(static_cast<LAMMPS *>(handle)).read(out); });
 }
 
-// All walls at rest, the one that moves last, from the node ``own_node`` and the element ``own_element`` on. data of each
-// element: nodes (3), type, group, depth, rim (3). keep: springs stay where they were, as well as they can.
+// All walls at rest, the one that moves last, from the node ``own_node`` and the element ``own_element`` on. data of
+// each element: nodes (3), type, group, depth, rim (3). keep: springs stay where they were, as well as they can.
 int dem_set_wall(void *handle, int dim, int nodes, int elements, int own_node, int own_element, const double *data,
                  const double *x, int keep)
 {
@@ -334,9 +334,10 @@ int dem_get_state(void *handle, int dim, double **records, int *count, double *x
     });
 }
 
-// The counterpart: records of all particles, by tag, and all bodies, the same on every rank; force is zero on all but one.
-int dem_set_state(void *handle, int dim, int count, double *records, int n_bodies, const double *bodies, const double *x,
-                  const double *force)
+// The counterpart: records of all particles, by tag, and all bodies, the same on every rank; force is zero on all but
+// one.
+int dem_set_state(void *handle, int dim, int count, double *records, int n_bodies, const double *bodies,
+                  const double *x, const double *force)
 {
     return guarded([&] {
         LAMMPS *lmp = static_cast<LAMMPS *>(handle);

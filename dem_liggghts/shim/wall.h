@@ -1,4 +1,5 @@
-// The fix wall/gran/nodal: walls of elements, of which the nodes of the last one move linearly within a window of DEM steps.
+// The fix wall/gran/nodal: walls of elements, of which the nodes of the last one move linearly within a window of DEM
+// steps.
 //
 // The nodes are the same on every rank, so a LIGGGHTS mesh (distributed, rebuilt when it moves, coplanarity fixed when
 // it is read) would only cost: the fix is one of LIGGGHTS' primitive walls with its search replaced. The primitive that
@@ -57,8 +58,8 @@ public:
         return FixConst::INITIAL_INTEGRATE | FixConst::PRE_EXCHANGE | FixConst::PRE_NEIGHBOR | FixConst::POST_FORCE;
     }
 
-    // The elements of all walls; from number ``own`` on they are those of the wall that moves. With ``keep``, springs on
-    // that wall as it was go to the new element closest to where they were.
+    // The elements of all walls; from number ``own`` on they are those of the wall that moves. With ``keep``, springs
+    // on that wall as it was go to the new element closest to where they were.
     void set_elements(int corners, const std::vector<Element> &elements, int own, const std::vector<Vec> &x, bool keep)
     {
         const std::vector<Vec> old_x = positions();

@@ -55,8 +55,8 @@ def make_tumble(dim, friction=0.3, restitution=0.7):
 
 @pytest.fixture
 def heap():
-    """``heap(dim)``: as ``tumble``, with three clusters (a crooked one in space, one held) and two single spheres between a
-    waving wall below, a fixed wall at the side, three materials, friction and adhesion."""
+    """``heap(dim)``: as ``tumble``, with three clusters (a crooked one in space, one held) and two single spheres
+    between a waving wall below, a fixed wall at the side, three materials, friction and adhesion."""
     return make_heap
 
 
@@ -70,8 +70,8 @@ def make_heap(dim):
     centres[1:, 0], centres[2:, -1] = 0.008, 0.008
     centres[3, dim - 2] += 0.008
     spin = 30.0 if dim == 2 else (10.0, 20.0, -30.0)
-    clusters = [Cluster.of_spheres(centres, 5e-3, 1500.0, 0.028 * up - 0.035 * along, v=0.3 * along - 0.4 * up, omega=spin,
-                                   material="wood"),
+    clusters = [Cluster.of_spheres(centres, 5e-3, 1500.0, 0.028 * up - 0.035 * along, v=0.3 * along - 0.4 * up,
+                                   omega=spin, material="wood"),
                 Cluster.box([0.02] * dim, [3] * dim, 0.03 * up + 0.02 * along, 800.0, depth=0.02, v=-0.5 * up,
                             material="wood", **(dict(angle=0.4) if dim == 2 else {})),
                 Cluster.box([0.01] * dim, [2] * dim, 0.016 * up - 0.005 * along, 800.0, depth=0.02, free=False,
@@ -79,9 +79,10 @@ def make_heap(dim):
     balls = Spheres([0.05 * up, 0.016 * up + 0.047 * along], [-0.6 * up, 0.2 * along], 6e-3, 2500.0)
     rough, sticky = Interaction(0.6, 0.4), Interaction(0.3, 0.3, 2e4)
     names = ("spheres", "wood", "steel", "wall")
-    scene = Scene(balls, wall, Material(1e7, 0.3), Material(2e7, 0.2), gravity=-9.81 * up, clusters=clusters, walls=[side],
-                  materials={"wood": Material(8e6, 0.4), "steel": Material(3e7, 0.3)}, between=rough, at_wall=rough,
-                  interactions={(a, b): sticky if "wood" in (a, b) else rough for a in names[1:] for b in names})
+    scene = Scene(balls, wall, Material(1e7, 0.3), Material(2e7, 0.2), gravity=-9.81 * up, clusters=clusters,
+                  walls=[side], materials={"wood": Material(8e6, 0.4), "steel": Material(3e7, 0.3)}, between=rough,
+                  at_wall=rough, interactions={(a, b): sticky if "wood" in (a, b) else rough
+                                                 for a in names[1:] for b in names})
 
     def window(t, length):
         at = [wall.nodes * (1 + 0.05 * np.sin(30 * s)) + 1e-3 * np.sin(200 * s) * up for s in (t, t + length)]

@@ -15,7 +15,8 @@ def pull_off(stiffness, per_depth):
 
 
 def test_pull_off_from_a_wall(dem, sheet, dim):
-    """The force over the overlap, k d^1.5 - c pi (2 R d - d^2), and its largest pull; the sphere is too heavy to move."""
+    """The force over the overlap, k d^1.5 - c pi (2 R d - d^2), and its largest pull; the sphere is too heavy to
+    move."""
     wall, up = sheet(dim), np.eye(dim)[-1]
     scene = Scene(Spheres([1.5 * R * up], [0 * up], R, 1e15), wall, SOFT, SOFT, at_wall=Interaction(1.0, 0.0, PULL))
     ball, nodes, force = dem(scene, 1e-9), np.array(wall.nodes), []
@@ -26,15 +27,16 @@ def test_pull_off_from_a_wall(dem, sheet, dim):
         force.append([-ball.advance(1, lifted, 0 * nodes)[:, -1].sum() for _ in range(2)][1])
     exact = HERTZ * np.sqrt(R) * overlaps**1.5 - PULL * np.pi * (2 * R * overlaps - overlaps**2)
     assert np.array(force) == pytest.approx(exact, rel=1e-9, abs=1e-9 * largest)
-    assert -min(force) == pytest.approx(largest, rel=0.02) and overlaps[np.argmin(force)] == pytest.approx(depth, rel=0.05)
+    assert -min(force) == pytest.approx(largest, rel=0.02)
+    assert overlaps[np.argmin(force)] == pytest.approx(depth, rel=0.05)
     inside = np.array(nodes) + (0.5 * R + depth) * up
     work = np.trapz(np.r_[0.0, exact[overlaps <= depth * 1.001]], np.r_[0.0, overlaps[overlaps <= depth * 1.001]])
     assert contact_energy(scene, scene.spheres.x, inside) == pytest.approx(work, rel=0.01)
 
 
 def test_pull_between_two_spheres(dem, sheet):
-    """The momentum they exchange per step is the mean of k d^1.5 - c A with A the area of the circle in which they cut each
-    other; and energy is kept while they stick, swing and part."""
+    """The momentum they exchange per step is the mean of k d^1.5 - c A with A the area of the circle in which they cut
+    each other; and energy is kept while they stick, swing and part."""
     a, b, v = 0.01, 0.006, 0.2
     scene = Scene(Spheres([[0.0, 0.05], [a + b, 0.05]], [[v, 0.0], [-v, 0.0]], [a, b], 2500.0), sheet(2), SOFT, SOFT,
                   between=Interaction(1.0, 0.0, PULL))
@@ -61,7 +63,8 @@ def test_block_hangs_from_a_ceiling(dem, load, holds):
     stiffness = HERTZ * np.sqrt(r)
     depth, each = pull_off(stiffness, 2 * np.pi * r * PULL)
     mass = 8 * each * load / 9.81
-    block = Cluster.box(size, (n, n), (0.0, -0.009), mass / (size[0] * size[1] * 0.1), depth=0.1, rim=True, v=(0.0, 0.05))
+    rho = mass / (size[0] * size[1] * 0.1)
+    block = Cluster.box(size, (n, n), (0.0, -0.009), rho, depth=0.1, rim=True, v=(0.0, 0.05))
     ceiling = Wall([[0.1, 0.0], [-0.1, 0.0]], [[0, 1]])
     hung = dem(Scene(clusters=[block], wall=ceiling, material=SOFT, wall_material=SOFT, gravity=(0.0, -9.81),
                      at_wall=Interaction(0.05, 0.5, PULL)), 1e-5)

@@ -22,17 +22,23 @@ def scene(*clusters, **more):
     (lambda: Cluster.box((1, 0.1), (2, 2), (0, 0), 1.0, 1.0), r"spheres of radius 0.25 m do not fit into a box"),
     (lambda: Cluster.box((1, 1), (2, 2), (0, 0), 1.0, mass_of="air"), "mass_of is 'air': give solid or spheres"),
     (lambda: Cluster([[0, 0]], 0.1, (0, 0), -1.0, 1.0), "mass of the cluster is -1.0 kg: it must be positive"),
-    (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, [1.0, 1.0, 1.0]), r"inertia of the cluster has shape \(3,\): give a number"),
-    (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, -1.0), "inertia of the cluster is -1.0: it must be symmetric and positive"),
+    (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, [1.0, 1.0, 1.0]),
+     r"inertia of the cluster has shape \(3,\): give a number"),
+    (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, -1.0),
+     "inertia of the cluster is -1.0: it must be symmetric and positive"),
     (lambda: Cluster([[0, 0]], 0.1, (0, 0, 0), 1.0, 1.0), "x of the cluster has shape"),
-    (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, 1.0, free=(1, 1)), r"free of the cluster is \(1, 1\): give one truth value, or 3"),
+    (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, 1.0, free=(1, 1)),
+     r"free of the cluster is \(1, 1\): give one truth value, or 3"),
     (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, 1.0, omega=(1, 0, 0)), "a plane body spins about the third axis only"),
-    (lambda: Cluster([[0, 0, 0]], 0.1, (0, 0, 0), 1.0, [1, 1, 1], omega=2.0), "give a number in a plane, three in space"),
+    (lambda: Cluster([[0, 0, 0]], 0.1, (0, 0, 0), 1.0, [1, 1, 1], omega=2.0),
+     "give a number in a plane, three in space"),
     (lambda: Cluster([[0, 0, 0]], 0.1, (0, 0, 0), 1.0, [1, 1, 1], quaternion=(1, 1, 0, 0)), r"of norm 1"),
     (lambda: Interaction(adhesion=-1.0), "adhesion is -1.0 Pa: it must not be negative"),
     (lambda: Wall([[0, 0], [1, 0]], [[0, 1]], depth=-1.0), "depth of the wall is -1.0 m: give none, or how far"),
-    (lambda: scene(block(material="glass")), r"there is no material 'glass' in the scene: it has \['spheres', 'wall'\]"),
-    (lambda: scene(block(material="oak"), materials={"oak": WOOD}), "no interaction says how 'oak' meets 'wall': add one"),
+    (lambda: scene(block(material="glass")),
+     r"there is no material 'glass' in the scene: it has \['spheres', 'wall'\]"),
+    (lambda: scene(block(material="oak"), materials={"oak": WOOD}),
+     "no interaction says how 'oak' meets 'wall': add one"),
     (lambda: scene(Cluster([[0, 0, 0]], 0.1, (0, 0, 0), 1.0, [1, 1, 1])), r"dimensions \[2, 3\]: use one dimension"),
 ])
 def test_nonsense_values(make, message):
@@ -42,8 +48,8 @@ def test_nonsense_values(make, message):
 
 def test_clusters_that_overlap(dem):
     dem(scene(block(), block((0.02, 0.05))), 1e-6)
-    with pytest.raises(ValueError, match=r"cluster 1 \(its sphere \d+\) and cluster 2 \(its sphere \d+\) overlap by 0.001 m at "
-                                         "the start: move them apart"):
+    with pytest.raises(ValueError, match=r"cluster 1 \(its sphere \d+\) and cluster 2 \(its sphere \d+\) overlap "
+                                         "by 0.001 m at the start: move them apart"):
         dem(scene(block(), block((0.019, 0.05))), 1e-6)
     with pytest.raises(ValueError, match=r"sphere 1 and cluster 1 .* overlap by"):
         dem(scene(block(), spheres=Spheres([[0.01, 0.05]], [[0, 0]], 1e-3, 500.0)), 1e-6)
@@ -61,8 +67,8 @@ def test_cluster_inside_the_body_or_in_a_wall(dem):
 
 def test_cluster_in_two_pieces(dem):
     apart = Cluster.of_spheres([[0, 0], [0.02, 0], [0.05, 0]], 0.01, 500.0, (0.0, 0.1))
-    with pytest.raises(ValueError, match=r"cluster 1 is in two pieces: its sphere 3 at \[0.05 0.  \] m does not hang together "
-                                         "with its sphere 1 .*use larger or more spheres"):
+    with pytest.raises(ValueError, match=r"cluster 1 is in two pieces: its sphere 3 at \[0.05 0.  \] m does not hang "
+                                         "together with its sphere 1 .*use larger or more spheres"):
         dem(scene(apart), 1e-6)
     check_start(scene(Cluster.of_spheres([[0, 0], [0.02, 0], [0.04, 0]], 0.01, 500.0, (0.0, 0.1))))
 
@@ -71,8 +77,8 @@ def test_cluster_in_two_pieces(dem):
 def test_restitution_that_liggghts_does_not_take(both, restitution):
     """The built-in back end does: at zero nothing bounces."""
     dead = scene(block((0.0, 0.0095), v=(0.0, -0.1)), at_wall=Interaction(restitution))
-    with pytest.raises(ValueError, match=f"restitution of 'spheres' and 'wall' is {restitution}: LIGGGHTS takes values from "
-                                         "0.05 to 1; use dem=reference"):
+    with pytest.raises(ValueError, match=f"restitution of 'spheres' and 'wall' is {restitution}: LIGGGHTS takes values "
+                                         "from 0.05 to 1; use dem=reference"):
         open_dem("liggghts", dead, 1e-6)
     rest, nodes = open_dem("reference", dead, 1e-6), np.array(dead.wall.nodes)
     rest.advance(30000, nodes, 0 * nodes)
@@ -81,8 +87,9 @@ def test_restitution_that_liggghts_does_not_take(both, restitution):
 
 def test_adhesion_and_a_deep_wall(dem):
     floor = Wall([[-0.3, 0.0], [0.3, 0.0]], [[0, 1]], depth=0.002)
-    with pytest.raises(ValueError, match="has adhesion and a depth of 0.002 m: .* at most the smallest radius, 0.00125 m"):
-        dem(Scene(clusters=[block()], wall=floor, material=WOOD, wall_material=WOOD, at_wall=Interaction(1, 0, 5.0)), 1e-6)
+    deep = Scene(clusters=[block()], wall=floor, material=WOOD, wall_material=WOOD, at_wall=Interaction(1, 0, 5.0))
+    with pytest.raises(ValueError, match="has adhesion and a depth of 0.002 m: .* the smallest radius, 0.00125 m"):
+        dem(deep, 1e-6)
 
 
 def test_replacement_that_does_not_fit(dem):

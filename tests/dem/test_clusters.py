@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, quaternion
+from dem_liggghts import Cluster, Interaction, Material, Scene, Wall, quaternion
 
 WOOD, STONE = Material(5e7, 0.3), Material(5e7, 0.3)
 SIZE, DEPTH, RHO, G = (0.02, 0.018), 0.198, 500.0, 9.81
@@ -159,9 +159,9 @@ def test_stack_does_not_creep(dem, record_property):
 
 
 def test_toppling_block_follows_housner(dem, record_property):
-    """A slender block released at the angle th0 < alpha on one lower edge: th'' = -p^2 (alpha - th) with p^2 = m g R / I0
-    (Housner, Bull. Seism. Soc. Am. 53 (1963) 403-417), so th = alpha - (alpha - th0) cosh(p t), and it stands upright
-    after arccosh(1 / (1 - th0/alpha)) / p. The block has a chain of tiny spheres at its foot only."""
+    """A slender block released at the angle th0 < alpha on one lower edge: th'' = -p^2 (alpha - th) with p^2 = m g R /
+    I0 (Housner, Bull. Seism. Soc. Am. 53 (1963) 403-417), so th = alpha - (alpha - th0) cosh(p t), and it stands
+    upright after arccosh(1 / (1 - th0/alpha)) / p. The block has a chain of tiny spheres at its foot only."""
     (width, height), tilt, r = (0.01, 0.1), 0.04, 1e-4
     mass = RHO * width * height * DEPTH
     foot = np.column_stack([np.linspace(r - width / 2, width / 2 - r, 50), np.full(50, r - height / 2)])
@@ -171,8 +171,8 @@ def test_toppling_block_follows_housner(dem, record_property):
     hard = Material(5e10, 0.3)
     ground = Wall([[-0.3, 0.0], [0.3, 0.0]], [[0, 1]], material="wood")
     meet = {("wood", "wood"): Interaction(0.05, 5.0)}
-    rocking = dem(Scene(clusters=[body], walls=[ground], gravity=(0.0, -G), materials={"wood": hard}, interactions=meet),
-                  4e-6)
+    rocking = dem(Scene(clusters=[body], walls=[ground], gravity=(0.0, -G), materials={"wood": hard},
+                        interactions=meet), 4e-6)
     R, alpha = np.hypot(width, height) / 2, np.arctan(width / height)
     p = np.sqrt(mass * G * R / (body.inertia[2, 2] + mass * R**2))
     expected = np.arccosh(1 / (1 - tilt / alpha)) / p

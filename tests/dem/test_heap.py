@@ -3,6 +3,7 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,8 @@ def test_back_ends_agree_on_a_heap(both, heap, dim, record_property, capsys):
     dems[1].close()
     record_property("relative difference of the back ends", difference)
     with capsys.disabled():
-        print(f"\nheap, {dim}D: the back ends differ by {difference:.1e} of the largest force, {state:.1e} of the state")
+        print(f"\nheap, {dim}D: the back ends differ by {difference:.1e} of the largest force, {state:.1e} of the "
+              "state")
     assert difference < 1e-6 and state < 1e-6
     for name in energies[0]:
         assert energies[0][name] == pytest.approx(energies[1][name], rel=1e-6, abs=1e-9)
@@ -35,11 +37,10 @@ def test_back_ends_agree_on_a_heap(both, heap, dim, record_property, capsys):
 
 
 def test_impulses_balance(dem, heap, dim):
-    """In the windows in which no fixed wall and no held body is touched: wall impulse + change of momentum = weight x time,
-    counted by the bodies and by the single spheres."""
+    """In the windows in which no fixed wall and no held body is touched: wall impulse + change of momentum = weight x
+    time, counted by the bodies and by the single spheres."""
     scene, window = heap(dim)
-    free = dem(scene.__class__(scene.spheres, scene.wall, scene.material, scene.wall_material, scene.between, scene.at_wall,
-                               scene.gravity, scene.clusters[:2], (), scene.materials, scene.interactions), DT)
+    free = dem(replace(scene, clusters=scene.clusters[:2], walls=()), DT)
     g = np.array(scene.gravity)
 
     def momentum():
@@ -113,7 +114,8 @@ for dim in (2, 3):
         force = dem.advance(20, *window(dem.time, 20 * dem.dt))
     bodies = dem.bodies()
     result += [force.ravel()] + [bodies[name].ravel() for name in ("x", "v", "quaternion")]
-    assert MPI.COMM_WORLD.size == int(sys.argv[3]) and (dem.comm.size == 1 or len(own) > 1), "no sphere changed its rank"
+    assert MPI.COMM_WORLD.size == int(sys.argv[3]), "not as many ranks as asked for"
+    assert dem.comm.size == 1 or len(own) > 1, "no sphere changed its rank"
 result = np.concatenate(result)
 assert len({bytes(r) for r in MPI.COMM_WORLD.allgather(result)}) == 1, "ranks differ"
 if MPI.COMM_WORLD.rank == 0:

@@ -8,7 +8,7 @@ from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 
 HEADERS = os.environ.get("LIGGGHTS_INCLUDE", "/usr/include/liggghts")
-SHIM = [f"dem_liggghts/shim/{name}" for name in ("geometry.h", "shim.cpp", "wall.h")]
+SHIM = [f"dem_liggghts/shim/{name}" for name in ("bodies.h", "geometry.h", "shim.cpp", "wall.h")]
 MODELS = "surface", "normal", "tangential", "cohesion", "rolling"  # their generated headers are not in the package
 
 
@@ -24,7 +24,7 @@ def shim():
     if not Path(HEADERS, "lammps.h").exists():
         return without(f"no LIGGGHTS headers in {HEADERS} (apt install libliggghts-dev)")
     source = zlib.crc32(b"".join(Path(name).read_bytes() for name in SHIM))  # liggghts.py recognises an old shim by it
-    return [Extension("dem_liggghts.libdemshim", SHIM[1:2], depends=SHIM, libraries=["liggghts"], optional=True,
+    return [Extension("dem_liggghts.libdemshim", SHIM[2:3], depends=SHIM, libraries=["liggghts"], optional=True,
                       define_macros=[("SHIM_SOURCE", f"{source}u")], extra_link_args=link_flags,
                       extra_compile_args=["-std=c++14", "-O2", "-g0", "-isystem", HEADERS, *compile_flags])]
 

@@ -1,18 +1,21 @@
-"""Spheres against a deforming wall: one protocol, two back ends (built-in and LIGGGHTS)."""
+"""Spheres and rigid clusters of spheres against a deforming wall: one protocol, two back ends (built-in and
+LIGGGHTS)."""
 from .checks import check_start, warn_if_too_long
-from .contact import contact_energy, critical_step, kinetic_energy, potential_energy
-from .protocol import DEM, PARTICLE
+from .clusters import Cluster
+from .contact import critical_step
+from .energy import contact_energy, kinetic_energy, potential_energy
+from .protocol import BODY, DEM, PARTICLE
 from .scene import Interaction, Material, Scene, Spheres, Wall
 
-__all__ = ["DEM", "PARTICLE", "Interaction", "Material", "Scene", "Spheres", "Wall", "check_start", "contact_energy",
-           "critical_step", "kinetic_energy", "open_dem", "potential_energy"]
+__all__ = ["BODY", "Cluster", "DEM", "PARTICLE", "Interaction", "Material", "Scene", "Spheres", "Wall", "check_start",
+           "contact_energy", "critical_step", "kinetic_energy", "open_dem", "potential_energy"]
 
 
 def open_dem(backend, scene, dt, comm=None):
     """The partition for ``scene`` with the time step ``dt`` [s]: ``backend`` is "reference" or "liggghts".
 
-    Raises ValueError for an unknown back end and for spheres that overlap or lie inside the body at the start; warns
-    when the step is too long for the contact. Collective on ``comm`` (default: all ranks).
+    Raises ValueError for an unknown back end, for spheres that overlap or lie inside the body at the start and for a
+    cluster in two pieces; warns when the step is too long for the contact. Collective on ``comm`` (default: all ranks).
     """
     if backend not in ("reference", "liggghts"):
         raise ValueError(f"dem is {backend!r}: the back ends are reference and liggghts")

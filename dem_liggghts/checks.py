@@ -1,50 +1,98 @@
 """What can be wrong with a scene before the first step, and with its numbers after one; for both back ends."""
 import warnings
-from itertools import combinations
 
 import numpy as np
 
-from .contact import critical_step, in_space
-from .wall import MovingWall, closest, compiled, place
+from . import parts
+from .contact import critical_step
+from .near import near_spheres, nothing
+from .wall import RIM, at_rest, closest, compiled, normal_and_angle, place
 
 TOUCHING = 1e-9  # overlap at the start, as a fraction of the radius, that still counts as touching
+CONNECTED = 1e-6  # gap, as a fraction of the radius, over which the spheres of a cluster still hang together
 
 
 def check_start(scene):
-    """Raise ValueError unless every sphere starts outside the body and free of overlap; touching is fine."""
-    balls, x = scene.spheres, in_space(scene.spheres.x)
+    """Raise ValueError unless every sphere starts outside the body and free of overlap, touching is fine, and every
+    cluster is in one piece."""
+    balls = parts.grains(scene)
     if scene.dim == 2 and balls.omega[:, :2].any():
         bad = int(np.flatnonzero(balls.omega[:, :2].any(axis=1))[0])
         raise ValueError(f"sphere {bad + 1} of a plane scene has spin {balls.omega[bad]} rad/s: only the third "
                          "component may differ from zero")
-    for i in range(len(x) - 1):
-        overlap = balls.radius[i] + balls.radius[i + 1:] - np.sqrt(((x[i + 1:] - x[i]) ** 2).sum(axis=1))
-        j = int(overlap.argmax())
-        if overlap[j] > TOUCHING * balls.radius[i]:
-            raise ValueError(f"spheres {i + 1} and {i + j + 2} overlap by {overlap[j]:.3g} m at the start: "
-                             "move them apart by at least that much")
-    nodes = in_space(scene.wall.nodes)
-    wall = MovingWall(nodes, np.zeros_like(nodes), np.array(scene.wall.elements))
-    rim = _rim(wall.elements)
+    for number, cluster in enumerate(scene.clusters):
+        _check_one_piece(cluster, number)
+    _check_apart(balls)
+    for number, wall in enumerate((*scene.walls, scene.wall)):
+        if len(wall.elements):
+            _check_adhesion(scene, balls, wall)
+            _check_outside(scene, balls, wall, "the wall" if wall is scene.wall else f"fixed wall {number + 1}")
+
+
+def _name(balls, i):
+    """A sphere as its user knows it."""
+    body = int(balls.body[i])
+    if body < 0:
+        return f"sphere {i + 1}"
+    return f"cluster {body + 1} (its sphere {i - int(np.argmax(balls.body == body)) + 1})"
+
+
+def _check_one_piece(cluster, number):
+    x, n = cluster.arms(), len(cluster.radii)
+    near = near_spheres(x, cluster.radii, np.full(n, -1), CONNECTED * cluster.radii.min(), nothing(n), False)
+    reached, follow = {0}, [0]
+    neighbours = {i: [] for i in range(n)}
+    for i in range(n):
+        for j in near.partner[near.start[i]:near.start[i + 1]].tolist():
+            neighbours[i].append(j), neighbours[j].append(i)
+    while follow:
+        for j in neighbours[follow.pop()]:
+            if j not in reached:
+                reached.add(j), follow.append(j)
+    if len(reached) < n:
+        apart = min(set(range(n)) - reached)
+        raise ValueError(f"cluster {number + 1} is in two pieces: its sphere {apart + 1} at {cluster.centres[apart]} m "
+                         "does not hang together with its sphere 1 over touching spheres: use larger or more spheres")
+
+
+def _check_apart(balls):
+    near = near_spheres(balls.x, balls.radius, balls.body, 0.0, nothing(len(balls.x)), False)
+    for i in range(len(balls.x)):
+        for j in near.partner[near.start[i]:near.start[i + 1]]:
+            overlap = balls.radius[i] + balls.radius[j] - np.sqrt(((balls.x[j] - balls.x[i]) ** 2).sum())
+            if overlap > TOUCHING * balls.radius[i]:
+                both = f"spheres {i + 1} and {j + 1}" if max(balls.body[i], balls.body[j]) < 0 else \
+                    f"{_name(balls, i)} and {_name(balls, j)}"
+                raise ValueError(f"{both} overlap by {overlap:.3g} m at the start: "
+                                 "move them apart by at least that much")
+
+
+def _check_adhesion(scene, balls, wall):
+    smallest = balls.radius.min(initial=np.inf)
+    sticky = [a for a, b in scene.wall_pairs() if b == wall.material and scene.interaction(a, b).adhesion > 0]
+    if wall.depth is not None and wall.depth > smallest and sticky:
+        raise ValueError(f"the wall of material {wall.material!r} has adhesion and a depth of {wall.depth} m: with "
+                         f"adhesion give at most the smallest radius, {smallest:.3g} m, where the area of contact ends")
+
+
+def _check_outside(scene, balls, wall, what):
+    surface = at_rest(*_alone(scene, wall))
     for i, radius in enumerate(balls.radius):
-        distance, outside, e, weight = side(x[i], wall, 1e-9 * radius)
-        feature = {int(n) for n, w in zip(wall.elements[e], weight) if w > 0.0}
-        if outside < 0.0 and not any(feature <= facet for facet in rim):
-            raise ValueError(f"sphere {i + 1} at {balls.x[i]} m lies inside the body, {distance:.3g} m below its "
-                             "surface: move it out, or reverse the wall elements (outside is left of a segment)")
+        distance, outside, e, weight = side(balls.x[i], surface, 1e-9 * radius)
+        at_rim = surface.traits[e, RIM:] * (weight == (1.0 if scene.dim == 2 else 0.0))
+        if outside < 0.0 and not at_rim.any():
+            raise ValueError(f"{_name(balls, i)} at {balls.x[i, :scene.dim]} m lies inside the body, {distance:.3g} m "
+                             "below its surface: move it out, or reverse the wall elements (outside is left of a "
+                             "segment)")
         if radius - distance > TOUCHING * radius:
-            raise ValueError(f"sphere {i + 1} overlaps the wall by {radius - distance:.3g} m at the start: "
+            raise ValueError(f"{_name(balls, i)} overlaps {what} by {radius - distance:.3g} m at the start: "
                              "move it away from the wall by at least that much")
 
 
-def _rim(elements):
-    """Free ends of a wall of segments, free edges of a wall of triangles, as sets of nodes. Beyond them an open wall
-    has no inside."""
-    facets = {}
-    for element in elements.tolist():
-        for facet in combinations(sorted(element), len(element) - 1):
-            facets[facet] = facets.get(facet, 0) + 1
-    return [set(facet) for facet, times in facets.items() if times == 1]
+def _alone(scene, wall):
+    """The surface of one wall of the scene, and its nodes."""
+    surface = parts.surface(type(scene)(wall=wall, materials=scene.materials))
+    return surface, surface.x
 
 
 @compiled
@@ -56,7 +104,7 @@ def side(p, wall, tolerance):
     [m]), in space weighted with their angles there, which makes it right at edges and vertices too (Baerentzen and
     Aanaes, IEEE TVCG 11 (2005) 243-253).
     """
-    corner, weight, point, normal = np.zeros((3, 3)), np.zeros(3), np.empty(3), np.zeros(3)
+    corner, weight, point = np.zeros((3, 3)), np.zeros(3), np.empty(3)
     nodes, nearest, shortest = wall.elements.shape[1], 0, np.inf
     for e in range(len(wall.elements)):
         place(wall, e, 0.0, corner)
@@ -67,27 +115,11 @@ def side(p, wall, tolerance):
     for e in range(len(wall.elements)):
         place(wall, e, 0.0, corner)
         if closest(corner, nodes, p, weight, point)[0] <= shortest + tolerance:
-            share = _normal(corner, nodes, weight, normal)
-            outside -= share * (normal[0] * point[0] + normal[1] * point[1] + normal[2] * point[2])
+            a, b, c, share = normal_and_angle(corner, nodes, weight)
+            outside -= share * (a * point[0] + b * point[1] + c * point[2])
     place(wall, nearest, 0.0, corner)
     closest(corner, nodes, p, weight, point)
     return shortest, outside, nearest, weight
-
-
-@compiled
-def _normal(corner, nodes, weight, normal):
-    """Unit normal of an element to the outside; returns the angle it fills at the point with these weights [rad]."""
-    if nodes == 2:
-        d = corner[1] - corner[0]
-        normal[0], normal[1] = -d[1] / np.sqrt(d[0] ** 2 + d[1] ** 2), d[0] / np.sqrt(d[0] ** 2 + d[1] ** 2)
-        return np.pi
-    normal[:] = np.cross(corner[1] - corner[0], corner[2] - corner[0])
-    normal /= np.sqrt(np.sum(normal**2))
-    a = np.argmax(weight)
-    if weight[a] < 1.0:
-        return np.pi
-    u, v = corner[(a + 1) % 3] - corner[a], corner[(a + 2) % 3] - corner[a]
-    return np.arccos(np.sum(u * v) / np.sqrt(np.sum(u * u) * np.sum(v * v)))
 
 
 def warn_if_too_long(scene, dt):
@@ -98,6 +130,15 @@ def warn_if_too_long(scene, dt):
     if dt > min(limit):
         warnings.warn(f"DEM time step {dt:.3g} s exceeds the limit {min(limit):.3g} s (Rayleigh {limit.rayleigh:.3g} "
                       f"s, Hertz {limit.hertz:.3g} s): use more substeps per window or a smaller window", stacklevel=3)
+
+
+def check_window(steps, x, v, scene):
+    """Raise ValueError unless the arguments of `protocol.DEM.advance` make sense."""
+    shape = scene.wall.nodes.shape
+    if np.shape(x) != shape or np.shape(v) != shape:
+        raise ValueError(f"wall nodes x {np.shape(x)} and v {np.shape(v)}: both must have shape {shape}")
+    if steps < 1:
+        raise ValueError(f"steps is {steps}: a window has at least one DEM step")
 
 
 def check_finite(x, time):

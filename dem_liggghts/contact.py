@@ -1,26 +1,67 @@
-"""Hertz-Mindlin contact, its energy and the time step it allows.
+"""Hertz-Mindlin contact with adhesion; the time step it allows.
 
-The formulas are those of LIGGGHTS 3.8 `model hertz tangential history` with its default options (files
-surface_model_default.h, normal_model_hertz.h, tangential_model_history.h, global_properties.cpp).
+The formulas are those of LIGGGHTS 3.8 `model hertz tangential history cohesion sjkr` with its default options (files
+surface_model_default.h, normal_model_hertz.h, tangential_model_history.h, cohesion_model_sjkr.h,
+global_properties.cpp).
 """
 from collections import namedtuple
 
 import numpy as np
 
-from .wall import COLUMNS, DISTANCE, MovingWall, Near, compiled, find_contacts, near_elements
+from . import parts
+from .wall import compiled
 
-Law = namedtuple("Law", "E G beta friction")  # effective moduli [Pa], damping ratio [-], Coulomb's coefficient [-]
+# Effective moduli [Pa], damping ratio [-], Coulomb's coefficient [-], adhesion [Pa] of one pair of materials
+Law = namedtuple("Law", "E G beta friction adhesion")
 
 CriticalStep = namedtuple("CriticalStep", "rayleigh hertz")  # longest sensible time steps [s]
 
 
 def law(a, b, between):
     """Effective constants of materials ``a`` and ``b``: 1/E* = sum (1 - nu^2)/E, 1/G* = sum 2 (2 - nu)(1 + nu)/E
-    (Johnson, Contact Mechanics, 1985; Mindlin 1949), beta = ln e / sqrt(ln^2 e + pi^2) (Tsuji et al. 1992)."""
+    (Johnson, Contact Mechanics, 1985; Mindlin 1949), beta = ln e / sqrt(ln^2 e + pi^2) (Tsuji et al. 1992), which is
+    -1 for e = 0."""
     E = 1.0 / ((1.0 - a.nu**2) / a.E + (1.0 - b.nu**2) / b.E)
     G = 1.0 / (2.0 * (2.0 - a.nu) * (1.0 + a.nu) / a.E + 2.0 * (2.0 - b.nu) * (1.0 + b.nu) / b.E)
-    ln_e = np.log(between.restitution)
-    return Law(E, G, ln_e / np.sqrt(ln_e**2 + np.pi**2), float(between.friction))
+    ln_e = np.log(between.restitution) if between.restitution else -np.inf
+    beta = ln_e / np.sqrt(ln_e**2 + np.pi**2) if between.restitution else -1.0
+    return Law(E, G, beta, float(between.friction), float(between.adhesion))
+
+
+def laws(scene, pairs):
+    """The laws of the ``pairs`` (name, name) of materials in one array, shape (materials, materials, fields of `Law`):
+    one array costs a call of compiled code less than five. NaN where none is needed, no friction and no adhesion
+    there."""
+    number = {name: k for k, name in enumerate(scene.names)}
+    out = np.full((len(number), len(number), len(Law._fields)), [np.nan, np.nan, np.nan, 0.0, 0.0])
+    for a, b in pairs:
+        out[number[a], number[b]] = out[number[b], number[a]] = law(scene.materials[a], scene.materials[b],
+                                                                    scene.interaction(a, b))
+    return out
+
+
+def field(laws, name):
+    """One field of `Law` of all pairs, shape (materials, materials)."""
+    return laws[..., Law._fields.index(name)]
+
+
+@compiled
+def law_of(laws, a, b):
+    """The law of the materials numbered a and b."""
+    row = laws[a, b]
+    return Law(row[0], row[1], row[2], row[3], row[4])
+
+
+@compiled
+def area_of_spheres(r, a, b):
+    """Area of the circle in which two spheres of radii a and b, r [m] apart, cut each other [m^2]."""
+    return 0.25 * np.pi * ((a + b) ** 2 - r**2) * (r**2 - (a - b) ** 2) / r**2
+
+
+@compiled
+def area_at_wall(r, radius):
+    """Area of the circle that a plane r [m] from the centre cuts out of a sphere [m^2]."""
+    return np.pi * (radius**2 - r**2)
 
 
 @compiled
@@ -64,11 +105,12 @@ def tangential_force(shear, n, vt, normal, stiffness, damping, friction, dt, for
 
 
 @compiled
-def contact_force(n, overlap, v, arm_spin, radius, mass, law, dt, history, shear, vt, force):
+def contact_force(n, overlap, v, arm_spin, radius, mass, area, law, dt, history, shear, vt, force):
     """Force on a sphere [N] from one contact into ``force``, shape (3,).
 
     n: unit normal towards the sphere; v: velocity relative to the partner [m/s]; arm_spin: sum of contact arm times
-    spin of both [m/s]; ``history``: whether there is friction; ``shear`` [m] and ``vt`` (scratch): shape (3,).
+    spin of both [m/s]; area [m^2]: adhesion pulls with law.adhesion times it and has no part in Coulomb's limit;
+    ``history``: whether there is friction; ``shear`` [m] and ``vt`` (scratch): shape (3,).
     """
     vn = v[0] * n[0] + v[1] * n[1] + v[2] * n[2]
     normal, stiffness, damping = normal_force(overlap, vn, radius, mass, law)
@@ -80,74 +122,30 @@ def contact_force(n, overlap, v, arm_spin, radius, mass, law, dt, history, shear
     else:
         force[:] = 0.0
     for k in range(3):
-        force[k] += normal * n[k]
-
-
-@compiled
-def _normal_energy(x, radius, wall, between, at_wall):
-    """Sum of 2/5 k d^2.5 with k = 4/3 E* sqrt(R*) over all contacts [J]."""
-    energy, n = 0.0, len(x)
-    for i in range(n):
-        for j in range(i + 1, n):
-            d = radius[i] + radius[j] - np.sqrt(np.sum((x[i] - x[j]) ** 2))
-            if d > 0.0:
-                energy += 8.0 / 15.0 * between.E * np.sqrt(radius[i] * radius[j] / (radius[i] + radius[j])) * d**2.5
-    none = Near(np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros((0, 3)))
-    near = near_elements(x, radius, 0.0, wall, 0.0, none, False)
-    corner, found = np.empty((3, 3)), np.empty((len(wall.elements) + 1, COLUMNS))
-    for i in range(n):
-        for c in range(find_contacts(x[i], radius[i], near, i, wall, 0.0, corner, found)):
-            energy += 8.0 / 15.0 * at_wall.E * np.sqrt(radius[i]) * (radius[i] - found[c, DISTANCE]) ** 2.5
-    return energy
-
-
-def contact_energy(scene, x, nodes):
-    """Elastic energy of all normal contacts [J], 2/5 k d^2.5 each: the integral of Hertz' force over the overlap d.
-
-    x: centres of the spheres of ``scene`` [m], shape (n, dim) or (n, 3); nodes: wall nodes [m], the same.
-    """
-    between = law(scene.material, scene.material, scene.between)
-    at_wall = law(scene.material, scene.wall_material, scene.at_wall)
-    nodes = in_space(nodes)
-    wall = MovingWall(nodes, np.zeros_like(nodes), np.ascontiguousarray(scene.wall.elements))
-    return _normal_energy(in_space(x), scene.spheres.radius, wall, between, at_wall)
-
-
-def kinetic_energy(particles):
-    """Energy of translation and spin [J] of ``particles`` (dtype PARTICLE), with I = 2/5 m R^2."""
-    p = particles
-    spin = 0.4 * p["radius"] ** 2 * (p["omega"] ** 2).sum(axis=1)
-    return float(0.5 * (p["mass"] * ((p["v"] ** 2).sum(axis=1) + spin)).sum())
-
-
-def potential_energy(particles, gravity):
-    """Energy in gravity [J], zero at the origin: -sum m g . x."""
-    return float(-(particles["mass"] * (particles["x"][:, :len(gravity)] @ np.asarray(gravity))).sum())
-
-
-def in_space(array):
-    """Fresh array with three columns: a third one of zeros is added to a plane array."""
-    out = np.zeros((len(array), 3))
-    out[:, :np.shape(array)[1]] = array
-    return out
+        force[k] += (normal - law.adhesion * area) * n[k]
 
 
 def critical_step(scene):
     """Longest sensible time steps of ``scene`` [s].
 
-    ``rayleigh``: 0.2 of the time a surface wave needs around the smallest sphere, pi R sqrt(rho/G) /
-    (0.163 nu + 0.8766) (Thornton and Randall 1988; Li, Xu and Thornton 2005). ``hertz``: 1/20 of the shortest elastic
-    contact, 2.87 (m*^2 / (R* E*^2 v))^(1/5) at the largest speed at the start (Johnson 1985); infinite at rest.
+    ``rayleigh``: 0.2 of the time a surface wave needs around the smallest sphere, pi R sqrt(rho/G) / (0.163 nu +
+    0.8766) (Thornton and Randall 1988; Li, Xu and Thornton 2005). ``hertz``: 1/20 of the shortest elastic contact,
+    2.87 (m*^2 / (R* E*^2 v))^(1/5) at the largest speed at the start (Johnson 1985); infinite at rest. A sphere of a
+    cluster counts with its share of the mass.
     """
-    balls, material = scene.spheres, scene.material
-    G = material.E / (2.0 * (1.0 + material.nu))
-    rayleigh = np.pi * balls.radius * np.sqrt(balls.rho / G) / (0.163 * material.nu + 0.8766)
-    speed = np.sqrt((balls.v**2).sum(axis=1).max(initial=0.0))
-    if speed == 0.0 or not len(balls.x):
-        return CriticalStep(0.2 * rayleigh.min(initial=np.inf), np.inf)
-    E_wall = law(material, scene.wall_material, scene.at_wall).E
-    E_ball = law(material, material, scene.between).E
-    at_wall = balls.mass**2 / (balls.radius * E_wall**2 * speed)
-    between = (balls.mass / 2.0) ** 2 / (balls.radius / 2.0 * E_ball**2 * 2.0 * speed)
-    shortest = 2.87 * (at_wall.min() if len(balls.x) == 1 else min(at_wall.min(), between.min())) ** 0.2
+    balls = parts.grains(scene)
+    if not len(balls.x):
+        return CriticalStep(np.inf, np.inf)
+    E, nu = np.array([(scene.materials[name].E, scene.materials[name].nu) for name in scene.names])[balls.kind].T
+    rho = balls.mass / (4.0 / 3.0 * np.pi * balls.radius**3)
+    rayleigh = np.pi * balls.radius * np.sqrt(rho / (E / (2.0 * (1.0 + nu)))) / (0.163 * nu + 0.8766)
+    speed = np.sqrt((balls.v**2).sum(axis=1).max())
+    shortest = np.inf
+    if speed > 0.0:
+        between, at_wall = field(laws(scene, scene.pairs()), "E"), field(laws(scene, scene.wall_pairs()), "E")
+        largest = lambda E: np.nanmax(np.where(np.isnan(E), 0.0, E), axis=1)[balls.kind]  # noqa: E731
+        hertz = lambda m, R, E, v: m**2 / (R * E**2 * v)  # noqa: E731
+        with np.errstate(divide="ignore"):
+            shortest = 2.87 * min(hertz(balls.mass, balls.radius, largest(at_wall), speed).min(),
+                                  hertz(balls.mass / 2, balls.radius / 2, largest(between), 2 * speed).min()) ** 0.2
     return CriticalStep(0.2 * rayleigh.min(), shortest / 20.0)

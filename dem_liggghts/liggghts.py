@@ -1,81 +1,22 @@
-"""The LIGGGHTS back end: Debian's libliggghts in this process, through the project's own shim (``shim/wall.cpp``)."""
+"""The LIGGGHTS back end: Debian's libliggghts in this process, through the project's own shim (`library`)."""
 import ctypes
-import os
-import zlib
-from contextlib import contextmanager
-from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
 
-from .checks import check_finite
-from .contact import contact_energy, in_space, kinetic_energy, potential_energy
-from .protocol import PARTICLE
+from . import parts, quaternion
+from .carry import carry_force, with_wall
+from .checks import check_finite, check_window
+from .energy import contact_energy, kinetic_energy, potential_energy
+from .library import ARGUMENTS, SHIM, Comm, LiggghtsError, MissingLiggghts, load, quiet
+from .protocol import BODY, PARTICLE
+from .scene import Wall
 from .script import commands
 
-SHIM = Path(__file__).with_name("libdemshim.so")
-SOURCE = Path(__file__).with_name("shim")  # there when the package is used from its source tree
-ARGUMENTS = ("liggghts", "-screen", "/dev/null", "-log", "none", "-nocite")  # with "-screen none" it may crash
+__all__ = ["LiggghtsDEM", "LiggghtsError", "MissingLiggghts"]
 
-_Comm = ctypes.c_void_p if MPI._sizeof(MPI.Comm) == ctypes.sizeof(ctypes.c_void_p) else ctypes.c_int
-_SIGNATURES = {
-    "dem_open": (ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), _Comm, ctypes.POINTER(ctypes.c_void_p)),
-    "dem_close": (ctypes.c_void_p,),
-    "dem_command": (ctypes.c_void_p, ctypes.c_char_p),
-    "dem_same_layout": (ctypes.c_void_p,),
-    "dem_add_spheres": (ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p),
-    "dem_set_wall": (ctypes.c_void_p, ctypes.c_int, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p),
-    "dem_advance": (ctypes.c_void_p, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p),
-    "dem_count": (ctypes.c_void_p,),
-    "dem_particles": (ctypes.c_void_p, ctypes.c_void_p),
-    "dem_get_state": (ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(ctypes.c_void_p), ctypes.POINTER(ctypes.c_int),
-                      ctypes.c_void_p, ctypes.c_void_p),
-    "dem_set_state": (ctypes.c_void_p, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p),
-}
-
-
-class MissingLiggghts(ImportError):
-    """LIGGGHTS or the shim compiled against it is not there."""
-
-
-class LiggghtsError(RuntimeError):
-    """LIGGGHTS stopped with an error; its text is the message."""
-
-
-@lru_cache(maxsize=None)
-def load(path):
-    """The shim at ``path``. It must come into the process before libliggghts, whose error handling it replaces:
-    it brings the library along. Raises MissingLiggghts."""
-    try:
-        library = ctypes.CDLL(str(path))
-    except OSError as error:
-        raise MissingLiggghts(
-            "LIGGGHTS is not available: install it with `apt install liggghts libliggghts-dev libopenmpi-dev` and "
-            "reinstall this package to compile its shim, or use dem=reference, which works without "
-            f"({error})") from None
-    library.dem_last_error.restype, library.dem_source.restype = ctypes.c_char_p, ctypes.c_uint
-    source = [file.read_bytes() for file in sorted(SOURCE.glob("*")) if file.suffix in (".cpp", ".h")]
-    if source and library.dem_source() != zlib.crc32(b"".join(source)):
-        raise MissingLiggghts(f"the LIGGGHTS shim {path} is older than its source: reinstall this package to compile "
-                              "it, or use dem=reference, which works without")
-    for name, arguments in _SIGNATURES.items():
-        getattr(library, name).argtypes = arguments
-    return library
-
-
-@contextmanager
-def _quiet():
-    """Nothing on stderr: from the second instance on, LIGGGHTS lists all its contact models there."""
-    keep = os.dup(2)
-    null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 2)
-    try:
-        yield
-    finally:
-        os.dup2(keep, 2)
-        os.close(keep)
-        os.close(null)
+ALWAYS = 16  # numbers of a body that never change, before those that do (shim/bodies.h)
+CHANGING = 22  # x, v, omega, angular momentum (3 each), quaternion (4), force, torque (3 each)
 
 
 def _pointer(array):
@@ -94,25 +35,44 @@ class LiggghtsDEM:
     def __init__(self, scene, dt, comm=None):
         self.scene, self.dt, self.comm = scene, float(dt), comm or MPI.COMM_WORLD
         self._steps, self._nodes = 0, scene.wall.nodes
+        self._grains, self._rigid = parts.grains(scene), parts.rigid(scene)
+        self._always = _always(self._rigid, self._grains)
         self._handle, self._library = None, load(SHIM)
         script = commands(scene, self.dt)
         self._open()
         for line in script:
             self._command(line)
-        balls, wall = scene.spheres, scene.wall
-        data = np.column_stack([in_space(balls.x), in_space(balls.v), balls.omega, balls.radius, balls.rho])
+        g = self._grains
+        data = np.column_stack([g.x, g.v, g.omega, g.radius, g.partner, g.kind + 1, g.body + 1, g.arm])
         self._call("dem_add_spheres", len(data), _pointer(data))
-        elements = np.ascontiguousarray(wall.elements, np.int32)
-        nodes = np.ascontiguousarray(wall.nodes)
-        self._call("dem_set_wall", scene.dim, len(nodes), len(elements), _pointer(elements), _pointer(nodes))
+        if scene.clusters:
+            data = np.hstack([self._always, self._at_start()])
+            self._call("dem_set_bodies", len(data), _pointer(data))
+        self._set_wall(keep=0)
         self._command("run 0 post no")
+
+    def _at_start(self):
+        """What changes of the bodies, as it is at the start, shape (bodies, CHANGING)."""
+        r, spin = self._rigid, np.empty((len(self._rigid.mass), 3))
+        for b, axes in enumerate(map(quaternion.matrix, r.q)):
+            spin[b] = axes @ (r.inertia[b] * (axes.T @ r.omega[b]))
+        return np.column_stack([r.x, r.v, r.omega, spin, r.q, np.zeros((len(spin), 6))])
+
+    def _set_wall(self, keep):
+        """Hand over all walls of the scene; tangential springs go on when ``keep``."""
+        s, dim = parts.surface(self.scene), self.scene.dim
+        data = np.zeros((len(s.elements), 9))
+        data[:, :dim], data[:, 3:] = s.elements, s.traits
+        data[:, dim:3] = s.elements[:, :3 - dim]  # a segment names its first node twice
+        data[:, 3] += 1  # atom types count from 1
+        self._call("dem_set_wall", dim, len(s.x), len(s.elements), *s.own, _pointer(data), _pointer(s.x), keep)
 
     def _open(self):
         arguments = (ctypes.c_char_p * (len(ARGUMENTS) + 1))(*(a.encode() for a in ARGUMENTS), None)
         handle = ctypes.c_void_p()
-        with _quiet():
+        with quiet():
             self._check(self._library.dem_open(len(ARGUMENTS), arguments,
-                                               _Comm.from_address(MPI._addressof(self.comm)), ctypes.byref(handle)))
+                                               Comm.from_address(MPI._addressof(self.comm)), ctypes.byref(handle)))
         if not self._library.dem_same_layout(handle):
             raise LiggghtsError("the shim was compiled for another version of LIGGGHTS than the one installed: "
                                 "reinstall this package, or use dem=reference")
@@ -139,11 +99,7 @@ class LiggghtsDEM:
 
     def advance(self, steps, x, v):
         """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
-        shape = self.scene.wall.nodes.shape
-        if np.shape(x) != shape or np.shape(v) != shape:
-            raise ValueError(f"wall nodes x {np.shape(x)} and v {np.shape(v)}: both must have shape {shape}")
-        if steps < 1:
-            raise ValueError(f"steps is {steps}: a window has at least one DEM step")
+        check_window(steps, x, v, self.scene)
         x, v = np.ascontiguousarray(x, float), np.ascontiguousarray(v, float)
         out = np.empty(x.size + 2)
         code = self._call("dem_advance", self.scene.dim, steps, _pointer(x), _pointer(v), _pointer(out))
@@ -152,10 +108,10 @@ class LiggghtsDEM:
                                      "look at the motion of the body")
         self._steps += steps
         out = self._sum(out)
-        if code or out[-1] or out[-2] != len(self.scene.spheres.x):
+        if code or out[-1] or out[-2] != len(self._grains.x):
             self._report()
         self._nodes = x + v * (steps * self.dt)
-        return out[:-2].reshape(shape) / (steps * self.dt)
+        return out[:-2].reshape(x.shape) / (steps * self.dt)
 
     def _sum(self, array):
         """Sum over ranks, the same to the last bit on all of them."""
@@ -169,25 +125,63 @@ class LiggghtsDEM:
     def _report(self):
         particles = self.particles()
         check_finite(particles["x"], self.time)
-        lost = sorted(set(range(1, len(self.scene.spheres.x) + 1)) - set(particles["id"].tolist()))
+        lost = sorted(set(range(1, len(self._grains.x) + 1)) - set(particles["id"].tolist()))
         raise LiggghtsError(f"particles {lost} were lost at t = {self.time:.6g} s: they flew across a whole rank "
                             "between two neighbour lists; use fewer ranks")
 
+    def replace_wall(self, wall):
+        """See `protocol.DEM.replace_wall`."""
+        scene, force = with_wall(self.scene, wall), np.empty(self._nodes.shape)
+        self._call("dem_wall_force", scene.dim, _pointer(force))
+        self._put_wall(scene, carry_force(self._nodes, self._sum(force), scene), keep=1)
+
+    def _put_wall(self, scene, force, keep):
+        self.scene, self._nodes = scene, scene.wall.nodes
+        self._set_wall(keep)
+        force = np.ascontiguousarray(force if self.comm.rank == 0 else np.zeros_like(force))
+        self._call("dem_set_wall_force", scene.dim, _pointer(force))
+
     def particles(self):
-        """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene."""
-        mine = np.empty((self._library.dem_count(self._handle), 12)) if self._handle else np.empty((0, 12))
-        self._call("dem_particles", _pointer(mine))
-        table = mine if self.comm.size == 1 else np.concatenate(self.comm.allgather(mine))
-        table = table[np.argsort(table[:, 0])]
-        out = np.empty(len(table), PARTICLE)
+        """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres first."""
+        table = self._table("dem_count", "dem_particles", 12)
+        out, index = np.empty(len(table), PARTICLE), table[:, 0].astype(int) - 1
         out["id"], out["x"], out["v"], out["omega"] = table[:, 0], table[:, 1:4], table[:, 4:7], table[:, 7:10]
-        out["radius"], out["mass"] = table[:, 10], table[:, 11]
+        out["body"], out["radius"], out["mass"] = self._grains.body[index] + 1, table[:, 10], self._grains.mass[index]
         return out
+
+    def bodies(self):
+        """See `protocol.DEM.bodies`."""
+        table, r = self._changing(), self._rigid
+        out = np.empty(len(table), BODY)
+        if len(out):
+            out["id"], out["mass"] = np.arange(1, len(out) + 1), r.mass
+            out["x"], out["v"], out["omega"] = table[:, :3], table[:, 3:6], table[:, 6:9]
+            out["quaternion"] = quaternion.product(table[:, 12:16], quaternion.inverse(r.turn))
+        return out
+
+    def _changing(self):
+        """What changes of the bodies, shape (bodies, CHANGING), by id."""
+        if not self.scene.clusters:
+            return np.empty((0, CHANGING))
+        table = self._table("dem_count_bodies", "dem_bodies", 1 + CHANGING)
+        if len(table) != len(self._rigid.mass):
+            lost = sorted(set(range(1, len(self._rigid.mass) + 1)) - set(table[:, 0].astype(int)))
+            raise LiggghtsError(f"clusters {lost} were lost at t = {self.time:.6g} s: they flew across a whole rank "
+                                "between two neighbour lists; use fewer ranks")
+        return np.ascontiguousarray(table[:, 1:])
+
+    def _table(self, count, read, width):
+        """Rows of all ranks, sorted by the id in the first column."""
+        mine = np.empty((getattr(self._library, count)(self._handle) if self._handle else 0, width))
+        self._call(read, _pointer(mine))
+        table = mine if self.comm.size == 1 else np.concatenate(self.comm.allgather(mine))
+        return table[np.argsort(table[:, 0])]
 
     def energy(self):
         """See `protocol.DEM.energy`."""
-        particles = self.particles()
-        return dict(kinetic=kinetic_energy(particles), potential=potential_energy(particles, self.scene.gravity),
+        particles, bodies, r = self.particles(), self.bodies(), self._rigid
+        return dict(kinetic=kinetic_energy(particles, bodies, r.inertia, r.turn),
+                    potential=potential_energy(particles, self.scene.gravity, bodies),
                     contact=contact_energy(self.scene, particles["x"], self._nodes))
 
     def get_state(self):
@@ -200,21 +194,27 @@ class LiggghtsDEM:
         if code:
             self._report()
         mine = np.array((ctypes.c_double * count.value).from_address(records.value)) if count.value else np.empty(0)
-        parts = [mine] if self.comm.size == 1 else self.comm.allgather(mine)
-        particles = sorted((r for part in parts for r in _split(part)), key=lambda r: r[1])
-        state = dict(particles=np.concatenate(particles), wall=wall, wall_force=self._sum(force),
+        some = [mine] if self.comm.size == 1 else self.comm.allgather(mine)
+        particles = sorted((r for part in some for r in _split(part)), key=lambda r: r[1])
+        state = dict(particles=np.concatenate(particles), bodies=self._changing(), wall=wall,
+                     wall_elements=np.array(self.scene.wall.elements), wall_force=self._sum(force),
                      steps=np.array(self._steps))
         self.set_state(state)
         return state
 
     def set_state(self, state):
         """See `protocol.DEM.set_state`. The state may come from another instance of the same scene, on any ranks."""
-        particles, wall = np.array(state["particles"]), np.array(state["wall"])
+        particles, wall, old = np.array(state["particles"]), np.array(state["wall"]), self.scene.wall
+        if len(_split(particles)) != len(self._grains.x) or len(state["bodies"]) != len(self._rigid.mass) or \
+                wall.shape[1] != old.dim:
+            raise ValueError("the state belongs to another scene: it has other numbers of spheres or clusters")
+        if not np.array_equal(state["wall_elements"], old.elements):
+            new = Wall(wall, state["wall_elements"], old.depth, old.material)
+            self._put_wall(with_wall(self.scene, new), np.zeros(wall.shape), keep=0)
         force = np.array(state["wall_force"]) if self.comm.rank == 0 else np.zeros(wall.shape)
-        if wall.shape != self._nodes.shape or len(_split(particles)) != len(self.scene.spheres.x):
-            raise ValueError("the state belongs to another scene: it has other numbers of spheres or wall nodes")
-        code = self._call("dem_set_state", self.scene.dim, len(particles), _pointer(particles), _pointer(wall),
-                          _pointer(force))
+        bodies = np.hstack([self._always, state["bodies"]])
+        code = self._call("dem_set_state", self.scene.dim, len(particles), _pointer(particles), len(bodies),
+                          _pointer(bodies), _pointer(wall), _pointer(force))
         if code:
             self._report()
         self._steps, self._nodes = int(state["steps"]), wall
@@ -233,4 +233,15 @@ def _split(records):
         stop = start + int(records[start])
         out.append(records[start:stop])
         start = stop
+    return out
+
+
+def _always(rigid, grains):
+    """What never changes of the bodies (shim/bodies.h), shape (bodies, ALWAYS)."""
+    out = np.zeros((len(rigid.mass), ALWAYS))
+    for b, (start, stop) in enumerate(zip(rigid.first[:-1], rigid.first[1:])):
+        arm = grains.arm[start:stop]
+        middle = arm.mean(axis=0)
+        bound = (np.sqrt(((arm - middle) ** 2).sum(axis=1)) + grains.radius[start:stop]).max()
+        out[b] = b + 1, rigid.mass[b], stop - start, *rigid.inertia[b], *rigid.free[b], bound, *middle
     return out

@@ -3,13 +3,17 @@ from typing import Protocol
 
 import numpy as np
 
-PARTICLE = np.dtype([("id", np.int64), ("x", float, 3), ("v", float, 3), ("omega", float, 3),
+PARTICLE = np.dtype([("id", np.int64), ("body", np.int64), ("x", float, 3), ("v", float, 3), ("omega", float, 3),
                      ("radius", float), ("mass", float)])
+
+BODY = np.dtype([("id", np.int64), ("x", float, 3), ("quaternion", float, 4), ("v", float, 3), ("omega", float, 3),
+                 ("mass", float)])
 
 
 class DEM(Protocol):
     """One discrete element partition. All arrays are the same on every rank; every method is collective."""
 
+    scene: object  # `scene.Scene`; its wall is the one of now
     dt: float  # DEM time step [s]
     time: float  # [s]
 
@@ -21,16 +25,28 @@ class DEM(Protocol):
         Verlet's own half kicks, so that it is minus the change of the particles' momentum to round-off.
         """
 
+    def replace_wall(self, wall) -> None:
+        """Go on with ``wall`` (`scene.Wall`) in the place of the moving one, at the time of now: it may have other
+        nodes and elements. What is remembered of a contact goes to the element closest to where it was, the force of
+        the last step, half of which acts in the next one, from each node to the closest place of the new wall."""
+
     def particles(self) -> np.ndarray:
-        """Copy of the particles sorted by id, dtype ``PARTICLE``, shape (n,): SI units, three components always."""
+        """Copy of the spheres sorted by id, dtype ``PARTICLE``, shape (n,): SI units, three components always. body: id
+        of the cluster it belongs to, 0 for a single sphere. A sphere of a cluster has its share, by volume, of the
+        cluster's mass."""
+
+    def bodies(self) -> np.ndarray:
+        """Copy of the clusters sorted by id, which counts from 1 in the order of the scene; dtype ``BODY``. x, v: of
+        the centre of mass; quaternion (w, x, y, z): from the body's own frame to space (`quaternion.angle` in a
+        plane)."""
 
     def energy(self) -> dict:
-        """``kinetic`` (translation and spin), ``contact`` (elastic energy of the normal contacts), ``potential``
-        (in gravity, zero at the origin) [J]."""
+        """``kinetic`` (translation and spin), ``contact`` (potential energy of normal forces and adhesion),
+        ``potential`` (in gravity, zero at the origin) [J]."""
 
     def get_state(self) -> dict:
-        """Everything that decides the future (positions, velocities, forces, tangential history, time, wall), as
-        name → array copies."""
+        """Everything that decides the future (positions, orientations, velocities, forces, tangential history, time,
+        wall), as name → array copies."""
 
     def set_state(self, state: dict) -> None:
         """Go back to ``state``: the run continues bit for bit as it did from there."""

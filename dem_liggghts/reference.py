@@ -1,14 +1,21 @@
-"""The built-in DEM: spheres, Hertz-Mindlin contact, velocity Verlet; small, obvious, the same on every rank."""
+"""The built-in DEM: spheres and rigid clusters, Hertz-Mindlin contact, velocity Verlet; the same on every rank."""
 import numpy as np
 
-from .checks import check_finite
-from .contact import contact_energy, in_space, kinetic_energy, law, potential_energy
-from .protocol import PARTICLE
+from . import parts, quaternion
+from .arrays import in_space
+from .carry import carry_force, with_wall
+from .checks import check_finite, check_window
+from .contact import field, laws
+from .energy import contact_energy, kinetic_energy, potential_energy
+from .near import Near, nothing, renumber
+from .protocol import BODY, PARTICLE
+from .rigid import Bodies, omega_to_spin, turn_axes
+from .scene import Wall
 from .verlet import Balls, Lists, Loads, Scratch, build_lists, forces, run
-from .wall import COLUMNS, MovingWall, Near
+from .wall import COLUMNS, MovingWall, at_rest
 
 MOVING = ("x", "v", "omega", "force", "torque")
-NONE = Near(np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros((0, 3)))
+BODY_MOVING = ("x", "v", "omega", "spin", "force", "torque", "q", "axes")
 
 
 class ReferenceDEM:
@@ -16,51 +23,57 @@ class ReferenceDEM:
     repeated on every rank, with the same result."""
 
     def __init__(self, scene, dt, comm=None):
-        self.scene, self.dt, self._steps = scene, float(dt), 0
-        balls, zeros = scene.spheres, np.zeros((len(scene.spheres.x), 3))
-        self._balls = Balls(in_space(balls.x), in_space(balls.v), balls.omega.copy(), zeros, zeros.copy(),
-                            balls.radius.copy(), balls.mass, in_space([scene.gravity])[0])
-        self._elements = np.array(scene.wall.elements)
-        self._wall = self._at_rest(in_space(scene.wall.nodes))
-        self._loads = Loads(np.zeros_like(self._wall.x), np.zeros_like(self._wall.x))
-        scratch = Scratch(np.empty((len(self._elements) + 1, COLUMNS)), np.empty((3, 3)), *np.zeros((6, 3)))
-        self._own = tuple(self._balls), tuple(self._loads), tuple(scratch)
-        between = law(scene.material, scene.material, scene.between)
-        at_wall = law(scene.material, scene.wall_material, scene.at_wall)
-        self._laws = tuple(between), tuple(at_wall)
-        self._lists = Lists(NONE, NONE, self._balls.x, self._wall.x, 0.0)
+        self.dt, self._steps = float(dt), 0
+        self._start, self._rigid = parts.grains(scene), parts.rigid(scene)
+        g, zeros = self._start, lambda: np.zeros_like(self._start.x)
+        self._balls = Balls(g.x.copy(), g.v.copy(), g.omega.copy(), zeros(), zeros(), g.radius, g.partner, g.kind,
+                            in_space([scene.gravity])[0], len(scene.spheres.x))
+        self._bodies = _bodies(self._rigid, g.arm) if scene.clusters else None
+        between, at_wall = laws(scene, scene.pairs()), laws(scene, scene.wall_pairs())
+        self._laws, self._keep = (between, at_wall), [field(pairs, "friction").any() for pairs in (between, at_wall)]
+        self._use(scene)
+        self._lists = Lists(nothing(len(g.x)), nothing(len(g.x)), self._balls.x, self._wall.x, 0.0)
         self._build_lists(self._wall, 0.0)
-        forces(self._balls, self._wall, 0.0, self._lists, between, at_wall, 0.0, 0.0, True, self._loads, scratch)
+        forces(self._balls, self._own[3], self._wall, 0.0, self._lists, between, at_wall, 0.0, 0.0, True, self._loads,
+               self._scratch)
+
+    def _use(self, scene):
+        """Take the walls of ``scene``, where they are; no force on them."""
+        self.scene, self._surface = scene, parts.surface(scene)
+        self._fixed = self._surface.own[0]  # nodes at rest
+        self._wall = at_rest(self._surface, self._surface.x)
+        self._loads = Loads(np.zeros_like(self._wall.x), np.zeros_like(self._wall.x))
+        self._scratch = Scratch(np.empty((len(self._wall.elements) + 1, COLUMNS)), np.empty((3, 3)), *np.zeros((6, 3)),
+                                *np.zeros((2, 4)))
+        bodies = None if self._bodies is None else tuple(self._bodies)
+        self._own = tuple(self._balls), tuple(self._loads), tuple(self._scratch), bodies
 
     @property
     def time(self):
         """[s]"""
         return self._steps * self.dt
 
-    def _at_rest(self, nodes):
-        return MovingWall(nodes, np.zeros_like(nodes), self._elements)
+    def _all_nodes(self, own, fixed):
+        return np.concatenate([fixed, in_space(own)]) if self._fixed else in_space(own)
 
     def _build_lists(self, wall, t):
         """The skin is a tenth of the smallest radius, or what lasts some ten steps at the speeds of now."""
-        speed = np.sqrt((self._balls.v**2).sum(axis=1).max()) + np.sqrt((wall.v**2).sum(axis=1).max())
-        skin = max(0.1 * self._balls.radius.min(), 20.0 * self.dt * speed)
-        (*_, friction), (*_, wall_friction) = self._laws
-        self._lists = build_lists(self._balls, wall, t, skin, self._lists, friction > 0.0, wall_friction > 0.0)
+        speed = sum(np.sqrt((v**2).sum(axis=1).max(initial=0.0)) for v in (self._balls.v, wall.v))
+        skin = max(0.1 * self._balls.radius.min(initial=np.inf), 20.0 * self.dt * speed)
+        self._lists = build_lists(self._balls, self._start.body, wall, t, skin, self._lists, *self._keep)
 
     def advance(self, steps, x, v):
         """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
-        shape = self.scene.wall.nodes.shape
-        if np.shape(x) != shape or np.shape(v) != shape:
-            raise ValueError(f"wall nodes x {np.shape(x)} and v {np.shape(v)}: both must have shape {shape}")
-        if steps < 1:
-            raise ValueError(f"steps is {steps}: a window has at least one DEM step")
-        wall = MovingWall(in_space(x), in_space(v), self._elements)
+        check_window(steps, x, v, self.scene)
+        here = self._surface.x[:self._fixed]
+        wall = MovingWall(self._all_nodes(x, here), self._all_nodes(v, 0.0 * here), *self._surface[1:3])
         loads = self._loads
         np.multiply(loads.force, 0.5 * self.dt, out=loads.impulse)
         loads.force[:] = 0.0
         done, fresh = 0, False
         while True:
-            done = run(self._own, tuple(wall), done, steps, self.dt, _plain(self._lists), self._laws, fresh)
+            done = run(self._own[:3], self._own[3], tuple(wall), done, steps, self.dt, _plain(self._lists), self._laws,
+                       fresh)
             if done == steps:
                 break
             if done < 0:
@@ -69,28 +82,57 @@ class ReferenceDEM:
             self._build_lists(wall, done * self.dt)
             fresh = True
         self._steps += steps
-        self._wall = self._at_rest(wall.x + wall.v * (steps * self.dt))
+        self._wall = at_rest(self._surface, wall.x + wall.v * (steps * self.dt))
         check_finite(self._balls.x, self.time)
-        return loads.impulse[:, :self.scene.dim] / (steps * self.dt)
+        return loads.impulse[self._fixed:, :self.scene.dim] / (steps * self.dt)
+
+    def replace_wall(self, wall):
+        """See `protocol.DEM.replace_wall`."""
+        scene, fixed, old = with_wall(self.scene, wall), self._fixed, self._wall
+        force = carry_force(old.x[fixed:, :scene.dim], self._loads.force[fixed:, :scene.dim], scene)
+        self._use(scene)
+        self._loads.force[fixed:] = in_space(force)
+        near = self._lists.elements
+        if len(near.shear):
+            near = near._replace(partner=renumber(near, self._balls.x, old, self._surface.own[1], self._wall))
+        else:
+            near = nothing(len(self._balls.x))
+        self._lists = self._lists._replace(elements=near)
+        self._build_lists(self._wall, 0.0)
 
     def particles(self):
-        """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene."""
+        """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres first."""
         out = np.empty(len(self._balls.x), PARTICLE)
-        out["id"] = np.arange(1, len(out) + 1)
-        for name in ("x", "v", "omega", "radius", "mass"):
+        out["id"], out["body"], out["mass"] = np.arange(1, len(out) + 1), self._start.body + 1, self._start.mass
+        for name in ("x", "v", "omega", "radius"):
             out[name] = getattr(self._balls, name)
+        return out
+
+    def bodies(self):
+        """See `protocol.DEM.bodies`."""
+        out = np.empty(len(self._rigid.mass), BODY)
+        if len(out):
+            out["id"] = np.arange(1, len(out) + 1)
+            for name in ("x", "v", "omega", "mass"):
+                out[name] = getattr(self._bodies, name)
+            out["quaternion"] = quaternion.product(self._bodies.q, quaternion.inverse(self._rigid.turn))
         return out
 
     def energy(self):
         """See `protocol.DEM.energy`."""
-        particles = self.particles()
-        return dict(kinetic=kinetic_energy(particles), potential=potential_energy(particles, self.scene.gravity),
-                    contact=contact_energy(self.scene, particles["x"], self._wall.x))
+        particles, bodies, r = self.particles(), self.bodies(), self._rigid
+        return dict(kinetic=kinetic_energy(particles, bodies, r.inertia, r.turn),
+                    potential=potential_energy(particles, self.scene.gravity, bodies),
+                    contact=contact_energy(self.scene, particles["x"], self._wall.x[self._fixed:]))
 
     def get_state(self):
         """See `protocol.DEM.get_state`. The lists of near partners belong to it: they hold the tangential history."""
         state = {name: getattr(self._balls, name).copy() for name in MOVING}
-        state.update(steps=np.array(self._steps), wall=self._wall.x.copy(), wall_force=self._loads.force.copy(),
+        if self._bodies is not None:
+            state.update({f"body_{name}": getattr(self._bodies, name).copy() for name in BODY_MOVING})
+        state.update(steps=np.array(self._steps), wall=self._wall.x[self._fixed:].copy(),
+                     wall_elements=np.array(self.scene.wall.elements),
+                     wall_force=self._loads.force[self._fixed:].copy(),
                      near_x=self._lists.x.copy(), near_wall=self._lists.wall.copy(), skin=np.array(self._lists.skin))
         for of in ("spheres", "elements"):
             for name, array in zip(Near._fields, getattr(self._lists, of)):
@@ -101,14 +143,33 @@ class ReferenceDEM:
         """See `protocol.DEM.set_state`."""
         for name in MOVING:
             getattr(self._balls, name)[:] = state[name]
+        if self._bodies is not None:
+            for name in BODY_MOVING:
+                getattr(self._bodies, name)[:] = state[f"body_{name}"]
         self._steps = int(state["steps"])
-        self._wall = self._at_rest(state["wall"].copy())
-        self._loads.force[:] = state["wall_force"]
+        wall = self.scene.wall
+        if not np.array_equal(state["wall_elements"], wall.elements):
+            nodes = state["wall"][:, :self.scene.dim]
+            self._use(with_wall(self.scene, Wall(nodes, state["wall_elements"], wall.depth, wall.material)))
+        self._wall = at_rest(self._surface, self._all_nodes(state["wall"], self._surface.x[:self._fixed]))
+        self._loads.force[self._fixed:] = state["wall_force"]
         near = (Near(*(state[f"near_{of}_{name}"].copy() for name in Near._fields)) for of in ("spheres", "elements"))
         self._lists = Lists(*near, state["near_x"].copy(), state["near_wall"].copy(), float(state["skin"]))
 
     def close(self):
         """Nothing to free."""
+
+
+def _bodies(rigid, arm):
+    """The clusters at the start, as the kernels want them."""
+    n = len(rigid.mass)
+    axes, spin, zeros = np.empty((n, 3, 3)), np.empty((n, 3)), lambda: np.zeros((n, 3))
+    for b in range(n):
+        turn_axes(rigid.q[b], axes[b])
+        omega_to_spin(rigid.omega[b], axes[b], rigid.inertia[b], spin[b])
+    extent = np.maximum.reduceat(np.sqrt((arm**2).sum(axis=1)), rigid.first[:-1])
+    return Bodies(rigid.x.copy(), rigid.v.copy(), rigid.omega.copy(), spin, zeros(), zeros(), rigid.q.copy(), axes,
+                  rigid.mass, rigid.inertia, rigid.free, rigid.first, arm, extent)
 
 
 def _plain(lists):

@@ -3,25 +3,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .arrays import finite, per_sphere
 
-def _array(value, name, columns):
-    """Float array of shape (n, columns), finite, read-only."""
-    array = np.array(value, dtype=float, ndmin=2)
-    if array.ndim != 2 or array.shape[1] not in columns:
-        wanted = " or ".join(f"(n, {c})" for c in columns)
-        raise ValueError(f"{name} has shape {np.shape(value)}: give an array of shape {wanted}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} contains NaN or infinity: give finite numbers")
-    array.flags.writeable = False
-    return array
-
-
-def _per_sphere(value, name, n):
-    array = np.array(np.broadcast_to(np.asarray(value, dtype=float), (n,)))
-    if not (np.isfinite(array).all() and (array > 0).all()):
-        raise ValueError(f"{name} is {value}: it must be positive")
-    array.flags.writeable = False
-    return array
+BALLS, WALL = "spheres", "wall"  # names of Scene.material and Scene.wall_material
 
 
 @dataclass(frozen=True)
@@ -40,40 +24,49 @@ class Material:
 
 @dataclass(frozen=True)
 class Interaction:
-    """How two materials meet: coefficient of restitution (0.05 to 1) and Coulomb's coefficient of friction [-]."""
+    """How two materials meet: coefficient of restitution (0 to 1; LIGGGHTS takes 0.05 to 1), Coulomb's coefficient of
+    friction [-], adhesion [Pa], which pulls with that stress on the area where the two overlap."""
 
     restitution: float = 1.0
     friction: float = 0.0
+    adhesion: float = 0.0
 
     def __post_init__(self):
-        if not 0.05 <= self.restitution <= 1.0:
-            raise ValueError(f"restitution is {self.restitution}: give a value from 0.05 to 1")
-        if not self.friction >= 0.0:
-            raise ValueError(f"friction is {self.friction}: it must not be negative")
+        if not 0.0 <= self.restitution <= 1.0:
+            raise ValueError(f"restitution is {self.restitution}: give a value from 0 to 1")
+        for name, unit in (("friction", ""), ("adhesion", " Pa")):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise ValueError(f"{name} is {getattr(self, name)}{unit}: it must not be negative")
 
 
 @dataclass(frozen=True)
 class Spheres:
     """Single spheres: centres x [m] and velocities v [m/s], shape (n, dim) with dim 2 or 3; radius [m] and density
-    rho [kg/m^3], scalars or shape (n,); spin omega [rad/s], shape (n, 3). A plane scene (dim 2) keeps the true
-    mass of the ball and confines it to the plane z = 0."""
+    rho [kg/m^3], scalars or shape (n,); spin omega [rad/s], shape (n, 3); name of the material. A plane scene (dim 2)
+    keeps the true mass of the ball and confines it to the plane z = 0."""
 
     x: np.ndarray
     v: np.ndarray
     radius: np.ndarray
     rho: np.ndarray
     omega: np.ndarray = None
+    material: str = BALLS
 
     def __post_init__(self):
         put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen
-        put("x", _array(self.x, "x of the spheres", (2, 3)))
-        put("v", _array(self.v, "v of the spheres", (self.dim,)))
-        put("omega", _array(np.zeros((len(self.x), 3)) if self.omega is None else self.omega, "omega", (3,)))
-        put("radius", _per_sphere(self.radius, "radius", len(self.x)))
-        put("rho", _per_sphere(self.rho, "rho (density of the spheres)", len(self.x)))
+        put("x", finite(self.x, "x of the spheres", (2, 3)))
+        put("v", finite(self.v, "v of the spheres", (self.dim,)))
+        put("omega", finite(np.zeros((len(self.x), 3)) if self.omega is None else self.omega, "omega", (3,)))
+        put("radius", per_sphere(self.radius, "radius", len(self.x)))
+        put("rho", per_sphere(self.rho, "rho (density of the spheres)", len(self.x)))
         if not len(self.x) == len(self.v) == len(self.omega):
             raise ValueError(f"{len(self.x)} positions, {len(self.v)} velocities, {len(self.omega)} spins: "
                              "give one of each per sphere")
+
+    @classmethod
+    def none(cls, dim):
+        """No single spheres."""
+        return cls(np.zeros((0, dim)), np.zeros((0, dim)), np.zeros(0), np.zeros(0))
 
     @property
     def dim(self):
@@ -87,24 +80,38 @@ class Spheres:
 
 @dataclass(frozen=True)
 class Wall:
-    """The interface as the DEM sees it: nodes [m], shape (n, dim), and elements, shape (m, dim): segments in a plane
+    """A surface that spheres meet: nodes [m], shape (n, dim), and elements, shape (m, dim): segments in a plane
     scene, triangles in space. Seen from outside the body, a segment a→b has the outside on its left and a triangle
-    runs counter-clockwise."""
+    runs counter-clockwise.
+
+    depth [m]: none, and both sides push; a number, and the wall pushes outwards only: a sphere whose centre is up to
+    that far below the surface is pushed out, one that is deeper is left alone. material: its name.
+    """
 
     nodes: np.ndarray
     elements: np.ndarray
+    depth: float = None
+    material: str = WALL
 
     def __post_init__(self):
-        nodes = _array(self.nodes, "nodes of the wall", (2, 3))
+        nodes = finite(self.nodes, "nodes of the wall", (2, 3))
         elements = np.array(self.elements, dtype=np.int32, ndmin=2)
         if elements.shape[1] != nodes.shape[1]:
             raise ValueError(f"wall elements have {elements.shape[1]} nodes in {nodes.shape[1]} dimensions: "
                              "give segments (2 nodes) in a plane, triangles (3 nodes) in space")
         if elements.size and not (0 <= elements.min() and elements.max() < len(nodes)):
             raise ValueError(f"wall elements name nodes {elements.min()}..{elements.max()}, there are {len(nodes)}")
+        if self.depth is not None and not 0.0 <= self.depth < np.inf:
+            raise ValueError(f"depth of the wall is {self.depth} m: give none, or how far below the surface a centre "
+                             "is still pushed out")
         elements.flags.writeable = False
         object.__setattr__(self, "nodes", nodes)
         object.__setattr__(self, "elements", elements)
+
+    @classmethod
+    def none(cls, dim):
+        """No wall: no nodes, no elements."""
+        return cls(np.zeros((0, dim)), np.zeros((0, dim)))
 
     @property
     def dim(self):
@@ -113,24 +120,81 @@ class Wall:
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything a DEM back end needs to start: spheres, wall, materials, how they meet, gravity [m/s^2] (dim,)."""
+    """Everything a DEM back end needs to start. Lengths in m, gravity [m/s^2], (dim,).
 
-    spheres: Spheres
-    wall: Wall
-    material: Material
-    wall_material: Material
-    between: Interaction = field(default_factory=Interaction)  # sphere against sphere
-    at_wall: Interaction = field(default_factory=Interaction)  # sphere against wall
+    spheres and clusters: the bodies that move, either may be missing. wall: the interface that is moved from outside;
+    walls: further ones at rest (a floor). Materials have names: ``material`` is "spheres", ``wall_material`` is "wall",
+    ``materials`` holds others. ``interactions``: (name, name) → Interaction in either order; ``between`` is that of
+    "spheres" with themselves, ``at_wall`` that of "spheres" with "wall". Raises ValueError for what does not fit.
+    """
+
+    spheres: Spheres = None
+    wall: Wall = None
+    material: Material = None
+    wall_material: Material = None
+    between: Interaction = field(default_factory=Interaction)
+    at_wall: Interaction = field(default_factory=Interaction)
     gravity: tuple = None
+    clusters: tuple = ()
+    walls: tuple = ()
+    materials: dict = field(default_factory=dict)
+    interactions: dict = field(default_factory=dict)
 
     def __post_init__(self):
-        if self.spheres.dim != self.wall.dim:
-            raise ValueError(f"spheres are {self.spheres.dim}D, the wall is {self.wall.dim}D: use one dimension")
+        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen
+        put("clusters", tuple(self.clusters))
+        put("walls", tuple(self.walls))
+        parts = [p for p in (self.spheres, self.wall, *self.clusters, *self.walls) if p is not None]
+        dims = sorted({part.dim for part in parts})
+        if len(dims) != 1:
+            raise ValueError(f"the parts of the scene have dimensions {dims}: use one dimension, 2 or 3, for all")
+        put("spheres", Spheres.none(dims[0]) if self.spheres is None else self.spheres)
+        put("wall", Wall.none(dims[0]) if self.wall is None else self.wall)
         gravity = (0.0,) * self.dim if self.gravity is None else tuple(float(g) for g in self.gravity)
         if len(gravity) != self.dim:
             raise ValueError(f"gravity {gravity} needs {self.dim} components")
-        object.__setattr__(self, "gravity", gravity)
+        put("gravity", gravity)
+        put("materials", self._all_materials())
+        put("interactions", self._all_interactions())
+
+    def _all_materials(self):
+        own = {name: m for name, m in ((BALLS, self.material), (WALL, self.wall_material)) if m is not None}
+        known = {**own, **self.materials}
+        used = {p.material for p in self.clusters + self.walls}
+        used |= {part.material for part, rows in ((self.spheres, self.spheres.x), (self.wall, self.wall.elements))
+                 if len(rows)}
+        for name in sorted(used - set(known)):
+            raise ValueError(f"there is no material {name!r} in the scene: it has {sorted(known)}")
+        return known
+
+    def _all_interactions(self):
+        known = {frozenset((BALLS, BALLS)): self.between, frozenset((BALLS, WALL)): self.at_wall}
+        known.update({frozenset(pair): meet for pair, meet in self.interactions.items()})
+        for pair in self.pairs() + self.wall_pairs():
+            if frozenset(pair) not in known:
+                raise ValueError(f"no interaction says how {pair[0]!r} meets {pair[1]!r}: add one for this pair")
+        return known
+
+    def pairs(self):
+        """Pairs of materials of spheres that may meet, sorted."""
+        bodies = [c.material for c in self.clusters] + [self.spheres.material] * min(2, len(self.spheres.x))
+        return sorted({tuple(sorted((a, b))) for i, a in enumerate(bodies) for b in bodies[:i]})
+
+    def wall_pairs(self):
+        """Pairs (material of spheres, material of a wall) that may meet, sorted."""
+        bodies = {c.material for c in self.clusters} | ({self.spheres.material} if len(self.spheres.x) else set())
+        walls = {w.material for w in (self.wall, *self.walls) if len(w.elements)}
+        return sorted((a, b) for a in bodies for b in walls)
+
+    def interaction(self, a, b):
+        """How the materials named a and b meet."""
+        return self.interactions[frozenset((a, b))]
+
+    @property
+    def names(self):
+        """Names of the materials in the order of their numbers."""
+        return tuple(self.materials)
 
     @property
     def dim(self):
-        return self.spheres.dim
+        return self.wall.dim

@@ -5,18 +5,23 @@ Young's moduli outside 5e6..1e9 Pa need its consent (`soft_particles`, `hard_par
 """
 import numpy as np
 
+from . import parts
+
 SOFTEST, HARDEST = 5e6, 1e9  # Young's moduli LIGGGHTS takes without being asked, SI units [Pa]
+LEAST = 0.05  # restitution
+BINS = 60  # along the longest side, in a scene with clusters
 FEW = 200  # up to so many spheres are searched without bins, whose number grows with the box
 
 
 def commands(scene, dt):
-    """LIGGGHTS commands that prepare ``scene`` for steps of ``dt`` [s]; spheres and wall nodes are added afterwards.
+    """LIGGGHTS commands that prepare ``scene`` for steps of ``dt`` [s]; spheres and walls are added afterwards.
 
-    Atom type 1 is the spheres, type 2 the wall. The fix "wall" is the shim's; its zplane is a placeholder.
-    Raises ValueError for a negative Poisson's ratio, which LIGGGHTS does not know.
+    Atom types are the materials in the order of ``scene.names``, from 1 on. The fix "wall" is the shim's; its type and
+    its zplane are placeholders. Raises ValueError for a negative Poisson's ratio and a restitution below 0.05, which
+    LIGGGHTS does not know.
     """
-    pair, wall = _model(scene.between), _model(scene.at_wall)
-    radius = scene.spheres.radius
+    between, at_wall = ([scene.interaction(*pair) for pair in pairs] for pairs in (scene.pairs(), scene.wall_pairs()))
+    radius = parts.grains(scene).radius
     return [
         "units si",
         "atom_style granular",
@@ -26,49 +31,84 @@ def commands(scene, dt):
         "newton off",
         "communicate single vel yes",
         f"region box block {_box(scene)} units box",
-        "create_box 2 box",
+        f"create_box {len(scene.names)} box",
         f"neighbor {0.2 * radius.min():.17g} {'nsq' if len(radius) <= FEW else 'bin'}",
         # LIGGGHTS forgets the tangential spring of two spheres only in a gap it looks at, which by default is none
-        "neigh_modify delay 0" + (" contact_distance_factor 1.01" if scene.between.friction > 0 else ""),
+        "neigh_modify delay 0" + (" contact_distance_factor 1.01" if _any(between, "friction") else "") + _bins(scene),
         *_materials(scene),
-        f"pair_style gran {pair}",
+        f"pair_style gran {_model(between)}",
         "pair_coeff * *",
         f"timestep {dt:.17g}",
         *_gravity(scene),
-        "fix move all nve/sphere",
-        f"fix wall all wall/gran/nodal {wall} primitive type 2 zplane 0.0",
+        *_motion(scene),
+        f"fix wall all wall/gran/nodal {_model(at_wall)} primitive type 1 zplane 0.0",
     ]
 
 
-def _model(interaction):
+def _any(interactions, name):
+    return any(getattr(meet, name) > 0 for meet in interactions)
+
+
+def _model(interactions):
     """Without friction there is no tangential history to keep."""
-    return f"model hertz tangential {'history' if interaction.friction > 0 else 'off'}"
+    return (f"model hertz tangential {'history' if _any(interactions, 'friction') else 'off'}" +
+            (" cohesion sjkr" if _any(interactions, "adhesion") else ""))
+
+
+def _motion(scene):
+    """Single spheres and clusters are moved by fixes of their own."""
+    if not scene.clusters:
+        return ["fix move all nve/sphere"]
+    single = ["group single type 1", "fix move single nve/sphere"] if len(scene.spheres.x) else []
+    return [*single, "fix bodies all multisphere"]
+
+
+def _bins(scene):
+    """With clusters LIGGGHTS looks far beyond the box, over their whole size, so its bins of the size of a sphere
+    would be too many: at most so many along the box and that margin."""
+    if not scene.clusters:
+        return ""
+    x = parts.grains(scene).x
+    widest = max(np.ptp(cluster.places, axis=0).max() for cluster in scene.clusters)
+    return f" binsize {(np.ptp(x, axis=0).max() + 4 * widest) / BINS:.17g}"
 
 
 def _box(scene):
     """The spheres at the start with some room; in a plane scene the third direction just holds them."""
-    x, radius = scene.spheres.x, scene.spheres.radius.max()
-    low, high = np.zeros(3), np.zeros(3)
-    low[:scene.dim], high[:scene.dim] = x.min(axis=0), x.max(axis=0)
-    return " ".join(f"{a - 4 * radius:.17g} {b + 4 * radius:.17g}" for a, b in zip(low, high))
+    balls = parts.grains(scene)
+    low, high, room = balls.x.min(axis=0), balls.x.max(axis=0), 4 * balls.radius.max()
+    return " ".join(f"{a - room:.17g} {b + room:.17g}" for a, b in zip(low, high))
 
 
 def _materials(scene):
-    moduli = scene.material.E, scene.wall_material.E
-    ratios = scene.material.nu, scene.wall_material.nu
+    moduli, ratios = zip(*((m.E, m.nu) for m in scene.materials.values()))
     if min(ratios) < 0:
         raise ValueError(f"nu is {min(ratios)}: LIGGGHTS takes Poisson's ratios from 0 to 0.5; use dem=reference")
-    between, at_wall = scene.between, scene.at_wall
-    restitution = [max(i.restitution, 0.0500001) for i in (between, at_wall, at_wall, at_wall)]
-    friction = [i.friction for i in (between, at_wall, at_wall, at_wall)]
+    table = [_meet(scene, a, b) for a in scene.names for b in scene.names]
+    size = len(scene.names)
+    cohesion = [f"fix c all property/global cohesionEnergyDensity peratomtypepair {size} " +
+                _numbers(meet[2] for meet in table)]
     return [
         *(["soft_particles yes"] if min(moduli) < SOFTEST else []),
         *(["hard_particles yes"] if max(moduli) > HARDEST else []),
         "fix E all property/global youngsModulus peratomtype " + _numbers(moduli),
         "fix nu all property/global poissonsRatio peratomtype " + _numbers(ratios),
-        "fix e all property/global coefficientRestitution peratomtypepair 2 " + _numbers(restitution),
-        "fix mu all property/global coefficientFriction peratomtypepair 2 " + _numbers(friction),
+        f"fix e all property/global coefficientRestitution peratomtypepair {size} " + _numbers(m[0] for m in table),
+        f"fix mu all property/global coefficientFriction peratomtypepair {size} " + _numbers(m[1] for m in table),
+        *(cohesion if any(meet[2] for meet in table) else []),
     ]
+
+
+def _meet(scene, a, b):
+    """Restitution, friction and adhesion of two materials as LIGGGHTS takes them; of no effect for those that never
+    meet."""
+    if frozenset((a, b)) not in scene.interactions:
+        return 1.0, 0.0, 0.0
+    meet = scene.interaction(a, b)
+    if meet.restitution < LEAST:
+        raise ValueError(f"restitution of {a!r} and {b!r} is {meet.restitution}: LIGGGHTS takes values from {LEAST} "
+                         "to 1; use dem=reference")
+    return max(meet.restitution, 0.0500001), meet.friction, meet.adhesion
 
 
 def _gravity(scene):

@@ -3,18 +3,20 @@ from collections import namedtuple
 
 import numpy as np
 
-from .contact import Law, contact_force
-from .wall import DISTANCE, PAIR, POINT, WEIGHT, MovingWall, Near, compiled, find_contacts, hand_over, near_elements, \
-    with_history
+from .contact import area_at_wall, area_of_spheres, contact_force, law_of
+from .near import Near, hand_over, near_elements, near_spheres
+from .rigid import Bodies, carry_spheres, drift_bodies, gather_forces, kick_bodies, speed_bound
+from .wall import DISTANCE, KIND, PAIR, POINT, WEIGHT, MovingWall, compiled, find_contacts
 
-# x, v, omega, force, torque, shape (n, 3); radius, mass (n,); gravity (3,): SI units
-Balls = namedtuple("Balls", "x v omega force torque radius mass gravity")
+# x, v, omega, force, torque, shape (n, 3); radius; mass: the one that counts in a contact; kind: number of the
+# material, (n,); gravity (3,); the first ``single`` spheres are no cluster's: SI units
+Balls = namedtuple("Balls", "x v omega force torque radius mass kind gravity single")
 
 # Wall nodes (n, 3): impulse of the window [N s], force at its end [N]
 Loads = namedtuple("Loads", "impulse force")
 
-# Room for one contact, so that a step allocates nothing: found (contacts, COLUMNS), corner (3, 3), the others (3,)
-Scratch = namedtuple("Scratch", "found corner n v spin shear vt force")
+# Room so that a step allocates nothing: found (contacts, COLUMNS), corner (3, 3); full, half (4,); the others (3,)
+Scratch = namedtuple("Scratch", "found corner n v spin shear vt force full half")
 
 # Near spheres and wall elements, good until centres and wall nodes have moved by skin [m] in all since they were at
 # x and wall [m], shape (n, 3)
@@ -22,27 +24,10 @@ Lists = namedtuple("Lists", "spheres elements x wall skin")
 
 
 @compiled
-def near_spheres(x, radius, skin, old, history):
-    """List of the partners j > i of each sphere whose gap is less than ``skin`` [m]."""
-    n = len(x)
-    start, partner, count = np.zeros(n + 1, np.int64), np.empty(64, np.int64), 0
-    for i in range(n):
-        for j in range(i + 1, n):
-            dx, dy, dz = x[i, 0] - x[j, 0], x[i, 1] - x[j, 1], x[i, 2] - x[j, 2]
-            if dx * dx + dy * dy + dz * dz < (radius[i] + radius[j] + skin) ** 2:
-                if count == len(partner):
-                    partner = np.append(partner, partner)  # room for twice as many
-                partner[count] = j
-                count += 1
-        start[i + 1] = count
-    return with_history(start, partner[:count], old, history)
-
-
-@compiled
 def add_sphere_forces(b, near, between, dt, scratch):
     """Add force and torque of all contacts between spheres at the velocities of the half step."""
     n, v, spin, shear, vt, force = scratch.n, scratch.v, scratch.spin, scratch.shear, scratch.vt, scratch.force
-    history = between.friction > 0.0
+    history = len(near.shear) > 0
     for i in range(len(b.x)):
         for q in range(near.start[i], near.start[i + 1]):
             j = near.partner[q]
@@ -61,7 +46,8 @@ def add_sphere_forces(b, near, between, dt, scratch):
                 v[k] = b.v[i, k] - b.v[j, k]
                 spin[k] = arm_i * b.omega[i, k] + arm_j * b.omega[j, k]
             contact_force(n, overlap, v, spin, b.radius[i] * b.radius[j] / (b.radius[i] + b.radius[j]),
-                          b.mass[i] * b.mass[j] / (b.mass[i] + b.mass[j]), between, dt, history, shear, vt, force)
+                          b.mass[i] * b.mass[j] / (b.mass[i] + b.mass[j]), area_of_spheres(r, b.radius[i], b.radius[j]),
+                          law_of(between, b.kind[i], b.kind[j]), dt, history, shear, vt, force)
             for k in range(3):
                 torque = n[(k + 1) % 3] * force[(k + 2) % 3] - n[(k + 2) % 3] * force[(k + 1) % 3]
                 b.force[i, k] += force[k]
@@ -72,10 +58,10 @@ def add_sphere_forces(b, near, between, dt, scratch):
 
 @compiled
 def add_wall_forces(b, wall, t, near, at_wall, dt, weight, last, loads, scratch):
-    """Add force and torque of the wall at time t [s] of the window; its nodes collect ``weight`` [s] times minus the
+    """Add force and torque of the walls at time t [s] of the window; their nodes collect ``weight`` [s] times minus the
     force in ``loads.impulse``, and in the ``last`` step minus the force itself."""
     n, v, spin, shear, vt, force = scratch.n, scratch.v, scratch.spin, scratch.shear, scratch.vt, scratch.force
-    found, history = scratch.found, at_wall.friction > 0.0
+    found, history = scratch.found, len(near.shear) > 0
     for i in range(len(b.x)):
         if near.start[i] == near.start[i + 1]:
             continue
@@ -94,7 +80,9 @@ def add_wall_forces(b, wall, t, near, at_wall, dt, weight, last, loads, scratch)
                 spin[k] = arm * b.omega[i, k]
                 for a in range(len(nodes)):
                     v[k] -= found[c, WEIGHT + a] * wall.v[nodes[a], k]
-            contact_force(n, overlap, v, spin, b.radius[i], b.mass[i], at_wall, dt, history, shear, vt, force)
+            law = law_of(at_wall, b.kind[i], int(wall.traits[near.partner[q], KIND]))
+            contact_force(n, overlap, v, spin, b.radius[i], b.mass[i], area_at_wall(r, b.radius[i]), law, dt, history,
+                          shear, vt, force)
             for k in range(3):
                 b.force[i, k] += force[k]
                 b.torque[i, k] -= arm * (n[(k + 1) % 3] * force[(k + 2) % 3] - n[(k + 2) % 3] * force[(k + 1) % 3])
@@ -105,23 +93,48 @@ def add_wall_forces(b, wall, t, near, at_wall, dt, weight, last, loads, scratch)
 
 
 @compiled
-def forces(b, wall, t, lists, between, at_wall, dt, weight, last, loads, scratch):
+def forces(b, bodies, wall, t, lists, between, at_wall, dt, weight, last, loads, scratch):
     """All forces at the positions now; a step dt = 0 leaves the tangential history alone."""
     for i in range(len(b.x)):
         for k in range(3):
-            b.force[i, k] = b.mass[i] * b.gravity[k]
+            b.force[i, k] = b.mass[i] * b.gravity[k] if i < b.single else 0.0
             b.torque[i, k] = 0.0
-    add_sphere_forces(b, lists.spheres, between, dt, scratch)
-    add_wall_forces(b, wall, t, lists.elements, at_wall, dt, weight, last, loads, scratch)
+    if len(lists.spheres.partner):  # a call with so many arrays costs more than a short loop
+        add_sphere_forces(b, lists.spheres, between, dt, scratch)
+    if len(lists.elements.partner):
+        add_wall_forces(b, wall, t, lists.elements, at_wall, dt, weight, last, loads, scratch)
+    if bodies is not None:
+        gather_forces(Bodies(*bodies), b.x, b.force, b.torque, b.gravity)
 
 
 @compiled
 def kick(b, half):
-    """Half a step of velocity and spin [s], I = 2/5 m R^2."""
-    for i in range(len(b.x)):
+    """Half a step of velocity and spin [s] of the single spheres, I = 2/5 m R^2."""
+    for i in range(b.single):
         for k in range(3):
             b.v[i, k] += half / b.mass[i] * b.force[i, k]
             b.omega[i, k] += half / (0.4 * b.mass[i] * b.radius[i] ** 2) * b.torque[i, k]
+
+
+@compiled
+def kick_and_drift(b, bodies, dt, scratch):
+    """Half a kick and the way of a step dt [s]."""
+    kick(b, 0.5 * dt)
+    for i in range(b.single):
+        for k in range(3):
+            b.x[i, k] += dt * b.v[i, k]
+    if bodies is not None:
+        drift_bodies(Bodies(*bodies), dt, scratch.full, scratch.half)
+        carry_spheres(Bodies(*bodies), b.x, b.v, b.omega, True)
+
+
+@compiled
+def last_kick(b, bodies, half):
+    """The second half kick of a step [s]."""
+    kick(b, half)
+    if bodies is not None:
+        kick_bodies(Bodies(*bodies), half)
+        carry_spheres(Bodies(*bodies), b.x, b.v, b.omega, False)
 
 
 @compiled
@@ -139,54 +152,63 @@ def wall_travel(wall, built_wall, t):
 
 
 @compiled
-def ball_travel(b, built, dt):
+def ball_travel(b, bodies, built, dt):
     """Largest distance of a centre from ``built`` [m] at the end of the coming step."""
     largest = 0.0
-    for i in range(len(b.x)):
-        away2 = step2 = 0.0
+    for i in range(b.single):
+        step2 = 0.0
         for k in range(3):
-            away2 += (b.x[i, k] - built[i, k]) ** 2
             step2 += (b.v[i, k] + 0.5 * dt / b.mass[i] * b.force[i, k]) ** 2
-        largest = max(largest, np.sqrt(away2) + dt * np.sqrt(step2))
+        largest = max(largest, _away(b.x, built, i) + dt * np.sqrt(step2))
+    if bodies is not None:
+        r = Bodies(*bodies)
+        for c in range(len(r.x)):
+            away = 0.0
+            for i in range(r.first[c], r.first[c + 1]):
+                away = max(away, _away(b.x, built, i))
+            largest = max(largest, away + dt * speed_bound(r, c, dt))
     return largest
 
 
 @compiled
-def run(own, wall, first, steps, dt, lists, laws, fresh):
+def _away(x, built, i):
+    return np.sqrt((x[i, 0] - built[i, 0]) ** 2 + (x[i, 1] - built[i, 1]) ** 2 + (x[i, 2] - built[i, 2]) ** 2)
+
+
+@compiled
+def run(own, bodies, wall, first, steps, dt, lists, laws, fresh):
     """Velocity Verlet from step ``first`` to ``steps`` of the window, in the order of LIGGGHTS: half kick, drift,
     forces with the velocities of the half step, half kick.
 
-    The groups of arrays come as plain tuples, which numba recognises much faster than named ones when it is called.
-    Returns the number of steps done: fewer when the lists became too old (at least one when they are ``fresh``), -1
-    when the wall holds NaN.
+    The groups of arrays come as plain tuples, which numba recognises much faster than named ones when it is called;
+    ``bodies`` is None in a scene without clusters, which compiles to a loop without them. Returns the number of steps
+    done: fewer when the lists became too old (at least one when they are ``fresh``), -1 when the wall holds NaN.
     """
     b, loads, scratch = Balls(*own[0]), Loads(*own[1]), Scratch(*own[2])
     wall, lists = MovingWall(*wall), Lists(Near(*lists[0]), Near(*lists[1]), lists[2], lists[3], lists[4])
-    between, at_wall = Law(*laws[0]), Law(*laws[1])
+    between, at_wall = laws
     node, node_speed = wall_travel(wall, lists.wall, first * dt)
     if not np.isfinite(node + node_speed):
         return -1
     for step in range(first, steps):
-        ball = ball_travel(b, lists.x, dt)
+        ball = ball_travel(b, bodies, lists.x, dt)
         closed_in = max(2.0 * ball, ball + node + node_speed * (step + 1 - first) * dt)
         if closed_in > lists.skin and not (fresh and step == first):
             return step
-        kick(b, 0.5 * dt)
-        for i in range(len(b.x)):
-            for k in range(3):
-                b.x[i, k] += dt * b.v[i, k]
+        kick_and_drift(b, bodies, dt, scratch)
         last = step + 1 == steps
-        forces(b, wall, (step + 1) * dt, lists, between, at_wall, dt, 0.5 * dt if last else dt, last, loads, scratch)
-        kick(b, 0.5 * dt)
+        forces(b, bodies, wall, (step + 1) * dt, lists, between, at_wall, dt, 0.5 * dt if last else dt, last, loads,
+               scratch)
+        last_kick(b, bodies, 0.5 * dt)
     return steps
 
 
 @compiled
-def build_lists(b, wall, t, skin, old, keep, keep_wall):
-    """Lists of near partners for spheres and wall as they are at time t [s] of the window."""
+def build_lists(b, body, wall, t, skin, old, keep, keep_wall):
+    """Lists of near partners for spheres of different ``body`` and walls as they are at time t [s] of the window."""
     here = np.empty_like(wall.x)
     for i in range(len(here)):
         for k in range(3):
             here[i, k] = wall.x[i, k] + wall.v[i, k] * t
-    return Lists(near_spheres(b.x, b.radius, skin, old.spheres, keep),
+    return Lists(near_spheres(b.x, b.radius, body, skin, old.spheres, keep),
                  near_elements(b.x, b.radius, skin, wall, t, old.elements, keep_wall), b.x.copy(), here, skin)

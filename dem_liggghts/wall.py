@@ -1,4 +1,4 @@
-"""A sphere against a wall of segments or triangles: closest points, the double hierarchy, lists of near elements.
+"""A sphere against a wall of segments or triangles: closest points, the double hierarchy, one-sided walls.
 
 Geometry only, no contact law. All points have three components; a plane scene lies in z = 0.
 """
@@ -7,22 +7,28 @@ from collections import namedtuple
 import numpy as np
 from numba import njit
 
-# A division by zero gives NaN, which `advance` reports with its place. numba's cache does not see that a function called
-# from another file has changed: after editing this file or contact.py, touch verlet.py.
+# A division by zero gives NaN, which `advance` reports with its place. numba's cache does not see that a function
+# called from another file has changed: after editing this file, near.py, contact.py or rigid.py, touch verlet.py.
 compiled = njit(cache=True, error_model="numpy")
 
 COPLANAR = np.cos(np.radians(1.0))  # two contacts whose normals differ by less than this are one contact
+TINY = 1e-8  # distance, as a fraction of the radius, below which the element's own normal tells the direction
 
-# nodes x [m] and v [m/s], shape (n, 3), at the start of the window; elements, shape (m, 2) or (m, 3)
-MovingWall = namedtuple("MovingWall", "x v elements")
+# nodes x [m] and v [m/s], shape (n, 3), at the start of the window; elements, shape (m, 2) or (m, 3); traits of each
+# element, shape (m, 6): number of its material, of its wall, depth [m] as in `scene.Wall` or -1, and three truth
+# values: in a plane which node is a free end, in space opposite to which node the edge is free
+MovingWall = namedtuple("MovingWall", "x v elements traits")
+KIND, GROUP, DEPTH, RIM = 0, 1, 2, 3
 
-# Per sphere i the partners start[i]..start[i+1]: partner (p,), whether they touched in the last step (p,), and the
-# tangential displacement shear [m], shape (p, 3), or (0, 3) when there is no friction and so nothing to remember.
-Near = namedtuple("Near", "start partner active shear")
+# Columns of a row of `found`: from the centre to the closest point [m], its weights on the nodes, distance [m]
+# (negative when the centre is behind a one-sided wall), feature (0 inside, 1 on an edge, 2 at a vertex), position in
+# the list `near.Near`, of one-sided walls how far the centre is outside of the element's plane [m rad].
+POINT, WEIGHT, DISTANCE, FEATURE, PAIR, SIDE, COLUMNS = 0, 3, 6, 7, 8, 9, 10
 
-# Columns of a row of `found`: from the centre to the closest point [m], its weights on the nodes, distance [m],
-# feature (0 inside, 1 on an edge, 2 at a vertex), position in the list `Near`.
-POINT, WEIGHT, DISTANCE, FEATURE, PAIR, COLUMNS = 0, 3, 6, 7, 8, 9
+
+def at_rest(surface, nodes):
+    """The walls ``surface`` (`parts.Surface`) with their nodes here [m], not moving."""
+    return MovingWall(nodes, np.zeros_like(nodes), surface.elements, surface.traits)
 
 
 @compiled
@@ -107,145 +113,144 @@ def closest(corner, nodes, p, weight, point):
 
 @compiled
 def find_contacts(p, radius, near, i, wall, t, corner, found):
-    """Contacts of the sphere i at p [m] with the wall at time t [s], nearest first, in the first rows of ``found``
-    (see the columns above); returns their number."""
-    n, nodes = 0, wall.elements.shape[1]
-    for q in range(near.start[i], near.start[i + 1]):
-        place(wall, near.partner[q], t, corner)
-        row = found[n]
-        r, feature = closest(corner, nodes, p, row[WEIGHT:WEIGHT + 3], row[POINT:POINT + 3])
-        if r <= radius:
-            row[DISTANCE], row[FEATURE], row[PAIR] = r, feature, q
-            n += 1
-    return double_hierarchy(found, n, radius)
+    """Contacts of the sphere i at p [m] with the walls at time t [s], in the first rows of ``found`` (see the columns
+    above), wall by wall and nearest first; returns their number."""
+    total, q, last, nodes = 0, near.start[i], near.start[i + 1], wall.elements.shape[1]
+    while q < last:
+        e, n = near.partner[q], total
+        group, depth = wall.traits[e, GROUP], wall.traits[e, DEPTH]
+        while q < last and wall.traits[near.partner[q], GROUP] == group:
+            e, row = near.partner[q], found[n]
+            place(wall, e, t, corner)
+            r, feature = closest(corner, nodes, p, row[WEIGHT:WEIGHT + 3], row[POINT:POINT + 3])
+            if r <= max(radius, depth):
+                row[DISTANCE], row[FEATURE], row[PAIR] = r, feature, q
+                if depth >= 0.0:
+                    row[SIDE] = _outside(row, wall.traits[e], corner, nodes, radius)
+                n += 1
+            q += 1
+        if depth >= 0.0:
+            total = one_sided(found, total, n, radius, depth)
+        elif n > total + 1:
+            total = double_hierarchy(found, total, n, radius)
+        else:
+            total = n
+    return total
 
 
 @compiled
-def double_hierarchy(found, n, radius):
-    """Keep the nearest candidate, drop what it makes redundant, go on with the rest; returns the number kept.
+def _outside(row, traits, corner, nodes, radius):
+    """How far the centre is outside of the plane of an element, times the angle the element fills at the closest point
+    [m rad]; infinite at a free end or edge. A centre on the element is put a little outside."""
+    for k in range(nodes):
+        if traits[RIM + k] > 0.0 and row[WEIGHT + k] == (1.0 if nodes == 2 else 0.0):
+            return np.inf
+    x, y, z, angle = normal_and_angle(corner, nodes, row[WEIGHT:WEIGHT + 3])
+    if row[DISTANCE] < TINY * radius:
+        tiny = TINY * radius
+        row[DISTANCE], row[POINT], row[POINT + 1], row[POINT + 2] = tiny, -tiny * x, -tiny * y, -tiny * z
+    return -angle * (x * row[POINT] + y * row[POINT + 1] + z * row[POINT + 2])
+
+
+@compiled
+def one_sided(found, first, end, radius, depth):
+    """Of the candidates ``first``..``end`` keep what a wall that pushes outwards only makes of them; returns the end of
+    those kept.
+
+    The centre is outside when the elements that hold the closest point say so together (as in `checks.side`). Then
+    those behind which it lies, on the far side of a finger, are dropped. Inside, the closest point alone pushes, from
+    the centre towards itself, down to ``depth`` [m]; on the surface too, where the others have no direction.
+    """
+    if first == end:
+        return first
+    best, side = first, 0.0
+    for q in range(first + 1, end):
+        if _before(found, q, best, radius):
+            best = q
+    r = found[best, DISTANCE]
+    for q in range(first, end):
+        if found[q, DISTANCE] <= r + 1e-9 * radius:
+            side += found[q, SIDE]
+    if side < 0.0 or r <= TINY * radius:
+        _copy(found, best, first)
+        found[first, DISTANCE] = -r if side < 0.0 else r
+        return first + 1 if r <= depth or side >= 0.0 else first
+    kept = first
+    for q in range(first, end):
+        if found[q, DISTANCE] <= radius and (q == best or found[q, SIDE] >= 0.0):
+            _copy(found, q, kept)
+            kept += 1
+    return double_hierarchy(found, first, kept, radius)
+
+
+@compiled
+def _copy(found, source, target):
+    for k in range(COLUMNS):
+        found[target, k] = found[source, k]
+
+
+@compiled
+def normal_and_angle(corner, nodes, weight):
+    """Unit normal of an element to the outside and the angle the element fills at the point with these weights
+    [rad]."""
+    ax, ay, az = corner[1, 0] - corner[0, 0], corner[1, 1] - corner[0, 1], corner[1, 2] - corner[0, 2]
+    if nodes == 2:
+        length = np.sqrt(ax * ax + ay * ay)
+        return -ay / length, ax / length, 0.0, np.pi
+    bx, by, bz = corner[2, 0] - corner[0, 0], corner[2, 1] - corner[0, 1], corner[2, 2] - corner[0, 2]
+    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    area = np.sqrt(x * x + y * y + z * z)
+    angle = np.pi
+    for a in range(3):
+        if weight[a] == 1.0:
+            angle = _angle(corner, a)
+    return x / area, y / area, z / area, angle
+
+
+@compiled
+def _angle(corner, a):
+    """Angle of a triangle at its corner a [rad]."""
+    uu = vv = uv = 0.0
+    for k in range(3):
+        u, v = corner[(a + 1) % 3, k] - corner[a, k], corner[(a + 2) % 3, k] - corner[a, k]
+        uu, vv, uv = uu + u * u, vv + v * v, uv + u * v
+    return np.arccos(uv / np.sqrt(uu * vv))
+
+
+@compiled
+def double_hierarchy(found, first, end, radius):
+    """Of the candidates ``first``..``end`` keep the nearest, drop what it makes redundant, go on with the rest; returns
+    the end of those kept.
 
     A candidate is redundant when its point lies on or beyond the tangent plane of a nearer contact (a shared edge or
     vertex, the far side of a ridge), or in nearly the same direction (`COPLANAR`). After the double hierarchy of
     Santasusana et al., Comput. Part. Mech. 3 (2016) 407-428.
     """
-    kept = 0
-    while kept < n:
+    kept = first
+    while kept < end:
         best = kept
-        for q in range(kept + 1, n):
-            if _before(found[q], found[best], radius):
+        for q in range(kept + 1, end):
+            if _before(found, q, best, radius):
                 best = q
         for k in range(COLUMNS):
             found[kept, k], found[best, k] = found[best, k], found[kept, k]
-        g, r = found[kept], found[kept, DISTANCE]
+        g, r = kept, found[kept, DISTANCE]
         kept += 1
         left = kept
-        for q in range(kept, n):
-            c = found[q]
-            cosine = c[0] * g[0] + c[1] * g[1] + c[2] * g[2]
-            if cosine < r * r * (1.0 - 1e-9) and cosine < c[DISTANCE] * r * COPLANAR:
-                found[left] = c
+        for q in range(kept, end):
+            cosine = found[q, 0] * found[g, 0] + found[q, 1] * found[g, 1] + found[q, 2] * found[g, 2]
+            if cosine < r * r * (1.0 - 1e-9) and cosine < found[q, DISTANCE] * r * COPLANAR:
+                _copy(found, q, left)
                 left += 1
-        n = left
+        end = left
     return kept
 
 
 @compiled
-def _before(a, b, radius):
+def _before(found, a, b, radius):
     """Order of the hierarchy: nearer first; at equal distance the face before the edge before the vertex."""
-    if abs(a[DISTANCE] - b[DISTANCE]) < 1e-12 * radius and a[FEATURE] != b[FEATURE]:
-        return a[FEATURE] < b[FEATURE]
-    if a[DISTANCE] != b[DISTANCE]:
-        return a[DISTANCE] < b[DISTANCE]
-    return a[PAIR] < b[PAIR]
-
-
-@compiled
-def near_elements(x, radius, skin, wall, t, old, history):
-    """List of the elements closer to each sphere (centres x [m], shape (n, 3)) than its radius plus ``skin`` [m]."""
-    nodes = wall.elements.shape[1]
-    low, high = boxes(wall, t)
-    start, partner, count = np.zeros(len(x) + 1, np.int64), np.empty(64, np.int64), 0
-    corner, weight, point = np.empty((3, 3)), np.empty(3), np.empty(3)
-    for i in range(len(x)):
-        reach = radius[i] + skin
-        for e in range(len(wall.elements)):
-            if low[e, 0] > x[i, 0] + reach or high[e, 0] < x[i, 0] - reach or low[e, 1] > x[i, 1] + reach or \
-                    high[e, 1] < x[i, 1] - reach or low[e, 2] > x[i, 2] + reach or high[e, 2] < x[i, 2] - reach:
-                continue
-            place(wall, e, t, corner)
-            if closest(corner, nodes, x[i], weight, point)[0] <= reach:
-                if count == len(partner):
-                    partner = np.append(partner, partner)  # room for twice as many
-                partner[count] = e
-                count += 1
-        start[i + 1] = count
-    return with_history(start, partner[:count], old, history)
-
-
-@compiled
-def boxes(wall, t):
-    """Lowest and highest corner of the box around each element at time t [s], both [m], shape (m, 3)."""
-    corner, nodes = np.empty((3, 3)), wall.elements.shape[1]
-    low, high = np.empty((len(wall.elements), 3)), np.empty((len(wall.elements), 3))
-    for e in range(len(wall.elements)):
-        place(wall, e, t, corner)
-        for k in range(3):
-            low[e, k], high[e, k] = corner[0, k], corner[0, k]
-            for a in range(1, nodes):
-                low[e, k], high[e, k] = min(low[e, k], corner[a, k]), max(high[e, k], corner[a, k])
-    return low, high
-
-
-@compiled
-def with_history(start, partner, old, history):
-    """A new list that remembers what the ``old`` one knew of the pairs in both."""
-    size = len(partner) if history else 0
-    near = Near(start, partner, np.zeros(size, np.bool_), np.zeros((size, 3)))
-    if history:
-        for i in range(len(old.start) - 1):
-            for o in range(old.start[i], old.start[i + 1]):
-                for q in range(start[i], start[i + 1]):
-                    if partner[q] == old.partner[o]:
-                        near.active[q] = old.active[o]
-                        near.shear[q] = old.shear[o]
-    return near
-
-
-@compiled
-def hand_over(near, i, elements, found, kept):
-    """Bring the tangential history of sphere i up to date with its ``kept`` contacts.
-
-    A contact that is new takes the history of one that has just ended on an element with a common node: the sphere
-    rolled or slid across the border. LIGGGHTS does this between coplanar neighbours
-    (FixContactHistoryMesh::handleContact); here it holds for ridges too, where the normal turns without a jump.
-    """
-    first, last = near.start[i], near.start[i + 1]
-    for k in range(kept):
-        q = int(found[k, PAIR])
-        if near.active[q]:
-            continue
-        for o in range(first, last):
-            if near.active[o] and not _holds(found, kept, o) and \
-                    _share_a_node(elements, near.partner[o], near.partner[q]):
-                near.shear[q] = near.shear[o]
-    for o in range(first, last):
-        near.active[o] = _holds(found, kept, o)
-        if not near.active[o]:
-            near.shear[o] = 0.0
-
-
-@compiled
-def _holds(found, kept, q):
-    for k in range(kept):
-        if found[k, PAIR] == q:
-            return True
-    return False
-
-
-@compiled
-def _share_a_node(elements, e, f):
-    for a in range(elements.shape[1]):
-        for b in range(elements.shape[1]):
-            if elements[e, a] == elements[f, b]:
-                return True
-    return False
+    if abs(found[a, DISTANCE] - found[b, DISTANCE]) < 1e-12 * radius and found[a, FEATURE] != found[b, FEATURE]:
+        return found[a, FEATURE] < found[b, FEATURE]
+    if found[a, DISTANCE] != found[b, DISTANCE]:
+        return found[a, DISTANCE] < found[b, DISTANCE]
+    return found[a, PAIR] < found[b, PAIR]

@@ -17,13 +17,20 @@ inline Vec operator-(const Vec &a, const Vec &b) { return {a.x - b.x, a.y - b.y,
 inline Vec operator*(double s, const Vec &a) { return {s * a.x, s * a.y, s * a.z}; }
 inline double dot(const Vec &a, const Vec &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-// Nodes of a triangle; a segment has two, its third entry repeats the first and never gets a weight.
-using Element = std::array<int, 3>;
+// Nodes of a triangle; a segment has two, its third entry repeats the first and never gets a weight. type: atom type of
+// the material; group: number of the wall; depth: -1, or how far below a one-sided wall a centre is still pushed out;
+// rim: in a plane whether that node is a free end, in space whether the edge opposite to it is free.
+struct Element {
+    int node[3], type, group;
+    double depth;
+    bool rim[3];
+};
 
-// Where a sphere meets an element. feature: 0 inside the element, 1 on an edge, 2 at a vertex.
+// Where a sphere meets an element. feature: 0 inside the element, 1 on an edge, 2 at a vertex. distance: negative when
+// the centre is behind a one-sided wall. side: how far the centre is outside of such an element's plane.
 struct Contact {
     int element, feature;
-    double weight[3], distance;
+    double weight[3], distance, side;
     Vec offset;  // from the sphere's centre to the contact point
 };
 
@@ -81,4 +88,60 @@ inline void keep_distinct(std::vector<Contact> &contacts, double radius)
         };
         contacts.erase(std::remove_if(nearest + 1, contacts.end(), redundant), contacts.end());
     }
+}
+
+// Unit normal of an element to the outside; angle: what the element fills at the point with these weights.
+inline Vec outward(const Vec *node, int corners, const double *weight, double &angle)
+{
+    const Vec a = node[1] - node[0];
+    angle = M_PI;
+    if (corners == 2) return 1 / std::sqrt(a.x * a.x + a.y * a.y) * Vec(-a.y, a.x, 0);
+    const Vec b = node[2] - node[0], n(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+    for (int k = 0; k < 3; k++) {
+        if (weight[k] != 1) continue;
+        const Vec u = node[(k + 1) % 3] - node[k], v = node[(k + 2) % 3] - node[k];
+        angle = std::acos(dot(u, v) / std::sqrt(dot(u, u) * dot(v, v)));
+    }
+    return 1 / std::sqrt(dot(n, n)) * n;
+}
+
+// Distance, as a fraction of the radius, below which the element's own normal tells the direction.
+static const double on_surface = 1e-8;
+
+// Fill side of a contact with a one-sided element; infinite at a free end or edge. A centre on the element is put a
+// little outside.
+inline void look_outside(Contact &c, const Element &element, const Vec *node, int corners, double radius)
+{
+    c.side = HUGE_VAL;
+    for (int k = 0; k < corners; k++)
+        if (element.rim[k] && c.weight[k] == (corners == 2 ? 1 : 0)) return;
+    double angle;
+    const Vec normal = outward(node, corners, c.weight, angle);
+    if (c.distance < on_surface * radius) {
+        c.distance = on_surface * radius;
+        c.offset = -c.distance * normal;
+    }
+    c.side = -angle * dot(normal, c.offset);
+}
+
+// What a wall that pushes outwards only makes of the candidates, the rules of wall.py: outside, those behind which the
+// centre lies are dropped; inside, the closest point alone pushes, down to depth.
+inline void keep_outward(std::vector<Contact> &contacts, double radius, double depth)
+{
+    if (contacts.empty()) return;
+    auto order = [radius](const Contact &a, const Contact &b) { return before(a, b, radius); };
+    const Contact nearest = *std::min_element(contacts.begin(), contacts.end(), order);
+    double side = 0;
+    for (const Contact &c : contacts)
+        if (c.distance <= nearest.distance + 1e-9 * radius) side += c.side;
+    if (side < 0 || nearest.distance <= on_surface * radius) {
+        contacts.assign(nearest.distance <= depth || side >= 0 ? 1 : 0, nearest);
+        for (Contact &c : contacts) c.distance = side < 0 ? -c.distance : c.distance;
+        return;
+    }
+    auto drop = [&](const Contact &c) {
+        return c.distance > radius || (c.side < 0 && c.element != nearest.element);
+    };
+    contacts.erase(std::remove_if(contacts.begin(), contacts.end(), drop), contacts.end());
+    keep_distinct(contacts, radius);
 }

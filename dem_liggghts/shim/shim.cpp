@@ -1,8 +1,8 @@
 // LIGGGHTS in the process of Python: the few calls that drive one instance, and its errors as return codes.
 //
 // Contact models, time integration, neighbour lists and migration between ranks are LIGGGHTS' own; the wall is in
-// wall.h. All arrays are contiguous doubles in SI units, of nodes with dim components each. Calls return 0, or 1 with
-// the text in dem_last_error(), or 2 when a particle or a node is NaN or infinite.
+// wall.h, rigid bodies are in bodies.h. All arrays are contiguous doubles in SI units, of nodes with dim components
+// each. Calls return 0, or 1 with the text in dem_last_error(), or 2 when a particle or a node is NaN or infinite.
 #include <mpi.h>
 
 #include <cmath>
@@ -14,8 +14,10 @@
 #include <vector>
 
 #include "atom_vec.h"
+#include "bodies.h"
 #include "comm.h"
 #include "domain.h"
+#include "group.h"
 #include "input.h"
 #include "integrate.h"
 #include "lammps.h"
@@ -95,11 +97,17 @@ static std::vector<Vec> read_nodes(const double *flat, int dim, size_t nodes)
     return out;
 }
 
-static double *write_nodes(const std::vector<Vec> &nodes, int dim, double *flat)
+static void read_own(const double *flat, int dim, int own, std::vector<Vec> &nodes)  // those of the wall that moves
 {
-    for (const Vec &node : nodes) {
-        flat[0] = node.x, flat[1] = node.y;
-        if (dim == 3) flat[2] = node.z;
+    const std::vector<Vec> moving = read_nodes(flat, dim, nodes.size() - own);
+    std::copy(moving.begin(), moving.end(), nodes.begin() + own);
+}
+
+static double *write_nodes(const std::vector<Vec> &nodes, int own, int dim, double *flat)  // of the wall that moves
+{
+    for (auto node = nodes.begin() + own; node != nodes.end(); ++node) {
+        flat[0] = node->x, flat[1] = node->y;
+        if (dim == 3) flat[2] = node->z;
         flat += dim;
     }
     return flat;
@@ -123,9 +131,10 @@ static void forget_particles(Atom *atom) { atom->nlocal = atom->nghost = 0; }
 static const int HEAD = 8;
 
 // Records may come in any order of ranks; afterwards every rank holds its own particles in the order of the records.
-static void unpack_particles(LAMMPS *lmp, int count, double *records)
+static void unpack_particles(LAMMPS *lmp, int count, double *records, int n_bodies, const double *body)
 {
     Atom *atom = lmp->atom;
+    Bodies bodies(lmp);
     forget_particles(atom);
     for (double *r = records; r != records + count; r += int(r[0])) atom->avec->unpack_exchange(r + HEAD);
     lmp->domain->pbc();
@@ -133,9 +142,11 @@ static void unpack_particles(LAMMPS *lmp, int count, double *records)
     forget_particles(atom);
     for (double *r = records; r != records + count; r += int(r[0]))
         if (lmp->domain->is_in_subdomain(r + HEAD + 1)) atom->avec->unpack_exchange(r + HEAD);
+    if (bodies.any()) bodies.place(n_bodies, body);
     lmp->update->whichflag = 1;  // else the fixes are left out
     lmp->update->integrate->setup_minimal(1);
     lmp->update->whichflag = 0;
+    if (bodies.any()) bodies.set_forces(n_bodies, body);
     int mine = 0;
     for (double *r = records; r != records + count; r += int(r[0])) {
         if (mine == atom->nlocal || atom->tag[mine] != int(r[1])) continue;
@@ -180,21 +191,24 @@ int dem_same_layout(void *handle)
            sizeof(FixWallGran) == 0x3a0;
 }
 
-// Spheres of type 1 with tags 1..n; data: x (3), v (3), omega (3), radius, density of each. Call it once, on all ranks.
+// Spheres with tags 1..n; data of each: x (3), v (3), omega (3), radius, mass in a contact, type, tag of its body or
+// 0, way there from the body's centre of mass along its principal axes (3). Call it once, on all ranks.
 int dem_add_spheres(void *handle, int n, const double *data)
 {
     return guarded([&] {
         LAMMPS *lmp = static_cast<LAMMPS *>(handle);
         Atom *atom = lmp->atom;
-        for (int i = 0; i < n; i++, data += 11) {
+        Bodies bodies(lmp);
+        const int single = lmp->group->find("single");
+        for (int i = 0; i < n; i++, data += 16) {
             double x[3] = {data[0], data[1], data[2]};
             if (!lmp->domain->is_in_subdomain(x)) continue;
-            atom->avec->create_atom(1, x);
+            atom->avec->create_atom(int(data[11]), x);
             const int m = atom->nlocal - 1;
             atom->tag[m] = i + 1;
             atom->radius[m] = data[9];
-            atom->density[m] = data[10];
-            atom->rmass[m] = 4.0 / 3.0 * M_PI * data[9] * data[9] * data[9] * data[10];
+            atom->rmass[m] = data[10];
+            atom->density[m] = data[10] / (4.0 / 3.0 * M_PI * data[9] * data[9] * data[9]);
             for (int k = 0; k < 3; k++) {
                 atom->v[m][k] = data[3 + k];
                 atom->omega[m][k] = data[6 + k];
@@ -202,6 +216,8 @@ int dem_add_spheres(void *handle, int n, const double *data)
             }
             for (int f = 0; f < lmp->modify->nfix; f++)
                 if (lmp->modify->fix[f]->create_attribute) lmp->modify->fix[f]->set_arrays(m);
+            if (data[12] > 0) bodies.join(m, int(data[12]), data + 13);
+            else if (single >= 0) atom->mask[m] |= lmp->group->bitmask[single];
         }
         atom->natoms = n;
         atom->tag_extend();
@@ -210,13 +226,51 @@ int dem_add_spheres(void *handle, int n, const double *data)
     });
 }
 
-int dem_set_wall(void *handle, int dim, int nodes, int elements, const int *element, const double *x)
+int dem_set_bodies(void *handle, int n, const double *data)  // see bodies.h; on all ranks, the same on all
+{
+    return guarded([&] { Bodies(static_cast<LAMMPS *>(handle)).place(n, data); });
+}
+
+int dem_count_bodies(void *handle) { return Bodies(static_cast<LAMMPS *>(handle)).count(); }
+
+int dem_bodies(void *handle, double *out)  // of this rank, as in bodies.h
+{
+    return guarded([&] { Bodies(static_cast<LAMMPS *>(handle)).read(out); });
+}
+
+// All walls at rest, the one that moves last, from the node ``own_node`` and the element ``own_element`` on. data of
+// each element: nodes (3), type, group, depth, rim (3). keep: springs stay where they were, as well as they can.
+int dem_set_wall(void *handle, int dim, int nodes, int elements, int own_node, int own_element, const double *data,
+                 const double *x, int keep)
+{
+    return guarded([&] {
+        std::vector<Element> all(elements);
+        for (Element &e : all) {
+            for (int k = 0; k < 3; k++) e.node[k] = int(data[k]), e.rim[k] = data[6 + k] != 0;
+            e.type = int(data[3]), e.group = int(data[4]), e.depth = data[5];
+            data += 9;
+        }
+        FixWallNodal *wall = wall_of(static_cast<LAMMPS *>(handle));
+        wall->set_elements(dim, all, own_element, read_nodes(x, 3, nodes), keep);
+        wall->own_ = own_node;
+    });
+}
+
+int dem_wall_force(void *handle, int dim, double *force)  // of the last step, from this rank's particles
 {
     return guarded([&] {
         FixWallNodal *wall = wall_of(static_cast<LAMMPS *>(handle));
-        wall->set_elements(dim, nodes, elements, element);
-        wall->x_ = read_nodes(x, dim, nodes);
-        wall->start_window(0.0);
+        write_nodes(wall->force_, wall->own_, dim, force);
+    });
+}
+
+int dem_set_wall_force(void *handle, int dim, const double *force)  // zero on all ranks but one
+{
+    return guarded([&] {
+        FixWallNodal *wall = wall_of(static_cast<LAMMPS *>(handle));
+        std::vector<Vec> all(wall->x_.size());
+        read_own(force, dim, wall->own_, all);
+        wall->set_force(all);
     });
 }
 
@@ -226,11 +280,11 @@ int dem_advance(void *handle, int dim, int steps, const double *x, const double 
     return guarded([&] {
         LAMMPS *lmp = static_cast<LAMMPS *>(handle);
         FixWallNodal *wall = wall_of(lmp);
-        wall->x_ = read_nodes(x, dim, wall->x_.size());
-        wall->v_ = read_nodes(v, dim, wall->v_.size());
+        read_own(x, dim, wall->own_, wall->x_);
+        read_own(v, dim, wall->own_, wall->v_);
         wall->start_window(steps * lmp->update->dt);
         run_steps(lmp, steps);
-        out = write_nodes(wall->impulse_, dim, out);
+        out = write_nodes(wall->impulse_, wall->own_, dim, out);
         out[0] = lmp->atom->nlocal;
         out[1] = !wall->finite_particles();
     });
@@ -275,22 +329,27 @@ int dem_get_state(void *handle, int dim, double **records, int *count, double *x
         *records = buffer.data();
         *count = int(buffer.size());
         FixWallNodal *wall = wall_of(lmp);
-        write_nodes(wall->positions(), dim, x);
-        write_nodes(wall->force_, dim, force);
+        write_nodes(wall->positions(), wall->own_, dim, x);
+        write_nodes(wall->force_, wall->own_, dim, force);
     });
 }
 
-// The counterpart: records of all particles, by tag and the same on every rank; force is zero on all ranks but one.
-int dem_set_state(void *handle, int dim, int count, double *records, const double *x, const double *force)
+// The counterpart: records of all particles, by tag, and all bodies, the same on every rank; force is zero on all but
+// one.
+int dem_set_state(void *handle, int dim, int count, double *records, int n_bodies, const double *bodies,
+                  const double *x, const double *force)
 {
     return guarded([&] {
         LAMMPS *lmp = static_cast<LAMMPS *>(handle);
         FixWallNodal *wall = wall_of(lmp);
         lmp->modify->pre_exchange();  // else the set-up would take the springs from the old neighbour lists
-        wall->x_ = read_nodes(x, dim, wall->x_.size());
+        read_own(x, dim, wall->own_, wall->x_);
+        std::fill(wall->v_.begin(), wall->v_.end(), Vec());
         wall->start_window(0.0);
-        unpack_particles(lmp, count, records);
-        wall->set_force(read_nodes(force, dim, wall->x_.size()));
+        unpack_particles(lmp, count, records, n_bodies, bodies);
+        std::vector<Vec> all(wall->x_.size());
+        read_own(force, dim, wall->own_, all);
+        wall->set_force(all);
     });
 }
 }

@@ -1,4 +1,5 @@
-// The fix wall/gran/nodal: a wall of elements whose nodes move linearly within a window of DEM steps.
+// The fix wall/gran/nodal: walls of elements, of which the nodes of the last one move linearly within a window of DEM
+// steps.
 //
 // The nodes are the same on every rank, so a LIGGGHTS mesh (distributed, rebuilt when it moves, coplanarity fixed when
 // it is read) would only cost: the fix is one of LIGGGHTS' primitive walls with its search replaced. The primitive that
@@ -29,8 +30,10 @@ public:
     FixWallNodal(LAMMPS *lmp, int argc, char **argv) : FixWallGran(lmp, argc, argv) {}
     static Fix *create(LAMMPS *lmp, int argc, char **argv) { return new FixWallNodal(lmp, argc, argv); }
 
-    // Nodes move along x + v t within the window, t = step_ * dt; impulse [N s] and force of this rank's particles.
+    // Nodes move along x + v t within the window, t = step_ * dt; impulse [N s] and force of this rank's particles. The
+    // nodes from own_ on are those of the wall that moves.
     std::vector<Vec> x_, v_, impulse_, force_;
+    int own_ = 0;
 
     // Per particle, SLOTS springs [element + 1, or 0 when free; history values], in the order of its contacts; kept in
     // a fix property/atom, so that they migrate with their particle.
@@ -46,18 +49,29 @@ public:
         old_springs_.resize(SLOTS * (1 + dnum_));
     }
 
+    // LIGGGHTS makes its tables of materials for the types it sees here and on particles, and reads beyond them else.
+    int min_type() override { return 1; }
+    int max_type() override { return atom->ntypes; }
+
     int setmask() override
     {
         return FixConst::INITIAL_INTEGRATE | FixConst::PRE_EXCHANGE | FixConst::PRE_NEIGHBOR | FixConst::POST_FORCE;
     }
 
-    void set_elements(int corners, int nodes, int elements, const int *element)
+    // The elements of all walls; from number ``own`` on they are those of the wall that moves. With ``keep``, springs
+    // on that wall as it was go to the new element closest to where they were.
+    void set_elements(int corners, const std::vector<Element> &elements, int own, const std::vector<Vec> &x, bool keep)
     {
+        const std::vector<Vec> old_x = positions();
+        const std::vector<Element> old = elements_;
         corners_ = corners;
-        for (int e = 0; e < elements; e++, element += corners)
-            elements_.push_back({element[0], element[1], element[corners == 3 ? 2 : 0]});
-        x_.resize(nodes);
-        v_ = x_listed_ = impulse_ = force_ = x_;
+        elements_ = elements;
+        x_ = x;
+        v_ = x_listed_ = impulse_ = force_ = std::vector<Vec>(x.size());
+        loaded_.clear();
+        start_window(0.0);
+        stale_ = true;
+        if (keep && springs_) move_springs(old, old_x, own);
     }
 
     void start_window(double length)  // x_ and v_ are set
@@ -116,21 +130,49 @@ private:
     std::vector<int> loaded_;             // nodes with a force
     std::vector<std::vector<int>> near_;  // elements near each particle
     std::vector<Contact> contacts_;       // of one particle
+    std::vector<Contact> found_;          // of one particle with one wall
     std::vector<double> old_springs_;
     FixPropertyAtom *springs_ = nullptr;
 
     Vec position(int node, double t) const { return x_[node] + t * v_[node]; }
 
-    Contact nearest(int element, const Vec &p, double t) const
+    Contact nearest(int element, const Vec &p, double t, double radius = 0) const
     {
-        const Element &n = elements_[element];
+        const int *n = elements_[element].node;
         const Vec node[3] = {position(n[0], t), position(n[1], t), position(n[2], t)};
-        Contact c;
+        Contact c = closest(node, p);
         c.element = element;
+        if (radius > 0 && elements_[element].depth >= 0) look_outside(c, elements_[element], node, corners_, radius);
+        return c;
+    }
+
+    Contact closest(const Vec *node, const Vec &p) const
+    {
+        Contact c;
         c.feature = corners_ == 2 ? nearest_on_segment(node, p, c.weight) : nearest_on_triangle(node, p, c.weight);
         c.offset = c.weight[0] * node[0] + c.weight[1] * node[1] + c.weight[2] * node[2] - p;
         c.distance = std::sqrt(dot(c.offset, c.offset));
         return c;
+    }
+
+    void move_springs(const std::vector<Element> &old, const std::vector<Vec> &old_x, int own)
+    {
+        for (int i = 0; i < atom->nlocal; i++) {
+            const Vec p(atom->x[i]);
+            for (int s = 0; s < SLOTS && spring(i, s)[0] > 0; s++) {
+                const int was = int(spring(i, s)[0]) - 1;
+                if (was < own) continue;
+                const Vec node[3] = {old_x[old[was].node[0]], old_x[old[was].node[1]], old_x[old[was].node[2]]};
+                const Vec touched = p + closest(node, p).offset;
+                double shortest = HUGE_VAL;
+                for (size_t e = own; e < elements_.size(); e++) {
+                    const double distance = nearest(int(e), touched, 0.0).distance;
+                    if (distance >= shortest) continue;
+                    shortest = distance;
+                    spring(i, s)[0] = e + 1;
+                }
+            }
+        }
     }
 
     // Elements that a particle may touch before the lists are made anew: nearer than its radius and the skin, half of
@@ -139,34 +181,37 @@ private:
     void list_near_elements(double t)
     {
         struct Range {
-            double low, high, travel;
+            double low, high, travel, depth;
             int element;
         };
         double Vec::*axis = longest_axis();
         std::vector<Range> ranges;
-        double widest = 0;
+        double widest = 0, deepest = 0;
         for (size_t e = 0; e < elements_.size(); e++) {
-            Range range = {HUGE_VAL, -HUGE_VAL, 0, int(e)};
-            for (int n : elements_[e]) {
+            Range range = {HUGE_VAL, -HUGE_VAL, 0, elements_[e].depth, int(e)};
+            for (int n : elements_[e].node) {
                 range.low = std::min(range.low, position(n, t).*axis);
                 range.high = std::max(range.high, position(n, t).*axis);
                 range.travel = std::max(range.travel, (length_ - t) * std::sqrt(dot(v_[n], v_[n])));
             }
             range.low -= range.travel, range.high += range.travel;
             widest = std::max(widest, range.high - range.low);
+            deepest = std::max(deepest, range.depth);
             ranges.push_back(range);
         }
         std::sort(ranges.begin(), ranges.end(), [](const Range &a, const Range &b) { return a.low < b.low; });
         near_.resize(atom->nlocal);
         for (int i = 0; i < atom->nlocal; i++) {
             const Vec p(atom->x[i]);
-            const double reach = atom->radius[i] + neighbor->skin;
+            const double most = std::max(atom->radius[i], deepest) + neighbor->skin;
             auto low = [](const Range &range, double value) { return range.low < value; };
-            auto range = std::lower_bound(ranges.begin(), ranges.end(), p.*axis - reach - widest, low);
+            auto range = std::lower_bound(ranges.begin(), ranges.end(), p.*axis - most - widest, low);
             near_[i].clear();
-            for (; range != ranges.end() && range->low <= p.*axis + reach; ++range)
+            for (; range != ranges.end() && range->low <= p.*axis + most; ++range) {
+                const double reach = std::max(atom->radius[i], range->depth) + neighbor->skin;
                 if (range->high >= p.*axis - reach && nearest(range->element, p, t).distance <= reach + range->travel)
                     near_[i].push_back(range->element);
+            }
             std::sort(near_[i].begin(), near_[i].end());
         }
         x_listed_ = x_;
@@ -195,18 +240,30 @@ private:
         for (int n : loaded_) force_[n] = Vec();
         loaded_.clear();
         for (int i = 0; i < atom->nlocal; i++) {
-            contacts_.clear();
-            for (int element : near_[i]) {
-                const Contact c = nearest(element, Vec(atom->x[i]), t);
-                if (c.distance <= atom->radius[i]) contacts_.push_back(c);
-            }
-            if (contacts_.size() > 1) keep_distinct(contacts_, atom->radius[i]);
+            find_contacts(i, t);
             if (springs_) update_springs(i);
             for (size_t c = 0; c < contacts_.size(); c++) apply(i, int(c));
         }
         std::sort(loaded_.begin(), loaded_.end());
         loaded_.erase(std::unique(loaded_.begin(), loaded_.end()), loaded_.end());
         kick_nodes();
+    }
+
+    void find_contacts(int i, double t)  // wall by wall
+    {
+        const double radius = atom->radius[i];
+        contacts_.clear();
+        for (size_t k = 0; k < near_[i].size();) {
+            const Element wall = elements_[near_[i][k]];
+            found_.clear();
+            for (; k < near_[i].size() && elements_[near_[i][k]].group == wall.group; k++) {
+                const Contact c = nearest(near_[i][k], Vec(atom->x[i]), t, radius);
+                if (c.distance <= std::max(radius, wall.depth)) found_.push_back(c);
+            }
+            if (wall.depth >= 0) keep_outward(found_, radius, wall.depth);
+            else if (found_.size() > 1) keep_distinct(found_, radius);
+            contacts_.insert(contacts_.end(), found_.begin(), found_.end());
+        }
     }
 
     void kick_nodes()  // half a step, as velocity Verlet does with the particles before and after the force changes
@@ -249,15 +306,16 @@ private:
 
     bool share_node(int a, int b) const
     {
-        const Element &p = elements_[a], &q = elements_[b];
-        return std::find_first_of(p.begin(), p.end(), q.begin(), q.end()) != p.end();
+        const int *p = elements_[a].node, *q = elements_[b].node;
+        return std::find_first_of(p, p + 3, q, q + 3) != p + 3;
     }
 
     // The library's own contact model; what it adds to the particle's force goes to the nodes with the opposite sign.
     void apply(int i, int contact)
     {
         const Contact &c = contacts_[contact];
-        const Element &n = elements_[c.element];
+        const int *n = elements_[c.element].node;
+        atom_type_wall_ = elements_[c.element].type;
         LCM::SurfacesIntersectData data;
         data.is_wall = true;
         data.i = i;

@@ -17,7 +17,7 @@ def scene(wall, x=((0.0, 0.01),), radius=0.01, **more):
 @pytest.mark.parametrize("make, message", [
     (lambda: Material(0.0, 0.3), "E is 0.0 Pa: Young's modulus must be positive"),
     (lambda: Material(1.0, 0.6), r"nu is 0.6: Poisson's ratio must lie in \(-1, 0.5\]"),
-    (lambda: Interaction(restitution=0.01), "restitution is 0.01: give a value from 0.05 to 1"),
+    (lambda: Interaction(restitution=-0.01), "restitution is -0.01: give a value from 0 to 1"),
     (lambda: Interaction(friction=-0.1), "friction is -0.1: it must not be negative"),
     (lambda: Spheres([[0, 0]], [[0, 0]], -1.0, 1.0), "radius is -1.0: it must be positive"),
     (lambda: Spheres([[0, 0]], [[0, 0]], 1.0, np.nan), r"rho \(density of the spheres\) is nan: it must be positive"),

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, liggghts, open_dem
+from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, library, liggghts, open_dem
 
 try:
     liggghts.load(liggghts.SHIM)
@@ -82,7 +82,7 @@ def test_missing_shim_names_package_and_way_out(monkeypatch, tmp_path):
 
 def test_shim_older_than_its_source_is_refused(monkeypatch, tmp_path):
     (tmp_path / "shim.cpp").write_text("// edited")
-    monkeypatch.setattr(liggghts, "SOURCE", tmp_path)
+    monkeypatch.setattr(library, "SOURCE", tmp_path)
     with pytest.raises(liggghts.MissingLiggghts, match="older than its source: reinstall"):
         liggghts.load.__wrapped__(liggghts.SHIM)
 

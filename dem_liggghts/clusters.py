@@ -1,0 +1,177 @@
+"""Rigid bodies made of spheres: where their spheres sit, how heavy they are, how they may move. Data only."""
+from dataclasses import dataclass
+from itertools import product as pairs_of
+
+import numpy as np
+
+from . import quaternion
+from .arrays import finite, per_sphere
+
+SOLID, SPHERES = "solid", "spheres"
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """One rigid body of n spheres, in dim 2 or 3.
+
+    centres [m], shape (n, dim), and radii [m], scalar or (n,): the spheres in the body's own frame.
+    x [m], (dim,): where the centre of mass is at the start; centre [m], (dim,): where it is in the body's frame.
+    mass [kg]; inertia about the centre of mass in the body's frame [kg m^2]: a number in a plane, a tensor (3, 3) or
+    its diagonal (3,) in space.
+    v [m/s], (dim,). In a plane angle [rad] and omega [rad/s] are numbers; in space the orientation is a quaternion
+    (w, x, y, z) from the body's frame to space, and omega has shape (3,).
+    free: one truth value for all degrees of freedom, or one each: x, y, angle in a plane; x, y, z and the rotations
+    about the axes of space in space. One that is not free keeps its velocity, whatever pushes.
+    """
+
+    centres: np.ndarray
+    radii: np.ndarray
+    x: np.ndarray
+    mass: float
+    inertia: np.ndarray
+    centre: np.ndarray = None
+    v: np.ndarray = None
+    angle: float = 0.0
+    quaternion: np.ndarray = None
+    omega: np.ndarray = 0.0
+    free: tuple = True
+    material: str = "spheres"
+
+    def __post_init__(self):
+        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen
+        put("centres", finite(self.centres, "centres of the cluster", (2, 3)))
+        put("radii", per_sphere(self.radii, "radii of the cluster", len(self.centres)))
+        for name in ("x", "centre", "v"):
+            put(name, self._vector(name))
+        if not 0 < self.mass < np.inf:
+            raise ValueError(f"mass of the cluster is {self.mass} kg: it must be positive")
+        put("omega", self._omega())
+        put("quaternion", self._orientation())
+        put("inertia", self._tensor())
+        put("free", self._freedom())
+
+    def _vector(self, name):
+        value = getattr(self, name)
+        array = finite(np.zeros(self.dim) if value is None else value, f"{name} of the cluster", (self.dim,))
+        if array.shape != (1, self.dim):
+            raise ValueError(f"{name} of the cluster has shape {np.shape(value)}: give {self.dim} numbers")
+        return array[0]
+
+    def _omega(self):
+        omega = np.zeros(3)
+        if self.dim == 2 and np.size(self.omega) == 1:
+            omega[2] = np.asarray(self.omega).item()
+        elif np.size(self.omega) in (1, 3) and (np.size(self.omega) == 3 or not np.any(self.omega)):
+            omega[:] = self.omega
+        else:
+            raise ValueError(f"omega of the cluster is {self.omega}: give a number in a plane, three in space")
+        if self.dim == 2 and omega[:2].any():
+            raise ValueError(f"omega of the cluster is {omega} rad/s: a plane body spins about the third axis only")
+        return omega
+
+    def _orientation(self):
+        if self.quaternion is None:
+            return quaternion.of_angle(self.angle)
+        q = np.array(self.quaternion, float)
+        if self.dim == 2 or self.angle:
+            raise ValueError("the cluster has a quaternion and lies in a plane or has an angle: give angle in a plane, "
+                             "quaternion in space")
+        if q.shape != (4,) or not abs(np.sqrt(q @ q) - 1.0) < 1e-6:
+            raise ValueError(f"quaternion of the cluster is {self.quaternion}: give four numbers (w, x, y, z) of "
+                             "norm 1")
+        return q / np.sqrt(q @ q)
+
+    def _tensor(self):
+        inertia = np.array(self.inertia, float)
+        if self.dim == 2 and inertia.size != 1 or self.dim == 3 and inertia.shape not in ((3,), (3, 3)):
+            raise ValueError(f"inertia of the cluster has shape {inertia.shape}: give a number in a plane, (3, 3) or "
+                             "(3,) in space")
+        tensor = inertia.item() * np.eye(3) if self.dim == 2 else np.diag(inertia) if inertia.ndim == 1 else inertia
+        if not (np.isfinite(tensor).all() and np.array_equal(tensor, tensor.T) and
+                np.linalg.eigvalsh(tensor).min() > 0):
+            raise ValueError(f"inertia of the cluster is {self.inertia}: it must be symmetric and positive")
+        return tensor
+
+    def _freedom(self):
+        count = 3 if self.dim == 2 else 6
+        free = (bool(self.free),) * count if np.ndim(self.free) == 0 else tuple(bool(f) for f in self.free)
+        if len(free) != count:
+            raise ValueError(f"free of the cluster is {self.free}: give one truth value, or {count}")
+        return free
+
+    @property
+    def dim(self):
+        return self.centres.shape[1]
+
+    @property
+    def flags(self):
+        """Whether it may move along and turn about each axis of space, shape (6,), bool."""
+        x, y, *rest = self.free
+        return np.array([x, y, False, False, False, rest[0]] if self.dim == 2 else self.free)
+
+    @property
+    def places(self):
+        """Centres of the spheres in space [m], shape (n, 3)."""
+        return self.arms(quaternion.matrix(self.quaternion)) + np.pad(self.x, (0, 3 - self.dim))
+
+    def arms(self, axes=None):
+        """From the centre of mass to the spheres in the body's frame, or in space with its ``axes`` [m], (n, 3)."""
+        arms = np.zeros((len(self.centres), 3))
+        arms[:, :self.dim] = self.centres - self.centre
+        return arms if axes is None else arms @ axes.T
+
+    def principal(self):
+        """Principal moments of inertia [kg m^2], shape (3,), and the quaternion from their axes to the body's frame:
+        no rotation when the tensor is diagonal."""
+        diagonal = np.diag(self.inertia).copy()
+        if np.array_equal(self.inertia, np.diag(diagonal)):
+            return diagonal, quaternion.of_angle(0.0)
+        moments, axes = np.linalg.eigh(self.inertia)
+        return moments, quaternion.of_matrix(axes * np.linalg.det(axes))
+
+    @classmethod
+    def of_spheres(cls, centres, radii, rho, x, **more):
+        """Mass, centre and inertia are those of the balls of density rho [kg/m^3]; where balls overlap, both count.
+        ``more``: orientation, motion, freedom and material as in the class."""
+        centres = finite(centres, "centres of the cluster", (2, 3))
+        radii = per_sphere(radii, "radii of the cluster", len(centres))
+        mass = per_sphere(rho, "rho (density of the cluster)", len(centres)) * 4.0 / 3.0 * np.pi * radii**3
+        centre = mass @ centres / mass.sum()
+        arms = np.zeros((len(centres), 3))
+        arms[:, :centres.shape[1]] = centres - centre
+        squares = (arms**2).sum(axis=1)
+        tensor = (mass @ (0.4 * radii**2 + squares)) * np.eye(3) - (mass[:, None] * arms).T @ arms
+        tensor = 0.5 * (tensor + tensor.T)
+        inertia = tensor[2, 2] if centres.shape[1] == 2 else tensor
+        return cls(centres, radii, x, mass.sum(), inertia, centre, **more)
+
+    @classmethod
+    def box(cls, size, n, x, rho, depth=None, mass_of=SOLID, rim=False, radius=None, **more):
+        """A box of ``size`` [m], (dim,), filled with n[0] x n[1] (x n[2]) spheres whose outer ones touch its faces.
+
+        rho: density [kg/m^3]; depth: of the solid in a plane scene [m]. mass_of: "solid" (the box) or "spheres" (their
+        balls). rim: only spheres at the faces. radius [m]: else half of the widest spacing, so that neighbours touch.
+        """
+        size, n = np.array(size, float), np.array(n, int)
+        if size.shape not in ((2,), (3,)) or n.shape != size.shape or (n < 2).any() or not (size > 0).all():
+            raise ValueError(f"a box of size {size} m with {n} spheres: give 2 or 3 positive lengths and at least two "
+                             "spheres along each")
+        radius = 0.5 * (size / n).max() if radius is None else float(radius)
+        if not 0 < 2 * radius <= size.min():
+            raise ValueError(f"spheres of radius {radius} m do not fit into a box of {size} m: use more or smaller "
+                             "ones")
+        axes = [np.linspace(radius - s / 2, s / 2 - radius, k) for s, k in zip(size, n)]
+        index = np.array(list(pairs_of(*(range(k) for k in n))))
+        if rim:
+            index = index[((index == 0) | (index == n - 1)).any(axis=1)]
+        centres = np.column_stack([axis[i] for axis, i in zip(axes, index.T)])
+        if mass_of == SPHERES:
+            return cls.of_spheres(centres, radius, rho, x, **more)
+        if mass_of != SOLID:
+            raise ValueError(f"mass_of is {mass_of!r}: give solid or spheres")
+        if len(size) == 2 and not (depth and depth > 0):
+            raise ValueError(f"depth is {depth} m: a solid box in a plane scene needs its depth for its mass")
+        mass = rho * size.prod() * (depth if len(size) == 2 else 1.0)
+        squares = size**2
+        inertia = mass / 12.0 * (squares.sum() if len(size) == 2 else squares.sum() - squares)
+        return cls(centres, radius, x, mass, inertia, **more)

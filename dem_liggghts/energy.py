@@ -1,0 +1,81 @@
+"""Energies of particles and bodies, the same for both back ends."""
+import numpy as np
+
+from . import parts, quaternion
+from .arrays import in_space
+from .contact import law_of, laws
+from .near import near_elements, near_spheres, nothing
+from .wall import COLUMNS, DISTANCE, KIND, PAIR, at_rest, compiled, find_contacts
+
+
+@compiled
+def _of_pairs(balls, x, near, between):
+    """Sum over all pairs in contact: 2/5 k d^2.5 with k = 4/3 E* sqrt(R*), less the work of adhesion [J]."""
+    energy = 0.0
+    for i in range(len(x)):
+        for q in range(near.start[i], near.start[i + 1]):
+            j = near.partner[q]
+            a, b, r = balls.radius[i], balls.radius[j], np.sqrt(np.sum((x[i] - x[j]) ** 2))
+            if r < a + b:
+                law = law_of(between, balls.kind[i], balls.kind[j])
+                energy += 8.0 / 15.0 * law.E * np.sqrt(a * b / (a + b)) * (a + b - r) ** 2.5
+                energy -= law.adhesion * (_pulled(a + b, a, b) - _pulled(r, a, b))
+    return energy
+
+
+@compiled
+def _pulled(r, a, b):
+    """Antiderivative of `contact.area_of_spheres` over the distance r [m^3]."""
+    s, d = (a + b) ** 2, (a - b) ** 2
+    return 0.25 * np.pi * ((s + d) * r - r**3 / 3.0 + s * d / r)
+
+
+@compiled
+def _at_walls(balls, x, near, wall, at_wall):
+    """The same over all contacts with walls [J]."""
+    energy, corner, found = 0.0, np.empty((3, 3)), np.empty((len(wall.elements) + 1, COLUMNS))
+    for i in range(len(x)):
+        radius = balls.radius[i]
+        for c in range(find_contacts(x[i], radius, near, i, wall, 0.0, corner, found)):
+            law = law_of(at_wall, balls.kind[i], int(wall.traits[near.partner[int(found[c, PAIR])], KIND]))
+            d = radius - found[c, DISTANCE]
+            energy += 8.0 / 15.0 * law.E * np.sqrt(radius) * d**2.5
+            energy -= law.adhesion * np.pi * (radius * d**2 - d**3 / 3.0)
+    return energy
+
+
+def contact_energy(scene, x, nodes):
+    """Potential energy of all contacts [J]: 2/5 k d^2.5 each, the integral of Hertz' force over the overlap d, less
+    what adhesion has done on the way in.
+
+    x: centres of all spheres of ``scene`` [m], shape (n, dim) or (n, 3); nodes: nodes of the moving wall [m], the same.
+    """
+    balls, surface, x = parts.grains(scene), parts.surface(scene), in_space(x)
+    surface.x[surface.own[0]:] = in_space(nodes)
+    wall, none = at_rest(surface, surface.x), nothing(len(x))
+    pairs = near_spheres(x, balls.radius, balls.body, 0.0, none, False)
+    walls = near_elements(x, balls.radius, 0.0, wall, 0.0, none, False)
+    return (_of_pairs(balls, x, pairs, laws(scene, scene.pairs())) +
+            _at_walls(balls, x, walls, wall, laws(scene, scene.wall_pairs())))
+
+
+def kinetic_energy(particles, bodies=(), inertia=(), turn=()):
+    """Energy of translation and spin [J]: of single ``particles`` (dtype PARTICLE) with I = 2/5 m R^2, of ``bodies``
+    (dtype BODY) with their principal moments ``inertia`` [kg m^2], (n, 3), about axes that ``turn``, (n, 4), brings to
+    theirs."""
+    p = particles[particles["body"] == 0]
+    spin = 0.4 * p["radius"] ** 2 * (p["omega"] ** 2).sum(axis=1)
+    energy = float(0.5 * (p["mass"] * ((p["v"] ** 2).sum(axis=1) + spin)).sum())
+    for body, moments, axes in zip(bodies, inertia, turn):
+        omega = quaternion.matrix(quaternion.product(body["quaternion"], axes)).T @ body["omega"]
+        energy += float(0.5 * (body["mass"] * body["v"] @ body["v"] + moments @ omega**2))
+    return energy
+
+
+def potential_energy(particles, gravity, bodies=()):
+    """Energy in gravity [J], zero at the origin: -sum m g . x."""
+    energy = 0.0
+    for some in (particles[particles["body"] == 0], bodies):
+        if len(some):
+            energy -= float((some["mass"] * (some["x"][:, :len(gravity)] @ np.asarray(gravity))).sum())
+    return energy

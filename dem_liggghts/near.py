@@ -1,0 +1,210 @@
+"""Lists of near partners: of spheres with each other, of spheres with wall elements; the history of their contacts."""
+from collections import namedtuple
+
+import numpy as np
+
+from .wall import DEPTH, PAIR, closest, compiled, place
+
+# Per sphere i the partners start[i]..start[i+1], rising: partner (p,), whether they touched in the last step (p,),
+# and the tangential displacement shear [m], shape (p, 3), or (0, 3) when there is no friction and so nothing to
+# remember.
+Near = namedtuple("Near", "start partner active shear")
+
+FEW = 32  # up to so many spheres all pairs are looked at: sorting them into cells would cost more
+
+
+def nothing(spheres):
+    """Lists without partners."""
+    return Near(np.zeros(spheres + 1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros((0, 3)))
+
+
+@compiled
+def sort_into_cells(x, size):
+    """Cells no smaller than ``size`` [m] and not many more than spheres: cell of each centre (n, 3), number of cells
+    per axis (3,), first sphere of each cell, next sphere in the same cell (-1: none)."""
+    n, shape, at = len(x), np.ones(3, np.int64), np.zeros((len(x), 3), np.int64)
+    for k in range(3):
+        low, high = x[:, k].min(), x[:, k].max()
+        if n > FEW and np.isfinite(high - low):
+            shape[k] = max(1, min(int((high - low) / size), 2 * n // (shape[0] * shape[1])))
+            for i in range(n):
+                if shape[k] > 1:
+                    at[i, k] = max(0, min(int((x[i, k] - low) / (high - low) * shape[k]), shape[k] - 1))
+    first, following = np.full(shape[0] * shape[1] * shape[2], -1, np.int64), np.empty(n, np.int64)
+    for i in range(n):
+        cell = (at[i, 0] * shape[1] + at[i, 1]) * shape[2] + at[i, 2]
+        following[i], first[cell] = first[cell], i
+    return at, shape, first, following
+
+
+@compiled
+def _sort(partner, first, end):
+    """Put partner[first..end] in rising order; there are few."""
+    for q in range(first + 1, end):
+        o, value = q, partner[q]
+        while o > first and partner[o - 1] > value:
+            partner[o] = partner[o - 1]
+            o -= 1
+        partner[o] = value
+
+
+@compiled
+def near_spheres(x, radius, body, skin, old, history):
+    """List of the partners j > i of each sphere whose gap is less than ``skin`` [m], none of the same ``body``."""
+    n, count = len(x), 0
+    start, partner = np.zeros(n + 1, np.int64), np.empty(64, np.int64)
+    if n > 1:
+        at, shape, first, following = sort_into_cells(x, 2.0 * radius.max() + skin)
+    for i in range(n if n > 1 else 0):
+        for a in range(max(at[i, 0] - 1, 0), min(at[i, 0] + 2, shape[0])):
+            for b in range(max(at[i, 1] - 1, 0), min(at[i, 1] + 2, shape[1])):
+                for c in range(max(at[i, 2] - 1, 0), min(at[i, 2] + 2, shape[2])):
+                    j = first[(a * shape[1] + b) * shape[2] + c]
+                    while j > i:
+                        dx, dy, dz = x[i, 0] - x[j, 0], x[i, 1] - x[j, 1], x[i, 2] - x[j, 2]
+                        if dx * dx + dy * dy + dz * dz < (radius[i] + radius[j] + skin) ** 2 and \
+                                (body[i] < 0 or body[i] != body[j]):
+                            if count == len(partner):
+                                partner = np.append(partner, partner)  # room for twice as many
+                            partner[count] = j
+                            count += 1
+                        j = following[j]
+        _sort(partner, start[i], count)
+        start[i + 1] = count
+    return with_history(start, partner[:count], old, history)
+
+
+@compiled
+def near_elements(x, radius, skin, wall, t, old, history):
+    """List of the elements that each sphere (centres x [m], shape (n, 3)) may touch after a way of ``skin`` [m]: those
+    nearer than its radius, or than the depth of a one-sided wall."""
+    low, high = boxes(wall, t)
+    start, partner, count = np.zeros(len(x) + 1, np.int64), np.empty(64, np.int64), 0
+    axis, nodes = longest(low, high), wall.elements.shape[1]
+    order = np.argsort(low[:, axis])
+    lowest, widest = low[order, axis], (high[:, axis] - low[:, axis]).max() if len(low) else 0.0
+    deepest = wall.traits[:, DEPTH].max() if len(low) else 0.0
+    corner, weight, point = np.empty((3, 3)), np.empty(3), np.empty(3)
+    for i in range(len(x)):
+        most = max(radius[i], deepest) + skin
+        for o in range(np.searchsorted(lowest, x[i, axis] - most - widest), len(order)):
+            e = order[o]
+            reach = max(radius[i], wall.traits[e, DEPTH]) + skin
+            if lowest[o] > x[i, axis] + most:
+                break
+            if low[e, 0] > x[i, 0] + reach or high[e, 0] < x[i, 0] - reach or low[e, 1] > x[i, 1] + reach or \
+                    high[e, 1] < x[i, 1] - reach or low[e, 2] > x[i, 2] + reach or high[e, 2] < x[i, 2] - reach:
+                continue
+            place(wall, e, t, corner)
+            if closest(corner, nodes, x[i], weight, point)[0] <= reach:
+                if count == len(partner):
+                    partner = np.append(partner, partner)  # room for twice as many
+                partner[count] = e
+                count += 1
+        _sort(partner, start[i], count)
+        start[i + 1] = count
+    return with_history(start, partner[:count], old, history)
+
+
+@compiled
+def longest(low, high):
+    """Axis along which the boxes reach farthest."""
+    axis, most = 0, -1.0
+    for k in range(3 if len(low) else 0):
+        size = high[:, k].max() - low[:, k].min()
+        if size > most:
+            axis, most = k, size
+    return axis
+
+
+@compiled
+def boxes(wall, t):
+    """Lowest and highest corner of the box around each element at time t [s], both [m], shape (m, 3)."""
+    corner, nodes = np.empty((3, 3)), wall.elements.shape[1]
+    low, high = np.empty((len(wall.elements), 3)), np.empty((len(wall.elements), 3))
+    for e in range(len(wall.elements)):
+        place(wall, e, t, corner)
+        for k in range(3):
+            low[e, k], high[e, k] = corner[0, k], corner[0, k]
+            for a in range(1, nodes):
+                low[e, k], high[e, k] = min(low[e, k], corner[a, k]), max(high[e, k], corner[a, k])
+    return low, high
+
+
+@compiled
+def with_history(start, partner, old, history):
+    """A new list that remembers what the ``old`` one knew of the pairs in both."""
+    size = len(partner) if history else 0
+    near = Near(start, partner, np.zeros(size, np.bool_), np.zeros((size, 3)))
+    if history:
+        for i in range(len(old.start) - 1):
+            for o in range(old.start[i], old.start[i + 1]):
+                for q in range(start[i], start[i + 1]):
+                    if partner[q] == old.partner[o]:
+                        near.active[q] = old.active[o]
+                        near.shear[q] = old.shear[o]
+    return near
+
+
+@compiled
+def hand_over(near, i, elements, found, kept):
+    """Bring the tangential history of sphere i up to date with its ``kept`` contacts.
+
+    A contact that is new takes the history of one that has just ended on an element with a common node: the sphere
+    rolled or slid across the border. LIGGGHTS does this between coplanar neighbours
+    (FixContactHistoryMesh::handleContact); here it holds for ridges too, where the normal turns without a jump.
+    """
+    first, last = near.start[i], near.start[i + 1]
+    for k in range(kept):
+        q = int(found[k, PAIR])
+        if near.active[q]:
+            continue
+        for o in range(first, last):
+            if near.active[o] and not _holds(found, kept, o) and \
+                    _share_a_node(elements, near.partner[o], near.partner[q]):
+                near.shear[q] = near.shear[o]
+    for o in range(first, last):
+        near.active[o] = _holds(found, kept, o)
+        if not near.active[o]:
+            near.shear[o] = 0.0
+
+
+@compiled
+def _holds(found, kept, q):
+    for k in range(kept):
+        if found[k, PAIR] == q:
+            return True
+    return False
+
+
+@compiled
+def _share_a_node(elements, e, f):
+    for a in range(elements.shape[1]):
+        for b in range(elements.shape[1]):
+            if elements[e, a] == elements[f, b]:
+                return True
+    return False
+
+
+@compiled
+def renumber(near, x, wall, first, new):
+    """Partners of the list ``near`` of elements of ``wall`` when those from ``first`` on are replaced by those of
+    ``new``: the element closest to where the sphere touched takes its history, without contact there is none."""
+    corner, weight, point, nodes = np.empty((3, 3)), np.empty(3), np.empty(3), wall.elements.shape[1]
+    partner = near.partner.copy()
+    for i in range(len(near.start) - 1):
+        for q in range(near.start[i], near.start[i + 1]):
+            if near.partner[q] < first:
+                continue
+            partner[q], shortest = -1, np.inf
+            if not near.active[q]:
+                continue
+            place(wall, near.partner[q], 0.0, corner)
+            closest(corner, nodes, x[i], weight, point)
+            touched = x[i] + point
+            for e in range(first, len(new.elements)):
+                place(new, e, 0.0, corner)
+                r = closest(corner, nodes, touched, weight, point)[0]
+                if r < shortest:
+                    partner[q], shortest = e, r
+    return partner

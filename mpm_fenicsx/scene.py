@@ -165,11 +165,6 @@ class Interface:
     x: np.ndarray
     elements: np.ndarray
 
-    def at_x(self, x, values):
-        """``values``, shape (n, m), interpolated linearly along the interface of a plane scene to the place x [m]."""
-        order = np.argsort(self.x[:, 0])
-        return np.array([np.interp(x, self.x[order, 0], column) for column in values[order].T])
-
     @staticmethod
     def of_mesh(mesh: Mesh, surface: Optional[str] = None):
         """The surface of a body mesh, or the named one of its surfaces, as segments or triangles; its vertices become

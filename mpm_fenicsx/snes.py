@@ -18,11 +18,12 @@ import numpy as np
 from petsc4py import PETSc
 
 from . import compat
-from .errors import MPMDiverged
+from .errors import MPMDiverged, MPMError
 
 PREFIX = "mpm_"
 KEEP = -1  # never made anew by the SNES itself
-DIRECT_UP_TO = {2: 100_000, 3: 20_000}  # unknowns: beyond, factorisation costs more than conjugate gradients
+DIRECT_UP_TO = {2: 100_000, 3: 60_000}  # unknowns: a factor that is kept pays up to here
+FRESH_UP_TO = {2: 20_000, 3: 3_000}  # and one that is made in every iteration, where inertia dominates, up to here
 REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
 ZERO_PIVOT = 81  # PETSc's error of a factorisation that fails
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
@@ -96,8 +97,9 @@ class Newton:
         """Kinds of solver and preconditioner where the user has not chosen."""
         options, ksp, comm = PETSc.Options(PREFIX), self.snes.getKSP(), self._cover.comm
         pc, asked = ksp.getPC(), options.getString("pc_type", "")
-        small = self.u.getSize() <= DIRECT_UP_TO[self._cover.dim]
-        direct, package = ("cholesky", "cholmod") if self._symmetric else ("lu", "petsc")
+        fresh = (self._user_lag or self._plastic) and stiffness <= STIFF
+        small = self.u.getSize() <= (FRESH_UP_TO if fresh else DIRECT_UP_TO)[self._cover.dim]
+        direct, package = ("cholesky", "cholmod") if self._symmetric else ("lu", "umfpack")
         if asked in ("cholesky", "lu") or (small and not asked):
             ksp.setType("preonly")
             if comm.size > 1 and not asked and self.u.getSize() <= REDUNDANT_UP_TO:
@@ -108,7 +110,7 @@ class Newton:
                         options["redundant_" + name] = value
             else:
                 pc.setType(asked or direct)
-                pc.setFactorSolverType("mumps" if comm.size > 1 else "petsc" if asked == "lu" else package)
+                pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if asked == "lu" else package)
         else:
             ksp.setType("cg" if self._symmetric else "gmres")
             ksp.setTolerances(rtol=1e-8)

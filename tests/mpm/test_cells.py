@@ -12,6 +12,13 @@ from mpm_fenicsx.specialise import specialise
 POINTS = {"quadrilateral": 2, "triangle": 3, "hexahedron": 2, "tetrahedron": 4}
 
 
+@pytest.fixture(params=["linear", "neo_hooke"])
+def law(request):
+    """Elastic laws: how a body yields does not depend on its cells."""
+    return LAWS[request.param](1.0, 0.3)
+
+
+
 def dim(cell):
     return 2 if cell in ("quadrilateral", "triangle") else 3
 

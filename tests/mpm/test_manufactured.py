@@ -76,7 +76,7 @@ def test_second_order_in_the_time_step(any_cell):
     x = [run(any_cell, counts, steps, motion, until=0.3).x for steps in (4, 8, 16)]
     changes = [np.linalg.norm(a - b) for a, b in zip(x, x[1:])]
     print(any_cell, changes, rates(changes))
-    np.testing.assert_allclose(rates(changes), 2.0, atol=0.03)
+    np.testing.assert_allclose(rates(changes), 2.0, atol=0.05)
 
 
 @pytest.mark.parametrize("cell, points", [("quadrilateral", 4), ("triangle", 12), ("hexahedron", 3), ("tetrahedron", 24)])

@@ -42,10 +42,13 @@ class Part:
 
     # ---------------------------------------------------------------- one step, see the kernels' modules
 
+    def shapes(self, step):
+        """Basis values and gradients at the points."""
+        step.shapes(self.points.cell, self.points.x, self.basis, self._G)
+
     def to_grid(self, step, nodal):
-        """Basis values, and the points' share of ``nodal``, see ``transfer.to_grid``."""
+        """Add the points' share to ``nodal``, see ``transfer.to_grid``."""
         p = self.points
-        step.shapes(p.cell, p.x, self.basis, self._G)
         step.kernels.to_grid(p.cell, step.cover.cells, self.basis, p.mass, p.v, p.a, nodal)
 
     @property

@@ -73,8 +73,11 @@ class Step:
         """Basis values, nodal mass, velocity and acceleration, known displacements, loads. ``force`` [N] on this rank's
         boundary particles, shape (n, D)."""
         self.dt, D = dt, self.dim
-        self._nodal[:] = 0.0
         self.carriers.shapes()
+        for part in self.parts:
+            part.shapes(self)
+        self.lap("search")
+        self._nodal[:] = 0.0
         for part in self.parts:
             part.to_grid(self, self._nodal)
         self.cover.accumulate(self._nodal)

@@ -21,7 +21,7 @@ PRESETS = {"paper": dict(cells=(62, 13), body=(120, 8), points=4, segments=(60,)
 BODY, SEGMENTS = {2: (120, 8), 3: (80, 5, 5)}, {2: (60,), 3: (77, 10)}  # unless others are asked for
 HEIGHT = WIDTH = 0.01  # of the beam [m]
 PLAIN = dict(wall_segments=None, mapping="linear", plane="stress", law="linear", restitution=1.0, friction=0.0,
-             shift=0.0, gap=0.0)
+             shift=0.0, gap=0.0, rebalance=1.2)
 
 
 def main(
@@ -50,6 +50,7 @@ def main(
     dem: Literal["reference", "liggghts", "compare"] = "reference",  # back end; compare runs both
     shift: float = 0.0,  # of interface and wall into the beam, the paper's delta [m]
     gap: float = 0.0,  # between sphere and beam at the start [m]
+    rebalance: float = 1.2,  # imbalance of material points over the ranks that calls for a new partition [-]
     out: str = "out/beam_impact",  # folder of the results
     paraview: int = 0,  # windows from one ParaView file to the next [-]; 0: none
     picture: float = 0.0,  # magnification of the displacements in a picture of the end [-]; 0: no picture
@@ -80,7 +81,8 @@ def strike(case, compare, modes=50, **keys):
                "v_sphere": ("m/s", "upward velocity of the sphere", lambda w: w.particles["v"][0, 1])}
     runs, wait = {}, p.gap / p.v0
     for backend in ("liggghts", "reference") if p.dem == "compare" else (p.dem,):
-        solid, grains = MPM(grid, beam, supports, interface), open_dem(backend, scene, p.dt / p.substeps)
+        solid = MPM(grid, beam, supports, interface, rebalance=p.rebalance)
+        grains = open_dem(backend, scene, p.dt / p.substeps)
         start_points = solid.snapshot() if p.picture else None
         with Record(case, keys, p.out, solid, grains, windows=windows, columns=columns, paraview=p.paraview,
                     label="liggghts" if (p.dem, backend) == ("compare", "liggghts") else "") as record:

@@ -42,6 +42,8 @@ class MPM:
                  rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None):
         if inertia not in ("consistent", "lumped"):
             raise ValueError(f"inertia is {inertia!r}: choose consistent or lumped")
+        if not rebalance >= 1.0:
+            raise ValueError(f"rebalance is {rebalance}: an imbalance is never below 1, give a larger number")
         self.comm, self.dim, self.grid, self.interface = comm, grid.box.dim, grid, interface
         self.gravity = np.zeros(self.dim) if gravity is None else np.array(gravity, float)
         self.time, self.steps, self.iterations = 0.0, 0, 0

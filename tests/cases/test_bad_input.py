@@ -77,7 +77,7 @@ def script(*words):
     ("shift=-1e-3", 1, "shift is -0.001 m: "), ("shift=0.02", 1, "shift is 0.02 m: it must lie between"),
     ("h=-1e-3", 1, "h is -0.001 m: the cell size must lie between 0 and the beam's height"), ("h=0", 1, "h is 0.0 m: "),
     ("h=0.02", 1, "h is 0.02 m: "), ("restitution=-0.1", 1, "restitution is -0.1: give a value from 0 to 1"),
-    ("friction=-0.1", 1, "friction is -0.1: "), ("paraview=-1", 1, "paraview is -1: "),
+    ("friction=-0.1", 1, "friction is -0.1: "), ("rebalance=0.5", 1, "rebalance is 0.5: an imbalance is never below 1"), ("paraview=-1", 1, "paraview is -1: "),
     ("body=1,1 points=1", 1, "support of the left end (fix 'y') holds no grid node of the body at t = 0 s: move it"),
     ("out=/dev/null/x", 1, "out=/dev/null/x cannot be written (Not a directory): choose another folder"),
     ("out=/dev/null", 1, "out=/dev/null cannot be written (File exists): choose another folder"),

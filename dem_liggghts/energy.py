@@ -8,6 +8,9 @@ from .near import near_elements, near_spheres, nothing
 from .wall import COLUMNS, DISTANCE, KIND, PAIR, at_rest, compiled, find_contacts
 
 
+_last = []  # the scene asked for last, and what ``_prepared`` made of it
+
+
 @compiled
 def _of_pairs(balls, x, near, between):
     """Sum over all pairs in contact: 2/5 k d^2.5 with k = 4/3 E* sqrt(R*), less the work of adhesion [J]."""
@@ -50,13 +53,21 @@ def contact_energy(scene, x, nodes):
 
     x: centres of all spheres of ``scene`` [m], shape (n, dim) or (n, 3); nodes: nodes of the moving wall [m], the same.
     """
-    balls, surface, x = parts.grains(scene), parts.surface(scene), in_space(x)
+    (balls, surface, between, at_wall), x = _prepared(scene), in_space(x)
     surface.x[surface.own[0]:] = in_space(nodes)
-    wall, none = at_rest(surface, surface.x), nothing(len(x))
-    pairs = near_spheres(x, balls.radius, balls.body, 0.0, none, False)
+    wall, none, energy = at_rest(surface, surface.x), nothing(len(x)), 0.0
+    if len(x) > 1:
+        energy += _of_pairs(balls, x, near_spheres(x, balls.radius, balls.body, 0.0, none, False), between)
     walls = near_elements(x, balls.radius, 0.0, wall, 0.0, none, False)
-    return (_of_pairs(balls, x, pairs, laws(scene, scene.pairs())) +
-            _at_walls(balls, x, walls, wall, laws(scene, scene.wall_pairs())))
+    return energy + (_at_walls(balls, x, walls, wall, at_wall) if len(walls.partner) else 0.0)
+
+
+def _prepared(scene):
+    """What stays of a scene from call to call; of the last one, since that is who asks again in every window."""
+    if not _last or _last[0] is not scene:
+        _last[:] = [scene, (parts.grains(scene), parts.surface(scene), laws(scene, scene.pairs()),
+                            laws(scene, scene.wall_pairs()))]
+    return _last[1]
 
 
 def kinetic_energy(particles, bodies=(), inertia=(), turn=()):

@@ -5,22 +5,22 @@ from . import parts, quaternion
 from .arrays import in_space
 from .contact import law_of, laws
 from .near import near_elements, near_spheres, nothing
-from .wall import COLUMNS, DISTANCE, KIND, PAIR, at_rest, compiled, find_contacts
+from .wall import COLUMNS, DISTANCE, KIND, PAIR, MovingWall, compiled, find_contacts
 
 
 _last = []  # the scene asked for last, and what ``_prepared`` made of it
 
 
 @compiled
-def _of_pairs(balls, x, near, between):
+def _of_pairs(x, radius, kind, near, between):
     """Sum over all pairs in contact: 2/5 k d^2.5 with k = 4/3 E* sqrt(R*), less the work of adhesion [J]."""
     energy = 0.0
     for i in range(len(x)):
         for q in range(near.start[i], near.start[i + 1]):
             j = near.partner[q]
-            a, b, r = balls.radius[i], balls.radius[j], np.sqrt(np.sum((x[i] - x[j]) ** 2))
+            a, b, r = radius[i], radius[j], np.sqrt(np.sum((x[i] - x[j]) ** 2))
             if r < a + b:
-                law = law_of(between, balls.kind[i], balls.kind[j])
+                law = law_of(between, kind[i], kind[j])
                 energy += 8.0 / 15.0 * law.E * np.sqrt(a * b / (a + b)) * (a + b - r) ** 2.5
                 energy -= law.adhesion * (_pulled(a + b, a, b) - _pulled(r, a, b))
     return energy
@@ -34,17 +34,27 @@ def _pulled(r, a, b):
 
 
 @compiled
-def _at_walls(balls, x, near, wall, at_wall):
+def _at_walls(x, radius, kind, near, wall, at_wall):
     """The same over all contacts with walls [J]."""
     energy, corner, found = 0.0, np.empty((3, 3)), np.empty((len(wall.elements) + 1, COLUMNS))
     for i in range(len(x)):
-        radius = balls.radius[i]
-        for c in range(find_contacts(x[i], radius, near, i, wall, 0.0, corner, found)):
-            law = law_of(at_wall, balls.kind[i], int(wall.traits[near.partner[int(found[c, PAIR])], KIND]))
-            d = radius - found[c, DISTANCE]
-            energy += 8.0 / 15.0 * law.E * np.sqrt(radius) * d**2.5
-            energy -= law.adhesion * np.pi * (radius * d**2 - d**3 / 3.0)
+        for c in range(find_contacts(x[i], radius[i], near, i, wall, 0.0, corner, found)):
+            law = law_of(at_wall, kind[i], int(wall.traits[near.partner[int(found[c, PAIR])], KIND]))
+            d = radius[i] - found[c, DISTANCE]
+            energy += 8.0 / 15.0 * law.E * np.sqrt(radius[i]) * d**2.5
+            energy -= law.adhesion * np.pi * (radius[i] * d**2 - d**3 / 3.0)
     return energy
+
+
+@compiled
+def _of_all(x, radius, kind, body, nodes, elements, traits, between, at_wall):
+    """Both sums [J]. Takes plain arrays: numba looks up the types of named tuples anew in every call, which costs more
+    than the sums."""
+    wall, none, energy = MovingWall(nodes, np.zeros_like(nodes), elements, traits), nothing(len(x)), 0.0
+    if len(x) > 1:
+        energy += _of_pairs(x, radius, kind, near_spheres(x, radius, body, 0.0, none, False), between)
+    near = near_elements(x, radius, 0.0, wall, 0.0, none, False)
+    return energy + _at_walls(x, radius, kind, near, wall, at_wall)
 
 
 def contact_energy(scene, x, nodes):
@@ -55,11 +65,8 @@ def contact_energy(scene, x, nodes):
     """
     (balls, surface, between, at_wall), x = _prepared(scene), in_space(x)
     surface.x[surface.own[0]:] = in_space(nodes)
-    wall, none, energy = at_rest(surface, surface.x), nothing(len(x)), 0.0
-    if len(x) > 1:
-        energy += _of_pairs(balls, x, near_spheres(x, balls.radius, balls.body, 0.0, none, False), between)
-    walls = near_elements(x, balls.radius, 0.0, wall, 0.0, none, False)
-    return energy + (_at_walls(balls, x, walls, wall, at_wall) if len(walls.partner) else 0.0)
+    return _of_all(x, balls.radius, balls.kind, balls.body, surface.x, surface.elements, surface.traits, between,
+                   at_wall)
 
 
 def _prepared(scene):

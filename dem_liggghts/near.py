@@ -13,6 +13,7 @@ Near = namedtuple("Near", "start partner active shear")
 FEW = 32  # up to so many spheres all pairs are looked at: sorting them into cells would cost more
 
 
+@compiled
 def nothing(spheres):
     """Lists without partners."""
     return Near(np.zeros(spheres + 1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros((0, 3)))

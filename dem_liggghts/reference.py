@@ -29,13 +29,14 @@ class ReferenceDEM:
         self._balls = Balls(g.x.copy(), g.v.copy(), g.omega.copy(), zeros(), zeros(), g.radius, g.partner, g.kind,
                             in_space([scene.gravity])[0], len(scene.spheres.x))
         self._bodies = _bodies(self._rigid, g.arm) if scene.clusters else None
+        self._plain_bodies = None if self._bodies is None else tuple(self._bodies)  # which numba recognises faster
         between, at_wall = laws(scene, scene.pairs()), laws(scene, scene.wall_pairs())
         self._laws, self._keep = (between, at_wall), [field(pairs, "friction").any() for pairs in (between, at_wall)]
         self._use(scene)
         self._lists = Lists(nothing(len(g.x)), nothing(len(g.x)), self._balls.x, self._wall.x, 0.0)
         self._build_lists(self._wall, 0.0)
-        forces(self._balls, self._own[3], self._wall, 0.0, self._lists, between, at_wall, 0.0, 0.0, True, self._loads,
-               self._scratch)
+        forces(self._balls, self._plain_bodies, self._wall, 0.0, self._lists, between, at_wall, 0.0, 0.0, True,
+               self._loads, self._scratch)
 
     def _use(self, scene):
         """Take the walls of ``scene``, where they are; no force on them."""
@@ -45,8 +46,7 @@ class ReferenceDEM:
         self._loads = Loads(np.zeros_like(self._wall.x), np.zeros_like(self._wall.x))
         self._scratch = Scratch(np.empty((len(self._wall.elements) + 1, COLUMNS)), np.empty((3, 3)), *np.zeros((6, 3)),
                                 *np.zeros((2, 4)))
-        bodies = None if self._bodies is None else tuple(self._bodies)
-        self._own = tuple(self._balls), tuple(self._loads), tuple(self._scratch), bodies
+        self._own = *self._balls, *self._loads, *self._scratch
 
     @property
     def time(self):
@@ -72,8 +72,9 @@ class ReferenceDEM:
         loads.force[:] = 0.0
         done, fresh = 0, False
         while True:
-            done = run(self._own[:3], self._own[3], tuple(wall), done, steps, self.dt, _plain(self._lists), self._laws,
-                       fresh)
+            near = self._lists
+            done = run(done, steps, self.dt, near.skin, fresh, self._plain_bodies, *self._own, *wall, *near.spheres,
+                       *near.elements, near.x, near.wall, *self._laws)
             if done == steps:
                 break
             if done < 0:
@@ -170,8 +171,3 @@ def _bodies(rigid, arm):
     extent = np.maximum.reduceat(np.sqrt((arm**2).sum(axis=1)), rigid.first[:-1])
     return Bodies(rigid.x.copy(), rigid.v.copy(), rigid.omega.copy(), spin, zeros(), zeros(), rigid.q.copy(), axes,
                   rigid.mass, rigid.inertia, rigid.free, rigid.first, arm, extent)
-
-
-def _plain(lists):
-    """``lists`` without names: numba recognises plain tuples much faster."""
-    return tuple(lists.spheres), tuple(lists.elements), lists.x, lists.wall, lists.skin

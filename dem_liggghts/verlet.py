@@ -176,17 +176,18 @@ def _away(x, built, i):
 
 
 @compiled
-def run(own, bodies, wall, first, steps, dt, lists, laws, fresh):
+def run(first, steps, dt, skin, fresh, bodies, *fields):
     """Velocity Verlet from step ``first`` to ``steps`` of the window, in the order of LIGGGHTS: half kick, drift,
     forces with the velocities of the half step, half kick.
 
-    The groups of arrays come as plain tuples, which numba recognises much faster than named ones when it is called;
+    ``fields`` are those of `Balls`, `Loads`, `Scratch`, `MovingWall`, both `Near` of the lists, the places they were
+    built at, and the two tables of laws, in one row: numba recognises that in a call much faster than nested tuples.
     ``bodies`` is None in a scene without clusters, which compiles to a loop without them. Returns the number of steps
     done: fewer when the lists became too old (at least one when they are ``fresh``), -1 when the wall holds NaN.
     """
-    b, loads, scratch = Balls(*own[0]), Loads(*own[1]), Scratch(*own[2])
-    wall, lists = MovingWall(*wall), Lists(Near(*lists[0]), Near(*lists[1]), lists[2], lists[3], lists[4])
-    between, at_wall = laws
+    b, loads, scratch = Balls(*fields[:10]), Loads(*fields[10:12]), Scratch(*fields[12:22])
+    wall, lists = MovingWall(*fields[22:26]), Lists(Near(*fields[26:30]), Near(*fields[30:34]), *fields[34:36], skin)
+    between, at_wall = fields[36:]
     node, node_speed = wall_travel(wall, lists.wall, first * dt)
     if not np.isfinite(node + node_speed):
         return -1

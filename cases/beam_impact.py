@@ -13,7 +13,7 @@ from mpi4py import MPI
 
 from coupling import Record, analytic, cli, count_windows, couple, figure, linear, nearest, picture, report
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, open_dem
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Support
+from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, Interface, Support
 
 PAPER = dict(dt=5e-8, substeps=1, t_end=4e-4)
 PRESETS = {"paper": dict(cells=(62, 13), body=(120, 8), points=4, segments=(60,), **PAPER),
@@ -47,6 +47,7 @@ def main(
     law: Literal["linear", "neo_hooke"] = "linear",  # of the beam
     restitution: float = 1.0,  # coefficient of the contact, 0.05 to 1 [-]; the reference has 1
     friction: float = 0.0,  # coefficient of the contact [-]
+    solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
     dem: Literal["reference", "liggghts", "compare"] = "reference",  # back end; compare runs both
     shift: float = 0.0,  # of interface and wall into the beam, the paper's delta [m]
     gap: float = 0.0,  # between sphere and beam at the start [m]
@@ -81,7 +82,7 @@ def strike(case, compare, modes=50, **keys):
                "v_sphere": ("m/s", "upward velocity of the sphere", lambda w: w.particles["v"][0, 1])}
     runs, wait = {}, p.gap / p.v0
     for backend in ("liggghts", "reference") if p.dem == "compare" else (p.dem,):
-        solid = MPM(grid, beam, supports, interface, rebalance=p.rebalance)
+        solid = MPM(grid, beam, supports, interface, rebalance=p.rebalance, solver=p.solver)
         grains = open_dem(backend, scene, p.dt / p.substeps)
         start_points = solid.snapshot() if p.picture else None
         with Record(case, keys, p.out, solid, grains, windows=windows, columns=columns, paraview=p.paraview,

@@ -8,6 +8,7 @@ from typing import Literal, Optional, Tuple
 
 import beam_impact
 from coupling import analytic, cli
+from mpm_fenicsx import SOLVERS
 
 PRESETS = {"paper": dict(cells=(124, 13), body=(240, 8), points=4, segments=(240,), dt=5e-8, substeps=1, t_end=4e-3)}
 MODES = 500  # of the reference: with 50 the third peak is off by 0.5 %
@@ -30,6 +31,7 @@ def main(
     dt: float = 2e-6,  # coupling window and MPM time step [s]
     substeps: int = 20,  # DEM steps per window [-]
     t_end: float = 4e-3,  # end of the run [s]
+    solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
     dem: Literal["reference", "liggghts", "compare"] = "reference",  # back end; compare runs both
     out: str = "out/multiple_impact",  # folder of the results
     paraview: int = 0,  # windows from one ParaView file to the next [-]; 0: none

@@ -12,7 +12,8 @@ from .mpm import MPM  # noqa: E402
 from .mesh import Box, Mesh  # noqa: E402
 from .meshfile import read_cloud, read_mesh  # noqa: E402
 from .scene import Body, Cloud, Grid, Interface, Support  # noqa: E402
+from .solvers import SOLVERS  # noqa: E402
 
 __all__ = ["Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "LAWS", "Load", "MPM", "MPMDiverged", "MPMError",
-           "Mesh", "Penalty", "Support", "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "read_cloud", "read_mesh",
-           "von_mises"]
+           "Mesh", "Penalty", "SOLVERS", "Support", "drucker_prager", "linear", "mohr_coulomb", "neo_hooke",
+           "read_cloud", "read_mesh", "von_mises"]

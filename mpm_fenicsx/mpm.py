@@ -25,7 +25,7 @@ class MPM:
     ``advance`` and follow the motion; loads: ``Load`` records; penalties: ``Penalty`` and ``GridWall`` records; gravity:
     [m/s^2], shape (dim,); inertia: "consistent" (eq. 11) or "lumped"; rebalance: imbalance of material points over the
     ranks from which the grid is partitioned anew; body_force: force per mass [m/s^2] besides gravity, a function of the
-    points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim).
+    points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim); solver: of ``SOLVERS``.
 
     ``parts`` are the bodies with their points, numbered through, see ``parts.Part``; ``phases`` sums the seconds spent
     per phase, ``iterations`` is the number of Newton iterations of the last step, ``count`` the number of material
@@ -39,7 +39,7 @@ class MPM:
     balance_every = 50  # steps between two looks at the balance
 
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
-                 rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None):
+                 rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto"):
         if inertia not in ("consistent", "lumped"):
             raise ValueError(f"inertia is {inertia!r}: choose consistent or lumped")
         if not rebalance >= 1.0:
@@ -52,7 +52,7 @@ class MPM:
         x = np.concatenate([part.points.x for part in self.parts])
         self.count = len(x)
         self._check_inside(x, "the body reaches out of the grid: a material point")
-        self._support_scene, self.rebalance, self.balance = tuple(supports), rebalance, []
+        self._support_scene, self.rebalance, self.balance, self._solver = tuple(supports), rebalance, [], solver
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent = inertia == "consistent"
         self.kernels = compile_transfers(self.background)
@@ -147,7 +147,7 @@ class MPM:
         if self.step is not None:
             self.step.destroy()
         self.step = Step(self.background, filled, self.supports, self.parts, self.gravity, self.kernels,
-                         self._consistent, self.phases, self.loads, self.penalties)
+                         self._consistent, self.phases, self.loads, self.penalties, self._solver)
         self._attach()
 
     def _attach(self):

@@ -1,13 +1,7 @@
 """Newton–Raphson by PETSc SNES, options prefix ``mpm_``.
 
 Defaults are set on the objects before ``setFromOptions``, so the command line always wins:
-
-    -mpm_snes_rtol 1e-6, -mpm_snes_stol 0, -mpm_snes_max_it 25, line search bt, and by size and stiffness
-    small: -mpm_ksp_type preonly -mpm_pc_type cholesky (CHOLMOD on one rank, MUMPS on several; very small systems on
-    several ranks: -mpm_pc_type redundant, each rank solves the whole with CHOLMOD),
-    large and dominated by inertia: -mpm_ksp_type cg -mpm_pc_type bjacobi -mpm_sub_pc_type icc -mpm_ksp_rtol 1e-8,
-    large and stiff: -mpm_ksp_type cg -mpm_pc_type gamg (with the rigid-body modes),
-    not symmetric (soil that does not dilate as it rubs): lu, ilu and gmres for cholesky, icc and cg.
+-mpm_snes_rtol 1e-6, -mpm_snes_stol 0, -mpm_snes_max_it 25, line search bt, and a linear solver of ``solvers``.
 
 The tangent is kept until the caller has a reason for a new one (``-mpm_snes_lag_jacobian 1`` makes it anew in every
 Newton iteration, 2 in every second one, …). A step that fails with the kept tangent is tried again with new ones.
@@ -17,20 +11,16 @@ import sys
 import numpy as np
 from petsc4py import PETSc
 
-from . import compat
+from . import compat, solvers
 from .errors import MPMDiverged, MPMError
 
 PREFIX = "mpm_"
 KEEP = -1  # never made anew by the SNES itself
-DIRECT_UP_TO = {2: 100_000, 3: 60_000}  # unknowns: a factor that is kept pays up to here
-FRESH_UP_TO = {2: 20_000, 3: 3_000}  # and one that is made in every iteration, where inertia dominates, up to here
-REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
 ZERO_PIVOT = 81  # PETSc's error of a factorisation that fails
-STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
 REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
 ADVICE = {
     "DIVERGED_FNORM_NAN": "the residual is not a number: take a smaller dt, or a law that bears the deformation",
-    "DIVERGED_LINEAR_SOLVE": "the linear solver failed: try -mpm_pc_type lu",
+    "DIVERGED_LINEAR_SOLVE": "the linear solver failed: try solver=lu (-mpm_pc_type lu)",
     "DIVERGED_LINE_SEARCH": "the line search found no descent: try a smaller dt or -mpm_snes_linesearch_type basic",
     "DIVERGED_MAX_IT": "too many iterations: try a smaller dt, -mpm_snes_linesearch_type basic, or -mpm_snes_max_it 100",
 }
@@ -55,10 +45,13 @@ class Newton:
     tangent is called with whether it was asked for. watched: it is called in every iteration and may find that the kept
     one still holds. kinks: the residual is piecewise linear, as of springs that open, stick and slide. They have a
     potential: line search cp finds its minimum along a line, where bt gets stuck on the residual's norm. symmetric: so is
-    the tangent. plastic: it changes with the load, so every iteration gets a new one.
+    the tangent. plastic: it changes with the load, so every iteration gets a new one. solver: one of
+    ``solvers.SOLVERS``; ValueError when it does not exist or does not suit the tangent.
     """
 
-    def __init__(self, cover, residual, tangent, watched=False, kinks=False, symmetric=True, plastic=False):
+    def __init__(self, cover, residual, tangent, watched=False, kinks=False, symmetric=True, plastic=False,
+                 solver="auto"):
+        solvers.check(solver, symmetric)
         self._residual, self._tangent = residual, tangent
         self._failure = None
         self._shape = (cover.owned, cover.dim)
@@ -76,7 +69,7 @@ class Newton:
         snes.getKSP().setOperators(cover.matrix)
         self._user_atol, self._user_lag = options.hasName("snes_atol"), options.hasName("snes_lag_jacobian")
         self._user_search = options.hasName("snes_linesearch_type")
-        self._cover, self._chosen = cover, False
+        self._cover, self._solver, self._chosen = cover, solver, False
         r.destroy()  # the SNES holds its own reference
 
     def choose_solver(self, stiffness, coordinates):
@@ -86,56 +79,19 @@ class Newton:
         """
         if self._chosen:
             return
+        name, fresh = self._solver, self._user_lag or self._plastic
+        if name == "auto":
+            name = solvers.automatic(self.u.getSize(), self._cover.dim, self._symmetric, fresh, stiffness)
         try:
-            self._configure(stiffness, coordinates)
+            solvers.configure(self.snes.getKSP(), PREFIX, name, coordinates, self._symmetric)
             self.snes.setFromOptions()
         except PETSc.Error as error:
             raise MPMError(f"PETSc cannot take the options -{PREFIX}… ({_first_line(error)}): correct them") from None
         self._chosen = True
 
-    def _configure(self, stiffness, coordinates):
-        """Kinds of solver and preconditioner where the user has not chosen."""
-        options, ksp, comm = PETSc.Options(PREFIX), self.snes.getKSP(), self._cover.comm
-        pc, asked = ksp.getPC(), options.getString("pc_type", "")
-        fresh = (self._user_lag or self._plastic) and stiffness <= STIFF
-        small = self.u.getSize() <= (FRESH_UP_TO if fresh else DIRECT_UP_TO)[self._cover.dim]
-        direct, package = ("cholesky", "cholmod") if self._symmetric else ("lu", "umfpack")
-        if asked in ("cholesky", "lu") or (small and not asked):
-            ksp.setType("preonly")
-            if comm.size > 1 and not asked and self.u.getSize() <= REDUNDANT_UP_TO:
-                pc.setType("redundant")
-                for name, value in (("ksp_type", "preonly"), ("pc_type", direct),
-                                    ("pc_factor_mat_solver_type", package)):
-                    if not options.hasName("redundant_" + name):
-                        options["redundant_" + name] = value
-            else:
-                pc.setType(asked or direct)
-                pc.setFactorSolverType("mumps" if comm.size > 1 else "umfpack" if asked == "lu" else package)
-        else:
-            ksp.setType("cg" if self._symmetric else "gmres")
-            ksp.setTolerances(rtol=1e-8)
-            pc.setType(asked or ("gamg" if stiffness > STIFF else "bjacobi"))
-            if pc.getType() == "gamg":
-                self._set_rigid_body_modes(coordinates)
-            elif pc.getType() == "bjacobi" and not options.hasName("sub_pc_type"):
-                options["sub_pc_type"] = "icc" if self._symmetric else "ilu"
-
-    def _set_rigid_body_modes(self, coordinates):
-        """What multigrid needs to know of elasticity: the motions that cost no energy."""
-        x = self._cover.matrix.createVecRight()
-        x.array_w[:] = coordinates.ravel()
-        x.setBlockSize(self._cover.dim)
-        modes = PETSc.NullSpace().createRigidBody(x)
-        self._cover.matrix.setNearNullSpace(modes)
-        modes.destroy()
-        x.destroy()
-
     def describe(self):
         """The solver in use, for the report."""
-        ksp = self.snes.getKSP()
-        pc = ksp.getPC()
-        package = f" ({pc.getFactorSolverType()})" if pc.getType() in ("cholesky", "lu") else ""
-        return f"{self.snes.getType()}, {ksp.getType()}, {pc.getType()}{package}, {self.u.getSize()} unknowns"
+        return f"{self.snes.getType()}, {solvers.describe(self.snes.getKSP())}, {self.u.getSize()} unknowns"
 
     def _function(self, snes, u, r):
         out = r.array_w.reshape(self._shape)

@@ -24,7 +24,8 @@ class Step:
     tolerance = 1e-6  # of the residual, relative to loads and inertia (-mpm_snes_atol replaces it)
     slow = 4  # more Newton iterations than this: the kept tangent is out of date
 
-    def __init__(self, background, filled, supports, parts, gravity, kernels, consistent, phases, loads, penalties):
+    def __init__(self, background, filled, supports, parts, gravity, kernels, consistent, phases, loads, penalties,
+                 solver="auto"):
         self.comm, self.dim, self.background = background.comm, background.dim, background
         self.loads, self.penalties = loads, penalties
         laws = [part.body.law for part in parts]
@@ -36,7 +37,7 @@ class Step:
         self.cell_mass = np.prod(background.h) * min(b.rho * (b.thickness if self.dim == 2 else 1.0) for b in bodies)
         self.newton = Newton(self.cover, self.residual, self._renew_tangent, bool(penalties),
                              any(held.kinks for held in penalties), symmetric,
-                             any(law.state != ELASTIC_STATE for law in laws))
+                             any(law.state != ELASTIC_STATE for law in laws), solver)
         nodes = len(self.cover.node)
         self.mass = None  # until begin
         self.active = np.zeros(nodes, bool)

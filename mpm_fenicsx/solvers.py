@@ -1,0 +1,106 @@
+"""The linear solver inside Newton's method: presets, which set PETSc's options where the user has set none.
+
+    direct    cholesky where the tangent is symmetric, else lu
+    cholesky  factorisation by CHOLMOD, on several ranks by MUMPS
+    lu        factorisation by UMFPACK, on several ranks by MUMPS
+    cg        conjugate gradients, incomplete Cholesky factors on each rank
+    gmres     the same for tangents that are not symmetric, with incomplete LU factors
+    gamg      conjugate gradients (gmres) with algebraic multigrid that knows the rigid-body modes
+    hypre     conjugate gradients (gmres) with hypre's algebraic multigrid
+    auto      direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept, FRESH_UP_TO where it is made
+              in every iteration; beyond that cg (gmres) where inertia dominates the tangent, gamg where stiffness does
+
+Iterative ones stop at -mpm_ksp_rtol 1e-8. On several ranks direct solves systems below REDUNDANT_UP_TO unknowns whole
+on each rank (-mpm_pc_type redundant). docs/solvers.md says which one does what.
+"""
+from petsc4py import PETSc
+
+SOLVERS = ("auto", "direct", "cholesky", "lu", "cg", "gmres", "gamg", "hypre")
+FACTORISATIONS = ("cholesky", "lu")
+DIRECT_UP_TO = {2: 100_000, 3: 60_000}  # unknowns: a factor that is kept pays up to here
+FRESH_UP_TO = {2: 20_000, 3: 3_000}  # and one that is made in every iteration, where inertia dominates, up to here
+REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
+STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
+_put_in = {}  # option → value, of those put in here
+
+
+def check(name, symmetric):
+    """ValueError unless there is a preset of that name and it suits the tangent."""
+    if name not in SOLVERS:
+        raise ValueError(f"solver={name} does not exist: choose one of {', '.join(SOLVERS)}")
+    if not symmetric and name in ("cholesky", "cg"):
+        other = {"cholesky": "lu", "cg": "gmres"}[name]
+        raise ValueError(f"solver={name} needs a symmetric tangent, which laws with friction and F-bar do not have: "
+                         f"take {other}")
+
+
+def automatic(size, dim, symmetric, fresh, stiffness):
+    """The preset that suits ``size`` unknowns in ``dim`` dimensions. fresh: the tangent is made in every iteration;
+    stiffness: how many times as much stiffness as inertia it has."""
+    if size <= (FRESH_UP_TO if fresh and stiffness <= STIFF else DIRECT_UP_TO)[dim]:
+        return "direct"
+    return "gamg" if stiffness > STIFF else "cg" if symmetric else "gmres"
+
+
+def configure(ksp, prefix, name, coordinates, symmetric):
+    """Set the KSP, which has its matrix, to the preset ``name`` (not "auto"); what the options with ``prefix`` say is
+    left to them. coordinates: of the owned nodes [m], shape (owned, D). Collective."""
+    options = PETSc.Options(prefix)
+    asked = options.getString("pc_type", "")
+    if asked in FACTORISATIONS or (name in ("direct", *FACTORISATIONS) and not asked):
+        _factorise(ksp, options, asked or name, symmetric)
+    else:
+        ksp.setType("cg" if symmetric and name != "gmres" else "gmres")
+        ksp.setTolerances(rtol=1e-8)
+        _precondition(ksp, options, asked or {"cg": "bjacobi", "gmres": "bjacobi"}.get(name, name), coordinates)
+
+
+def _factorise(ksp, options, kind, symmetric):
+    pc, comm = ksp.getPC(), ksp.comm
+    size, small = ksp.getOperators()[0].getSize()[0], False
+    if kind == "direct":
+        kind, small = "cholesky" if symmetric else "lu", size <= REDUNDANT_UP_TO
+    package = {"cholesky": "cholmod", "lu": "umfpack"}[kind]
+    ksp.setType("preonly")
+    if comm.size > 1 and small:
+        pc.setType("redundant")
+        _default(options, redundant_ksp_type="preonly", redundant_pc_type=kind,
+                 redundant_pc_factor_mat_solver_type=package)
+    else:
+        pc.setType(kind)
+        pc.setFactorSolverType("mumps" if comm.size > 1 else package)
+
+
+def _precondition(ksp, options, kind, coordinates):
+    ksp.getPC().setType(kind)
+    if kind == "gamg":
+        _set_rigid_body_modes(ksp.getOperators()[0], coordinates)
+    elif kind == "hypre":
+        _default(options, pc_hypre_type="boomeramg")
+    elif kind == "bjacobi":
+        _default(options, sub_pc_type="icc" if ksp.getType() == "cg" else "ilu")
+
+
+def _default(options, **values):
+    """Put in options that others will read, unless they are the user's; what a solver before put in is not."""
+    for name, value in values.items():
+        if not options.hasName(name) or options.getString(name) == _put_in.get(name):
+            options[name] = _put_in[name] = value
+
+
+def _set_rigid_body_modes(matrix, coordinates):
+    """What multigrid needs to know of elasticity: the motions that cost no energy."""
+    x = matrix.createVecRight()
+    x.array_w[:] = coordinates.ravel()
+    x.setBlockSize(coordinates.shape[1])
+    modes = PETSc.NullSpace().createRigidBody(x)
+    matrix.setNearNullSpace(modes)
+    modes.destroy()
+    x.destroy()
+
+
+def describe(ksp):
+    """The linear solver in use, in a few words."""
+    pc = ksp.getPC()
+    package = f" ({pc.getFactorSolverType()})" if pc.getType() in FACTORISATIONS else ""
+    return f"{ksp.getType()}, {pc.getType()}{package}"

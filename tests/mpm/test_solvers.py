@@ -1,0 +1,83 @@
+"""Presets of the linear solver: the same motion with each, the user's options win, and what does not fit is said."""
+import numpy as np
+import pytest
+from petsc4py import PETSc
+
+from mpm_fenicsx import SOLVERS, drucker_prager, solvers
+
+BLOCK = dict(h=0.25, margin=1, gravity=(0.0, -1.0), velocity=(0.0, -0.1))
+SOIL = dict(law=drucker_prager(1e3, 0.3, friction_angle=30.0, cohesion=1e9), inertia="lumped")
+
+
+def motion(solid, dt=0.01, steps=3):
+    """Positions of the points after a few steps [m]."""
+    x = np.zeros_like(solid.points.x)
+    for _ in range(steps):
+        solid.advance(dt)
+    x[solid.points.gid] = solid.points.x
+    return x
+
+
+@pytest.mark.parametrize("solver, described", [
+    ("direct", "preonly, cholesky (cholmod)"), ("cholesky", "preonly, cholesky (cholmod)"),
+    ("lu", "preonly, lu (umfpack)"), ("cg", "cg, bjacobi"), ("gmres", "gmres, bjacobi"), ("gamg", "cg, gamg"), ("hypre", "cg, hypre")])
+def test_every_solver_gives_the_same_motion(make_mpm, options, solver, described):
+    options(snes_rtol=1e-12, snes_atol=1e-12)
+    automatic, solid = make_mpm(**BLOCK), make_mpm(**BLOCK, solver=solver)
+    expected, fall = motion(automatic), 0.01 * 3 * 0.1
+    assert np.abs(motion(solid) - expected).max() < 1e-9 * fall
+    assert described in solid.step.newton.describe()
+    assert "preonly, cholesky (cholmod)" in automatic.step.newton.describe()
+
+
+@pytest.mark.parametrize("solver, described", [
+    ("auto", "preonly, lu (umfpack)"), ("direct", "preonly, lu (umfpack)"), ("gmres", "gmres, bjacobi"),
+    ("gamg", "gmres, gamg")])
+def test_a_tangent_that_is_not_symmetric(make_mpm, options, solver, described):
+    options(snes_rtol=1e-12, snes_atol=1e-12)
+    solid = make_mpm(**BLOCK, **SOIL, solver=solver)
+    assert np.abs(motion(solid) - motion(make_mpm(**BLOCK, **SOIL, solver="lu"))).max() < 1e-11
+    assert described in solid.step.newton.describe()
+
+
+def test_one_preset_leaves_nothing_behind_for_the_next(make_mpm, options):
+    """The factors inside block Jacobi are an option in PETSc's data base, which outlives the first body."""
+    options(snes_rtol=1e-12, snes_atol=1e-12)
+    motion(make_mpm(**BLOCK, solver="cg"))
+    motion(make_mpm(**BLOCK, **SOIL, solver="gmres"))
+    assert PETSc.Options("mpm_").getString("sub_pc_type") == "ilu"
+
+
+def test_options_win_over_the_preset(make_mpm, options):
+    options(pc_type="jacobi", ksp_rtol=1e-4)
+    solid = make_mpm(**BLOCK, solver="direct")
+    motion(solid)
+    assert "cg, jacobi" in solid.step.newton.describe() and solid.step.newton.snes.getKSP().getTolerances()[0] == 1e-4
+    options(pc_type="lu", pc_factor_mat_solver_type="petsc")
+    solid = make_mpm(**BLOCK, solver="gamg")
+    motion(solid)
+    assert "preonly, lu (petsc)" in solid.step.newton.describe()
+
+
+def test_the_automatic_choice():
+    kept, fresh = dict(symmetric=True, fresh=False), dict(symmetric=True, fresh=True)
+    assert solvers.automatic(100_000, 2, stiffness=1.0, **kept) == "direct"
+    assert solvers.automatic(60_000, 3, stiffness=1e3, **kept) == "direct"
+    assert solvers.automatic(100_001, 2, stiffness=1.0, **kept) == "cg"
+    assert solvers.automatic(60_001, 3, stiffness=1e3, **kept) == "gamg"
+    assert [solvers.automatic(n, 3, stiffness=1.0, **fresh) for n in (3_000, 3_001)] == ["direct", "cg"]
+    assert solvers.automatic(3_001, 3, stiffness=1e3, **fresh) == "direct"
+    assert solvers.automatic(30_000, 2, symmetric=False, fresh=True, stiffness=1.0) == "gmres"
+
+
+@pytest.mark.parametrize("changes, sentence", [
+    (dict(solver="pardiso"), "solver=pardiso does not exist: choose one of auto, direct, "),
+    (dict(solver="cholesky", **SOIL), "solver=cholesky needs a symmetric tangent.*take lu"),
+    (dict(solver="cg", f_bar=True), "solver=cg needs a symmetric tangent.*take gmres")])
+def test_a_solver_that_does_not_exist_or_fit(make_mpm, changes, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        make_mpm(**BLOCK, **changes)
+
+
+def test_all_presets_are_documented():
+    assert all(f"    {name} " in solvers.__doc__ for name in SOLVERS)

@@ -42,11 +42,15 @@ class Ledger:
 
     def _on_wall(self, window):
         """Work in the window, and in the jump before it from where the wall was carried to where the interface went,
-        under the mean of the forces on both sides of it."""
+        under the mean of the forces on both sides of it; points that are new have jumped as their neighbours."""
         work, last, self._last = window.dt * float(np.vdot(window.wall_force, window.wall_v)), self._last, window
         if last is not None:
-            jump = window.wall_x - last.wall_x - last.dt * last.wall_v
-            work += 0.5 * float(np.vdot(last.wall_force + window.wall_force, jump))
+            if window.resampled is None:
+                jump = before = window.wall_x - last.wall_x - last.dt * last.wall_v
+            else:
+                before = last.x - last.wall_x - last.dt * last.wall_v
+                jump = window.resampled.carry(before)
+            work += 0.5 * float(np.vdot(last.wall_force, before) + np.vdot(window.wall_force, jump))
         return work
 
     def __call__(self, window):

@@ -4,13 +4,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .resampling import resample
+
 
 class Window(NamedTuple):
     """What happened in one coupling window. ``number`` counts from 1, ``time`` [s] is its end, ``dt`` [s] its length.
 
     Wall nodes moved from ``wall_x`` with ``wall_v``, the mean force on them was ``wall_force`` [N], shape (m, dim); the
     interface got ``force`` [N], moved by ``moved`` [m], is now at ``x`` with ``v``, and had ``v_start`` before, shape
-    (n, dim); ``particles``: the grains at its end; ``seconds``: run time of the DEM, the mapping and the MPM.
+    (n, dim); ``particles``: the grains at its end; ``seconds``: run time of the DEM, the mapping and the MPM;
+    ``resampled``: how the interface's points before the window became those in it, see ``resample``, or None.
     """
 
     number: int
@@ -26,6 +29,7 @@ class Window(NamedTuple):
     v_start: np.ndarray
     particles: np.ndarray
     seconds: dict
+    resampled: object = None
 
 
 def count_windows(t_end, dt, substeps=1, start=0.0):
@@ -51,7 +55,8 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, on_window=(), last=
     In each window the DEM goes first, with the wall carried on at the interface's mean velocity of the window before
     plus its change since; its mean force then drives the MPM (momentum is exact: force times window is the impulse).
     The mean is that of the displacement: velocity and motion of boundary particles differ by what the grid smooths
-    away, and a wall that follows the velocity jumps back in every window.
+    away, and a wall that follows the velocity jumps back in every window. Before each window the solid may renew its
+    interface, see ``resampling``.
 
     ``on_window`` are called with each ``Window``. A run that stopped goes on bit for bit from the states of both
     partitions and its ``last`` window. FloatingPointError when a number is no longer finite.
@@ -64,6 +69,9 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, on_window=(), last=
     coming = v if last is None else last.moved / dt + (v - last.v_start)
     for number in range(1, count + 1):
         begin = perf_counter()
+        change = resample(solid, grains, mapping)
+        if change is not None:
+            (x, v), coming = solid.surface(), change.carry(coming)
         wall_x, wall_v = mapping.motion(x, coming)
         mapped = perf_counter()
         wall_force, particles = grains.advance(substeps, wall_x, wall_v), grains.particles()
@@ -78,7 +86,8 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, on_window=(), last=
         moved = x - x_start
         coming = moved / dt + (v - v_start)
         seconds = {"DEM": solved - mapped, "mapping": mapped - begin + back - solved, "MPM": perf_counter() - back}
-        window = Window(number, time, dt, wall_x, wall_v, wall_force, force, moved, x, v, v_start, particles, seconds)
+        window = Window(number, time, dt, wall_x, wall_v, wall_force, force, moved, x, v, v_start, particles, seconds,
+                        change)
         for report in on_window:
             report(window)
 

@@ -9,7 +9,8 @@ import numpy as np
 
 
 class Solid(Protocol):
-    """The continuum as the loop sees it: takes forces, answers with motion (eq. 26)."""
+    """The continuum as the loop sees it: takes forces, answers with motion (eq. 26). It may have a method ``resample()``
+    that renews the points of its interface between two steps, see ``resampling``."""
 
     time: float  # [s]
 

@@ -7,13 +7,14 @@ petsc4py.init(sys.argv)  # before dolfinx is imported: afterwards PETSc no longe
 
 from .conditions import GridWall, Load, Penalty  # noqa: E402
 from .errors import MPMDiverged, MPMError  # noqa: E402
+from .interface import Interface, Resampling  # noqa: E402
 from .laws import LAWS, drucker_prager, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
 from .mpm import MPM  # noqa: E402
 from .mesh import Box, Mesh  # noqa: E402
 from .meshfile import read_cloud, read_mesh  # noqa: E402
-from .scene import Body, Cloud, Grid, Interface, Support  # noqa: E402
+from .scene import Body, Cloud, Grid, Support  # noqa: E402
 from .solvers import SOLVERS  # noqa: E402
 
 __all__ = ["Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "LAWS", "Load", "MPM", "MPMDiverged", "MPMError",
-           "Mesh", "Penalty", "SOLVERS", "Support", "drucker_prager", "linear", "mohr_coulomb", "neo_hooke",
-           "read_cloud", "read_mesh", "von_mises"]
+           "Mesh", "Penalty", "Resampling", "SOLVERS", "Support", "drucker_prager", "linear", "mohr_coulomb",
+           "neo_hooke", "read_cloud", "read_mesh", "von_mises"]

@@ -7,7 +7,8 @@ from typing import Callable, Optional
 
 import numpy as np
 
-from .scene import AXES, Interface
+from .interface import Interface
+from .scene import AXES
 
 
 def _check_number(name, what, value, unit, zero=True):

@@ -4,6 +4,7 @@ from mpi4py import MPI
 
 from . import output
 from .boundary import Supports
+from .boundary_particles import BoundaryParticles, near_mass
 from .collective import total
 from .errors import MPMError
 from .grid import Background
@@ -12,7 +13,6 @@ from .loads import SurfaceLoads
 from .migrate import Router
 from .parts import Start, make_parts
 from .penalty import make_penalties, reaction
-from .points import Points
 from .sets import Set, Sets
 from .snes import unused_options
 from .step import PHASES, Step
@@ -44,9 +44,10 @@ class MPM:
             raise ValueError(f"inertia is {inertia!r}: choose consistent or lumped")
         if not rebalance >= 1.0:
             raise ValueError(f"rebalance is {rebalance}: an imbalance is never below 1, give a larger number")
-        self.comm, self.dim, self.grid, self.interface = comm, grid.box.dim, grid, interface
+        self.comm, self.dim, self.grid = comm, grid.box.dim, grid
         self.gravity = np.zeros(self.dim) if gravity is None else np.array(gravity, float)
         self.time, self.steps, self.iterations = 0.0, 0, 0
+        self._settled = False  # whether the points are in their cells
         self.phases = dict.fromkeys(PHASES, 0.0)
         self.parts = make_parts(body if isinstance(body, (list, tuple)) else [body], grid, self.gravity, body_force)
         x = np.concatenate([part.points.x for part in self.parts])
@@ -56,7 +57,7 @@ class MPM:
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent = inertia == "consistent"
         self.kernels = compile_transfers(self.background)
-        self._make_conditions(loads, penalties, Start(self.parts, self.gravity, body_force))
+        self._make_conditions(interface, loads, penalties, Start(self.parts, self.gravity, body_force))
         for part in self.parts:
             part.compile(self.background, self._consistent)
             self._keep_mine(part.points, np.full(len(part.points), "the body"))
@@ -81,20 +82,12 @@ class MPM:
         points.take(mine)
         points.cell[:] = self.background.search.local(number[mine])
 
-    def _make_boundary(self, start):
-        x = np.zeros((0, self.dim)) if self.interface is None else np.array(self.interface.x, float)
-        if x.shape[1] != self.dim:
-            raise ValueError(f"the interface has {x.shape[1]} dimensions, the grid {self.dim}: give both the same")
-        self._check_inside(x, "a boundary particle")
-        n = len(x)
-        self.boundary = Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
-                               a=start.acceleration(x), force=np.zeros((n, self.dim)))
-        self._boundary_count = n
-        self._keep_mine(self.boundary, np.full(n, "the interface"))
-
-    def _make_conditions(self, loads, penalties, start):
+    def _make_conditions(self, interface, loads, penalties, start):
         """What acts through particles of its own."""
-        self._make_boundary(start)
+        self._surface = BoundaryParticles(self.comm, self.dim, interface, start)
+        self.boundary = self._surface.points
+        self._check_inside(self.boundary.x, "a boundary particle")
+        self._keep_mine(self.boundary, np.full(len(self.boundary), "the interface"))
         self.loads = (SurfaceLoads(loads, self.dim, start),) if loads else ()
         self.penalties = make_penalties(penalties, self.background, start)
         for condition in (*self.loads, *self.penalties):
@@ -112,7 +105,7 @@ class MPM:
         constant over the step, the same on every rank. Returns ``surface()``."""
         if not (dt > 0 and np.isfinite(dt)):
             raise ValueError(f"dt is {dt} s: it must be positive")
-        force = np.zeros((self._boundary_count, self.dim)) if force is None else np.asarray(force, float)
+        force = np.zeros((self._surface.count, self.dim)) if force is None else np.asarray(force, float)
         if not np.isfinite(force).all():
             raise MPMError(f"the force on boundary particle {np.argwhere(~np.isfinite(force))[0][0]} is not a number "
                            f"at t = {self.time:.6g} s: look at the grains that sent it")
@@ -120,6 +113,7 @@ class MPM:
         if self.comm.size > 1 and self.steps and self.steps % self.balance_every == 0:
             self._rebalance()
         self._search()
+        self._settled = False
         self.step.begin(dt, self.time, force[self.boundary.gid])
         u, self.iterations = self.step.solve(f"step {self.steps + 1}, t = {self.time + dt:.6g} s")
         self.step.finish(u)
@@ -129,13 +123,30 @@ class MPM:
             held.move(self.time)
         return self.surface()
 
+    def resample(self):
+        """Between two steps, renew the boundary particles of an interface with a ``Resampling``: ``outline.Change``, or
+        None when nothing has to change."""
+        if not self._surface.resampled:
+            return None
+        self._search()
+        change = self._surface.resample(near_mass(self.background, self.step.cover, self.parts), self.time)
+        if change is not None:
+            self._keep_mine(self.boundary, ["the interface"] * len(self.boundary))
+            self._attach()
+        return change
+
+    interface = property(lambda self: self._surface.interface, doc="The ``Interface`` of now, or None.")
+
     @property
     def applied(self):
         """Sum of the interface forces that reached the nodes in the last step [N], shape (dim,)."""
         return self.step.applied
 
     def _search(self):
-        """Phase I: points go to their cells, and the cover follows them."""
+        """Phase I: points go to their cells, and the cover follows them; once in a step."""
+        if self._settled:
+            return
+        self._settled = True
         slot = self._no_slot if self.step is None else self.step.cover.slot
         travelled, bare = self._sets.settle(self.background.search, slot, self._router, self.time)
         if bare:
@@ -153,10 +164,7 @@ class MPM:
     def _attach(self):
         """Work arrays for the points now here, and the order in which their surface is put together."""
         self.step.attach(self.boundary)
-        if self.comm.size > 1:
-            numbers = self.comm.allgather(self.boundary.gid)
-            self._surface_number = np.concatenate(numbers)
-            self._surface_counts = 2 * self.dim * np.array([len(part) for part in numbers])
+        self._surface.attach()
 
     def imbalance(self):
         """Most material points on one rank over the mean."""
@@ -195,13 +203,7 @@ class MPM:
     def surface(self):
         """Boundary particles: positions [m] and velocities [m/s], shape (n, dim) each, in the order of the interface,
         the same on every rank."""
-        if self.comm.size == 1:
-            return self.boundary.x.copy(), self.boundary.v.copy()
-        mine = np.hstack([self.boundary.x, self.boundary.v])
-        parts, ordered = np.empty((2, self._boundary_count, 2 * self.dim))
-        self.comm.Allgatherv(mine, [parts, self._surface_counts])
-        ordered[self._surface_number] = parts
-        return ordered[:, :self.dim].copy(), ordered[:, self.dim:].copy()
+        return tuple(self._surface.whole("x", "v"))
 
     def reaction(self, name):
         """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
@@ -234,12 +236,14 @@ class MPM:
         """Everything that decides the future, as name → array copy: points and boundary particles of this rank, time,
         cover and kept tangent."""
         state = self._sets.get_state()
-        state.update(self.step.get_state(), time=np.array([self.time, self.steps]))
+        state.update(self._surface.get_state(), **self.step.get_state(), time=np.array([self.time, self.steps]))
         return state
 
     def set_state(self, state):
         """Go back to ``state``; the run continues bit for bit."""
         self._sets.set_state(state)
+        self._surface.set_state(state)
+        self._settled = False
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])
         same = np.array_equal(self.step.filled, state["filled"])
         if not self.comm.allreduce(int(same), MPI.MIN):

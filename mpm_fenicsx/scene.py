@@ -12,7 +12,7 @@ TENSOR_POINTS = range(1, 7)  # per direction
 SIMPLEX_POINTS = {2: (1, 3, 6, 7, 12), 3: (1, 4, 14, 15, 24)}  # basix's rules with positive weights
 
 
-def _counts(value, dim, name):
+def whole_numbers(value, dim, name):
     counts = tuple(int(n) for n in value)
     if len(counts) != dim or any(n != v for n, v in zip(counts, value)) or min(counts) < 1:
         shown, wanted = (value[0], "a whole number of") if dim == len(value) == 1 else (
@@ -31,7 +31,7 @@ class Grid:
     cell: Optional[str] = None
 
     def __post_init__(self):
-        object.__setattr__(self, "cells", _counts(self.cells, self.box.dim, "cells of the grid"))
+        object.__setattr__(self, "cells", whole_numbers(self.cells, self.box.dim, "cells of the grid"))
         object.__setattr__(self, "cell", cell_of(self.box.dim, self.cell, "grid"))
 
     @property
@@ -100,7 +100,7 @@ class Body:
     def __post_init__(self):
         put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen
         if isinstance(self.shape, Box):
-            put("cells", _counts(self.cells, self.dim, "body (its cells)"))
+            put("cells", whole_numbers(self.cells, self.dim, "body (its cells)"))
             put("cell", cell_of(self.dim, self.cell, "body"))
         elif isinstance(self.shape, Mesh):
             put("cell", self.shape.cell)
@@ -155,60 +155,3 @@ class Support:
         h = grid.box.size[d] / grid.cells[d]
         nearest = grid.box.lower[d] + h * np.rint((at - grid.box.lower[d]) / h)
         return Support(lambda x: np.abs(x[:, d] - nearest) < 0.25 * h, fix, motion, name)
-
-
-@dataclass(frozen=True)
-class Interface:
-    """Boundary particles: positions x [m], shape (n, dim), and the elements they form, shape (m, dim): segments a→b
-    with the outside on their left, or triangles that run counter-clockwise seen from outside."""
-
-    x: np.ndarray
-    elements: np.ndarray
-
-    @staticmethod
-    def of_mesh(mesh: Mesh, surface: Optional[str] = None):
-        """The surface of a body mesh, or the named one of its surfaces, as segments or triangles; its vertices become
-        the boundary particles. Raises ValueError as ``Mesh.boundary``."""
-        facets = mesh.boundary(surface)
-        if facets.shape[1] == 4:
-            facets = np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]])
-        vertices, elements = np.unique(facets, return_inverse=True)
-        return Interface(mesh.vertices[vertices], elements.reshape(facets.shape))
-
-    @staticmethod
-    def top(box: Box, segments, shift: float = 0.0):
-        """Upper side of a box, moved into the body by ``shift`` [m] (the paper's delta). segments: of the upper edge of a
-        plane box, one number; of the upper face of a box in space two, along x and z, each rectangle being two triangles.
-        """
-        across = [d for d in range(box.dim) if d != 1]
-        counts = _counts(np.atleast_1d(segments), len(across), "segments")
-        if not 0.0 <= shift < box.size[1]:
-            raise ValueError(f"shift is {shift} m: it must lie between 0 and the height of the body, {box.size[1]} m")
-        axes = [np.linspace(box.lower[d], box.upper[d], n + 1) for d, n in zip(across, counts)]
-        x = np.stack([a.ravel(order="F") for a in np.meshgrid(*axes, indexing="ij")], axis=1)
-        x = np.insert(x, 1, box.upper[1] - shift, axis=1)
-        nodes = np.arange(len(x)).reshape(*(n + 1 for n in counts), order="F")
-        if box.dim == 2:
-            return Interface(x, np.column_stack([nodes[:-1], nodes[1:]]))  # rightwards: the outside is on the left hand
-        a, b, c, d = (part.ravel(order="F") for part in (nodes[:-1, :-1], nodes[1:, :-1], nodes[:-1, 1:], nodes[1:, 1:]))
-        return Interface(x, np.concatenate([np.column_stack([a, c, d]), np.column_stack([a, d, b])]))
-
-    @staticmethod
-    def line(a, b, segments: int):
-        """Segments of equal length from a to b [m] in the plane; their outside is on the left of the way."""
-        if int(segments) != segments or segments < 1:
-            raise ValueError(f"segments is {segments}: give a whole number of at least 1")
-        i = np.arange(segments)
-        return Interface(np.linspace(a, b, segments + 1), np.column_stack([i, i + 1]))
-
-    @staticmethod
-    def patch(corner, first, second, counts):
-        """Parallelogram in space from ``corner`` along the edges ``first`` and ``second`` [m], in counts[0] x counts[1]
-        pieces of two triangles each; its outside is that of first x second."""
-        n, m = _counts(counts, 2, "pieces of the patch")
-        s, t = (a.ravel() for a in np.meshgrid(np.arange(n + 1), np.arange(m + 1), indexing="ij"))
-        x = np.asarray(corner, float) + np.outer(s / n, first) + np.outer(t / m, second)
-        corners = (np.arange(n)[:, None] * (m + 1) + np.arange(m)).ravel()
-        along, across = corners + m + 1, corners + 1
-        return Interface(x, np.concatenate([np.column_stack([corners, along, along + 1]),
-                                            np.column_stack([corners, along + 1, across])]))

@@ -22,6 +22,7 @@ BODY, SEGMENTS = {2: (120, 8), 3: (80, 5, 5)}, {2: (60,), 3: (77, 10)}  # unless
 HEIGHT = WIDTH = 0.01  # of the beam [m]
 PLAIN = dict(wall_segments=None, mapping="linear", plane="stress", law="linear", restitution=1.0, friction=0.0,
              shift=0.0, gap=0.0, rebalance=1.2)
+SCHEME = "dt", "t_end", "substeps", "iterate", "tol", "relax", "adapt"  # keys that go on to couple()
 
 
 def main(
@@ -42,6 +43,10 @@ def main(
     mapping: Literal["linear", "nearest"] = "linear",  # from interface to wall; both are a copy where places coincide
     dt: float = 2e-6,  # coupling window and MPM time step [s]
     substeps: int = 20,  # DEM steps per window [-]
+    iterate: int = 0,  # most repetitions of a window until both sides agree [-]; 0: weak coupling
+    tol: float = 1e-4,  # how well they agree, as a part of the force [-]
+    relax: Literal["aitken", "constant", "iqn"] = "aitken",  # how the force is corrected in a repetition
+    adapt: Optional[float] = None,  # shorter windows; none: never, 0: where one fails, 0.01: also for that error [-]
     t_end: float = 4e-4,  # end of the run [s]
     plane: Literal["stress", "strain"] = "stress",  # plane state of the beam, which is 1 cm thick (dim=2)
     law: Literal["linear", "neo_hooke"] = "linear",  # of the beam
@@ -87,9 +92,9 @@ def strike(case, compare, modes=50, **keys):
         start_points = solid.snapshot() if p.picture else None
         with Record(case, keys, p.out, solid, grains, windows=windows, columns=columns, paraview=p.paraview,
                     label="liggghts" if (p.dem, backend) == ("compare", "liggghts") else "") as record:
-            couple(solid, grains, follow, dt=p.dt, t_end=p.t_end, substeps=p.substeps, on_window=[record])
+            couple(solid, grains, follow, **{key: keys[key] for key in SCHEME}, on_window=[record])
             runs[backend] = record.history
-            record.finish(compare(runs, reference, p.dt, wait), lambda path: draw(path, runs, reference, wait))
+            record.finish(compare(runs, reference, wait), lambda path: draw(path, runs, reference, wait))
         if p.picture:
             show(f"{p.out}/{case}_scene.png", p, start_points, solid.snapshot(), scene, grains.particles())
         solid.close(), grains.close()
@@ -125,13 +130,13 @@ def background(box, cells, h, cell):
     return Grid(Box(tuple(lower), tuple(upper)), cells, cell)
 
 
-def compare(runs, reference, dt, wait):
+def compare(runs, reference, wait):
     """Errors of the last of ``runs`` against the reference, whose contact starts after ``wait`` [s], and the largest
     difference in force between back ends. The force is the mean over a window: it belongs to the window's middle."""
     *others, history = runs.values()
-    at_end, at_middle = (reference.at(np.maximum(history["time"] - wait - lag, 0.0)) for lag in (0.0, dt / 2))
-    errors = {"force": report.relative_l2(history["force"], at_middle.force),
-              "u_beam": report.relative_l2(history["u_beam"], at_end.u_beam),
+    at_end, at_middle = (reference.at(np.maximum(history["time"] - wait - lag, 0.0)) for lag in (0.0, history["window"] / 2))
+    errors = {"force": report.relative_l2(history["force"], at_middle.force, history["window"]),
+              "u_beam": report.relative_l2(history["u_beam"], at_end.u_beam, history["window"]),
               "v_sphere_end": abs(history["v_sphere"][-1] / at_end.v_sphere[-1] - 1)}
     for other in others:
         errors["back_ends"] = abs(other["force"] - history["force"]).max() / abs(history["force"]).max()

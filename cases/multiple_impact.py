@@ -30,6 +30,10 @@ def main(
     segments: Optional[Tuple[int, ...]] = None,  # of the interface on top, along and across [-]; none: 240 or 240,8
     dt: float = 2e-6,  # coupling window and MPM time step [s]
     substeps: int = 20,  # DEM steps per window [-]
+    iterate: int = 0,  # most repetitions of a window until both sides agree [-]; 0: weak coupling
+    tol: float = 1e-4,  # how well they agree, as a part of the force [-]
+    relax: Literal["aitken", "constant", "iqn"] = "aitken",  # how the force is corrected in a repetition
+    adapt: Optional[float] = None,  # shorter windows; none: never, 0: where one fails, 0.01: also for that error [-]
     t_end: float = 4e-3,  # end of the run [s]
     solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
     dem: Literal["reference", "liggghts", "compare"] = "reference",  # back end; compare runs both
@@ -44,11 +48,11 @@ def main(
     return beam_impact.strike("multiple_impact", compare, modes=MODES, **keys)
 
 
-def compare(runs, reference, dt, wait):
+def compare(runs, reference, wait):
     """Errors of the last of ``runs``: those of the single impact; number of contacts too many; start, end and peak of
     each contact, relative (start of the first: as part of its duration)."""
     *_, history = runs.values()
-    errors = beam_impact.compare(runs, reference, dt, wait)
+    errors = beam_impact.compare(runs, reference, wait)
     ours, theirs = analytic.contacts(history["time"], history["force"]), reference.contacts()
     errors["contacts"] = float(len(ours) - len(theirs))
     for number, (own, other) in enumerate(zip(ours, theirs), 1):

@@ -1,35 +1,16 @@
-"""The partitioned loop: weak coupling, algorithm 1 of the paper, with substeps of the DEM."""
-from time import perf_counter
+"""The partitioned loop: windows of one MPM step and several DEM steps, weakly coupled or iterated, of one length or not."""
 from typing import NamedTuple
 
 import numpy as np
 
+from .control import StepControl
+from .iterate import Iterated, NotConverged
+from .relaxation import RELAXATIONS
 from .resampling import resample
+from .trend import Trend
+from .window import Weak, Window
 
-
-class Window(NamedTuple):
-    """What happened in one coupling window. ``number`` counts from 1, ``time`` [s] is its end, ``dt`` [s] its length.
-
-    Wall nodes moved from ``wall_x`` with ``wall_v``, the mean force on them was ``wall_force`` [N], shape (m, dim); the
-    interface got ``force`` [N], moved by ``moved`` [m], is now at ``x`` with ``v``, and had ``v_start`` before, shape
-    (n, dim); ``particles``: the grains at its end; ``seconds``: run time of the DEM, the mapping and the MPM;
-    ``resampled``: how the interface's points before the window became those in it, see ``resample``, or None.
-    """
-
-    number: int
-    time: float
-    dt: float
-    wall_x: np.ndarray
-    wall_v: np.ndarray
-    wall_force: np.ndarray
-    force: np.ndarray
-    moved: np.ndarray
-    x: np.ndarray
-    v: np.ndarray
-    v_start: np.ndarray
-    particles: np.ndarray
-    seconds: dict
-    resampled: object = None
+__all__ = ["NotConverged", "Window", "count_windows", "couple"]
 
 
 def count_windows(t_end, dt, substeps=1, start=0.0):
@@ -49,55 +30,98 @@ def count_windows(t_end, dt, substeps=1, start=0.0):
     return count
 
 
-def couple(solid, grains, mapping, *, dt, t_end, substeps=1, on_window=(), last=None):
+def couple(solid, grains, mapping, *, dt, t_end, substeps=1, iterate=0, tol=1e-4, relax="aitken", adapt=None,
+           on_window=(), last=None):
     """Advance both partitions to ``t_end`` [s] in windows of ``dt`` [s] of one MPM step and ``substeps`` DEM steps.
+    Before each window the solid may renew its interface, see ``resampling``.
 
-    In each window the DEM goes first, with the wall carried on at the interface's mean velocity of the window before
-    plus its change since; its mean force then drives the MPM (momentum is exact: force times window is the impulse).
-    The mean is that of the displacement: velocity and motion of boundary particles differ by what the grid smooths
-    away, and a wall that follows the velocity jumps back in every window. Before each window the solid may renew its
-    interface, see ``resampling``.
+    iterate: how often a window may be repeated until both sides agree to ``tol``, with the relaxation named ``relax``,
+    see ``Iterated``; 0 for weak coupling, see ``Weak``. adapt: None for windows of one length; 0 halves those that fail
+    (ArithmeticError), down to one DEM step, and grows back; above, the change of the force in a window against its
+    extrapolation, relative to the largest so far, stays near it, and ``dt`` is the longest.
 
     ``on_window`` are called with each ``Window``. A run that stopped goes on bit for bit from the states of both
-    partitions and its ``last`` window. FloatingPointError when a number is no longer finite.
+    partitions and its ``last`` window. FloatingPointError when a number is no longer finite, NotConverged when a window
+    needs more repetitions.
     """
-    start = solid.time
-    count = count_windows(t_end, dt, substeps, start)
-    if abs(substeps * grains.dt - dt) > 1e-9 * dt:
-        raise ValueError(f"{substeps} substeps of the DEM's {grains.dt} s do not make a window of {dt} s: let them fit")
-    x, v = solid.surface()
-    coming = v if last is None else last.moved / dt + (v - last.v_start)
-    for number in range(1, count + 1):
-        begin = perf_counter()
-        change = resample(solid, grains, mapping)
+    start, number, done, control = solid.time, 0, 0, StepControl(substeps, adapt)
+    if control.active and last is not None:  # shorter windows may have left any number of DEM steps
+        total = count_windows(t_end, dt / substeps, 1, start)
+    else:
+        total = count_windows(t_end, dt, substeps, start) * substeps
+    _check(dt, grains.dt, substeps, iterate, tol, relax)
+    trend, known = Trend(), None
+    if last is not None and last.memory is not None:
+        trend, known, size = last.memory
+        control.set_state(size)
+    scheme = Iterated(solid, grains, mapping, known, iterate=iterate, tol=tol, relax=relax) if iterate else \
+        Weak(solid, grains, mapping, last)
+    keeps = iterate > 0 or control.active
+    while done < total:
+        number, change = number + 1, resample(solid, grains, mapping)
         if change is not None:
-            (x, v), coming = solid.surface(), change.carry(coming)
-        wall_x, wall_v = mapping.motion(x, coming)
-        mapped = perf_counter()
-        wall_force, particles = grains.advance(substeps, wall_x, wall_v), grains.particles()
-        time = start + number * dt
-        _check(number, time, force_on_the_wall=wall_force, position_of_a_particle=particles["x"],
-               velocity_of_a_particle=particles["v"])
-        solved = perf_counter()
-        force = mapping.force(wall_force)
-        back = perf_counter()
-        x_start, v_start, (x, v) = x, v, solid.advance(dt, force)
-        _check(number, time, position_of_the_interface=x, velocity_of_the_interface=v)
-        moved = x - x_start
-        coming = moved / dt + (v - v_start)
-        seconds = {"DEM": solved - mapped, "mapping": mapped - begin + back - solved, "MPM": perf_counter() - back}
-        window = Window(number, time, dt, wall_x, wall_v, wall_force, force, moved, x, v, v_start, particles, seconds,
-                        change)
+            scheme.resample(change)
+            trend = trend.resampled(change)
+        rewind = Rewind(solid, grains) if keeps else None
+
+        def attempt(steps):
+            return scheme(number, start + (done + steps) / substeps * dt, dt * (steps / substeps), steps, rewind, trend)
+
+        window = _succeed(attempt, control, total - done, rewind, trend) if control.active else attempt(substeps)
+        done += window.substeps
+        if keeps:
+            trend = trend.after(window.force, window.dt)
+            window = window._replace(memory=Memory(trend, window.memory, control.get_state()))
+        scheme.accept(window)
         for report in on_window:
             report(window)
 
 
-def _check(number, time, **quantities):
-    """FloatingPointError naming the first array that holds NaN or infinity."""
-    with np.errstate(all="ignore"):
-        if np.isfinite(sum(values.sum() for values in quantities.values())):
-            return
-    lost = next((name for name, values in quantities.items() if not np.isfinite(values).all()), None)
-    if lost:
-        raise FloatingPointError(f"the {lost.replace('_', ' ')} is not a finite number in window {number}, which ends "
-                                 f"at t = {time:.6g} s: take a smaller dt or more substeps")
+def _succeed(attempt, control, left, rewind, trend):
+    """The ``Window`` of the first of ever shorter attempts that neither fails nor is refused. left: DEM steps to the end."""
+    failed = refused = 0
+    while True:
+        steps = control.next(left)
+        try:
+            window = attempt(steps)
+        except ArithmeticError:
+            if not control.shorten(steps):
+                raise
+            failed += 1
+        else:
+            if not control.refuses(trend.error(window.force, window.dt), steps):
+                return window._replace(failed=failed, refused=refused)
+            refused += 1
+        rewind()
+
+
+class Memory(NamedTuple):
+    """What goes over to the next window besides the states of the partitions: the trend of the force, what the iterated
+    scheme knows, and the state of the step control."""
+
+    trend: Trend
+    scheme: tuple
+    control: tuple
+
+
+class Rewind:
+    """Sets both partitions back to where they were when it was made."""
+
+    def __init__(self, solid, grains):
+        self._kept = [(partition, partition.get_state()) for partition in (solid, grains)]
+
+    def __call__(self):
+        for partition, state in self._kept:
+            partition.set_state(state)
+
+
+def _check(dt, inner, substeps, iterate, tol, relax):
+    """ValueError for keywords that make no sense."""
+    if abs(substeps * inner - dt) > 1e-9 * dt:
+        raise ValueError(f"{substeps} substeps of the DEM's {inner} s do not make a window of {dt} s: let them fit")
+    if iterate < 0 or iterate != int(iterate):
+        raise ValueError(f"iterate is {iterate}: give the most repetitions of a window, or 0 for weak coupling")
+    if not 0 < tol < 1:
+        raise ValueError(f"tol is {tol}: give a part of the force between 0 and 1, such as 1e-4")
+    if relax not in RELAXATIONS:
+        raise ValueError(f"relax is {relax!r}: choose one of {', '.join(RELAXATIONS)}")

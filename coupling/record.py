@@ -12,6 +12,14 @@ from .history import History
 from .paraview import ParaView
 
 
+WINDOW = {  # name → (unit, meaning)
+    "newton": ("1", "Newton iterations of the MPM, in the last computation of the window"),
+    "window": ("s", "length of the window"),
+    "iterations": ("1", "computations of the window by both partitions until they agreed; 1 when weakly coupled"),
+    "retries": ("1", "longer windows from the same start that were given up"),
+}
+
+
 class Record:
     """Observer of a coupled run: ``with Record(…) as record: couple(…, on_window=[record]); record.finish(…)``.
 
@@ -29,10 +37,11 @@ class Record:
         self._case, self._parameters, self._columns = case, parameters, columns
         self._first, self._suffix = MPI.COMM_WORLD.rank == 0, f"_{label}" if label else ""
         self._ledger, self._newton = balance.Ledger(solid, grains, gravity), 0
+        self._counts, self._substeps = np.zeros(3, int), parameters.get("substeps", 1)
         self._every, self._pieces = paraview, ParaView(self.out, self._suffix, MPI.COMM_WORLD)
         self._open({"time": ("s", "end of the window"),
                     **{name: (unit, meaning) for name, (unit, meaning, _) in columns.items()},
-                    "newton": ("1", "Newton iterations of the MPM"), **balance.COLUMNS})
+                    **WINDOW, **balance.COLUMNS})
         self._bar = tqdm(total=windows, disable=not (self._first and sys.stderr.isatty()), leave=False,
                          bar_format="{desc} {percentage:3.0f}%|{bar}| {elapsed} gone, {remaining} to go")
 
@@ -59,13 +68,15 @@ class Record:
 
     def __call__(self, window):
         self.history.add({"time": window.time, **{name: of(window) for name, (_, _, of) in self._columns.items()},
-                          "newton": self.solid.iterations, **self._ledger(window)})
+                          "newton": self.solid.iterations, "window": window.dt, "iterations": window.iterations,
+                          "retries": window.failed + window.refused, **self._ledger(window)})
         self._newton += self.solid.iterations
+        self._counts += window.iterations, window.failed, window.refused
         if self._every and window.number % self._every == 0:
             self._paraview(window.time, window)
         if not self._bar.disable:
             self._bar.set_description_str(f"t = {window.time:.3e} s", refresh=False)
-            self._bar.update()
+            self._bar.update(window.substeps / self._substeps)
         self._timing(window)
 
     def _paraview(self, time, window):
@@ -115,8 +126,10 @@ class Record:
         windows = len(self.history)
         entries = {"case": self._case, "parameters": self._parameters, "versions": report.versions(),
                    "ranks": MPI.COMM_WORLD.size, "points": self.solid.count, "windows": windows,
-                   "substeps": self._parameters.get("substeps", 1), **self._timing.figures(),
-                   "newton_mean": self._newton / max(windows, 1), "coupling_mean": 1.0, "peak_mb": peaks, **more}
+                   "substeps": self._substeps, **self._timing.figures(),
+                   "newton_mean": self._newton / max(windows, 1),
+                   "coupling_mean": self._counts[0] / max(windows, 1), "retries": int(self._counts[1:].sum()),
+                   "failed": int(self._counts[1]), "peak_mb": peaks, **more}
         if self._first:
             report.write(self.out / f"report{self._suffix}.json", entries)
         return entries
@@ -128,6 +141,6 @@ class Record:
                 f"(and {entries['startup_s']:.2f} s to start)",
                 f"window {entries['window_ms']['median']:.2f} ms (median): {phases}",
                 "errors: " + ", ".join(f"{name} {value:.3g}" for name, value in entries["errors"].items()),
-                f"Newton iterations {entries['newton_mean']:.2f} per window, energy "
+                f"per window {entries['newton_mean']:.2f} Newton iterations, {entries['coupling_mean']:.2f} of the coupling, energy "
                 f"{self.history['energy_error'][-1]:+.2e}, memory {max(entries['peak_mb']):.0f} MB",
                 f"results in {self.out}, figure {figure}"]

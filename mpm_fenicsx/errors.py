@@ -5,5 +5,5 @@ class MPMError(RuntimeError):
     """The MPM cannot go on: the message names the point or step and the remedy."""
 
 
-class MPMDiverged(MPMError):
-    """Newton's method did not converge in a step."""
+class MPMDiverged(MPMError, ArithmeticError):
+    """Newton's method did not converge in a step. An ArithmeticError, as all that a shorter step may cure."""

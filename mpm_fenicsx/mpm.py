@@ -236,15 +236,20 @@ class MPM:
         """Everything that decides the future, as name → array copy: points and boundary particles of this rank, time,
         cover and kept tangent."""
         state = self._sets.get_state()
-        state.update(self._surface.get_state(), **self.step.get_state(), time=np.array([self.time, self.steps]))
+        state.update(self._surface.get_state(), **self.step.get_state(), time=np.array([self.time, self.steps]),
+                     partition=np.array(len(self.balance)))
         return state
 
     def set_state(self, state):
-        """Go back to ``state``; the run continues bit for bit."""
+        """Go back to ``state``; the run continues bit for bit, unless the grid has been partitioned anew since: then the
+        points go where they belong now, and a new tangent is made."""
         self._sets.set_state(state)
         self._surface.set_state(state)
         self._settled = False
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])
+        if int(state["partition"]) != len(self.balance):
+            self._sets.relocate(self.background.search, self._router, self.time)
+            return self._make_step(self._sets.filled())
         same = np.array_equal(self.step.filled, state["filled"])
         if not self.comm.allreduce(int(same), MPI.MIN):
             self._make_step(state["filled"].copy())

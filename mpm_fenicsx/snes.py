@@ -124,15 +124,17 @@ class Newton:
         if not self._user_atol:
             self.snes.setTolerances(atol=atol)
         iterations = 0
-        for attempt, start in enumerate((guess, guess, rest, rest)):
-            if attempt and not self._set_back(attempt):
-                continue
-            reason, more = self._run(start, when)
-            iterations += more
-            if reason >= 0:
-                break
-        if attempt:
-            self._set_back(0)
+        try:
+            for attempt, start in enumerate((guess, guess, rest, rest)):
+                if attempt and not self._set_back(attempt):
+                    continue
+                reason, more = self._run(start, when)
+                iterations += more
+                if reason >= 0:
+                    break
+        finally:
+            if attempt:
+                self._set_back(0)
         if reason < 0:
             name = REASONS.get(reason, str(reason))
             advice = ADVICE.get(name, "try a smaller dt or lumped inertia")

@@ -44,7 +44,7 @@ class Step:
         self._nodal, self._R = np.empty((nodes, 1 + 2 * self.dim)), np.empty((nodes, self.dim))
         self._load = np.empty((nodes, self.dim))
         self.tangent_is_valid, self.tangents, self.tangent_dt = False, 0, 0.0
-        self._tangent_made = 0  # [ns], tells one tangent from another
+        self._tangent_made = self._copy_made = 0  # [ns], tells one tangent from another
         self.idle_scale = self.stiffness2 = self.stiff = 0.0
         self._clock, self._sent = perf_counter(), compat.sent()
         self.traffic = {phase: np.zeros(2) for phase in PHASES}  # messages and bytes sent by PETSc for this rank
@@ -209,9 +209,15 @@ class Step:
         state = dict(filled=self.filled.copy(), active=self.active.copy(),
                      tangent=np.array([self._tangent_made, self.tangent_is_valid]))
         if self.tangent_is_valid:
-            state.update(matrix=self.cover.values.copy(),
+            state.update(matrix=self._kept_matrix(),
                          tangent_data=np.array([self.tangent_dt, self.idle_scale, self.stiffness2, self.stiff]))
         return state
+
+    def _kept_matrix(self):
+        """Copy of the tangent's values, the same one until there is a new tangent: it may be most of the state."""
+        if self._copy_made != self._tangent_made:
+            self._copy, self._copy_made = self.cover.values.copy(), self._tangent_made
+        return self._copy
 
     def set_state(self, state):
         """Go back; the factorisation is made again only if the tangent has changed since."""

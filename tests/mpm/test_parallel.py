@@ -62,7 +62,12 @@ body = Body(box, (12, 8), 2, LAWS["neo_hooke"](1e3, 0.3), 1.0, velocity=spin)
 MPM.balance_every = 5
 solid = MPM(grid, body, interface=Interface.top(box, 6, 0.1), inertia="lumped")
 for n in range(60):
-    x, v = solid.advance(0.05, np.outer(np.cos(0.3 * n + np.arange(7)), (0.0, -0.05)))
+    load = np.outer(np.cos(0.3 * n + np.arange(7)), (0.0, -0.05))
+    if n % 5 == 0:  # go back over a new partition
+        state = solid.get_state()
+        solid.advance(0.05, load)
+        solid.set_state(state)
+    x, v = solid.advance(0.05, load)
 gather = lambda values: np.concatenate(solid.comm.allgather(values))
 order = np.argsort(gather(solid.points.gid))
 fields = {name: gather(getattr(solid.points, name))[order] for name in ("x", "v", "a", "F", "mass")}

@@ -1,0 +1,53 @@
+"""Lengths of time steps that may fail or be too long: halved, and grown back later."""
+import numpy as np
+
+GROW_AFTER = 4  # good steps since the last that was given up
+
+
+class StepControl:
+    """Steps as whole numbers of a shortest unit, so that an end is hit exactly: ``most`` at the longest.
+
+    tolerance: None keeps all steps at ``most``; 0 shortens those that fail; above, also those whose error, see
+    ``refuses``, is larger.
+    """
+
+    def __init__(self, most, tolerance=None):
+        if tolerance is not None and not 0 <= tolerance < np.inf:
+            raise ValueError(f"adapt is {tolerance}: give an error of at least 0, or none for windows of one length")
+        self.most, self.size, self._tolerance, self._good = most, most, tolerance, 0
+
+    @property
+    def active(self):
+        """Can a step be given up?"""
+        return self._tolerance is not None
+
+    def next(self, left):
+        """Units of the next step, of which ``left`` are left to the end."""
+        return min(self.size, left)
+
+    def shorten(self, taken):
+        """A step of ``taken`` units is given up: the next one is half as long. False when that cannot be."""
+        if not self.active or taken < 2:
+            return False
+        self.size, self._good = taken // 2, 0
+        return True
+
+    def refuses(self, error, taken):
+        """Is the ``error`` of a step of ``taken`` units, which falls with its square, too large? It then counts as given
+        up. Otherwise the next step is chosen, not more than twice as long."""
+        if self._tolerance and error > 2.0 * self._tolerance and self.shorten(taken):
+            return True
+        self._good += 1
+        if self.size < self.most and (self._tolerance or self._good >= GROW_AFTER):
+            self.size = min(2 * self.size, self.most)
+            self._good = 0
+        if self._tolerance:
+            wanted = 0.9 * taken * (self._tolerance / error) ** 0.5 if error > 0.0 else self.most
+            self.size = int(min(max(wanted, taken // 2, 1), self.size))
+        return False
+
+    def get_state(self):
+        return self.size, self._good
+
+    def set_state(self, state):
+        self.size, self._good = state

@@ -1,0 +1,85 @@
+"""One coupling window, iterated: repeated until the force on the solid is the one that the grains answer."""
+from typing import NamedTuple
+
+import numpy as np
+
+from .relaxation import RELAXATIONS, norm
+from .window import Clock, Window, check_finite
+
+
+class NotConverged(RuntimeError, ArithmeticError):
+    """The iteration of a window did not converge."""
+
+
+class Memory(NamedTuple):
+    """What goes over to the next window: ``owed``, the mean force over the last one that the grains answered and the
+    solid did not get [N], shape (n, dim), and the state of the relaxation."""
+
+    owed: np.ndarray
+    relax: tuple
+
+
+class Iterated:
+    """In each window the MPM goes first, under the force predicted from the last ones, and the wall moves linearly to
+    where the interface then is. The residual is what the DEM answers less that force. Both partitions are set back and
+    the window is repeated with a corrected force, at most ``iterate`` times, until the residual is at most ``tol`` times
+    the force in this window plus the mean force of the run so far.
+
+    Both sides move alike to the last bit. Their forces differ by the residual, which the solid gets in the next window:
+    its impulse is short of that of one residual at any time. NotConverged when it takes more repetitions.
+    """
+
+    def __init__(self, solid, grains, mapping, memory=None, *, iterate=20, tol=1e-4, relax="aitken"):
+        self._solid, self._grains, self._mapping = solid, grains, mapping
+        self._most, self._tol, self._relax = iterate, tol, RELAXATIONS[relax]()
+        self._x, self._v = solid.surface()
+        self._memory = memory or Memory(np.zeros_like(self._x), self._relax.get_state())
+
+    def accept(self, window):
+        """Go on from the end of ``window``."""
+        self._memory, self._x, self._v = window.memory.scheme, window.x, window.v
+
+    def __call__(self, number, time, dt, substeps, rewind, trend):
+        """The ``Window`` of ``dt`` [s] that ends at ``time`` [s]. rewind: sets both partitions back to its start; trend:
+        of the force so far."""
+        force, clock, repeated = trend.predict(dt), Clock(), 0
+        force = np.zeros_like(self._x) if force is None else force
+        self._relax.set_state(self._memory.relax)
+        self._relax.start()
+        while True:
+            moved, after = self._sides(number, time, dt, substeps, force, clock)
+            answer = self._mapping.force(after["wall_force"])
+            residual = answer + self._memory.owed - force
+            off, scale = norm(residual), norm(answer) + trend.mean()
+            if off <= self._tol * scale:
+                break
+            if repeated == self._most:
+                raise NotConverged(self._complaint(number, time, off, scale))
+            force = self._relax(force, residual, answer)
+            rewind()
+            clock.lap("mapping")
+            repeated += 1
+        particles = self._grains.particles()
+        check_finite(number, time, position_of_a_particle=particles["x"], velocity_of_a_particle=particles["v"])
+        return Window(number, time, dt, force=force, moved=moved, v_start=self._v, particles=particles,
+                      seconds=clock.seconds, substeps=substeps, iterations=repeated + 1,
+                      memory=Memory(residual, self._relax.get_state()), **after)
+
+    def _sides(self, number, time, dt, substeps, force, clock):
+        """One computation of the window by both partitions: motion of the interface [m], and what they are then."""
+        x, v = self._solid.advance(dt, force)
+        check_finite(number, time, position_of_the_interface=x, velocity_of_the_interface=v)
+        clock.lap("MPM")
+        moved = x - self._x
+        wall_x, wall_v = self._mapping.motion(self._x, moved / dt)
+        clock.lap("mapping")
+        wall_force = self._grains.advance(substeps, wall_x, wall_v)
+        check_finite(number, time, force_on_the_wall=wall_force)
+        clock.lap("DEM")
+        return moved, dict(wall_x=wall_x, wall_v=wall_v, wall_force=wall_force, x=x, v=v)
+
+    def _complaint(self, number, time, off, scale):
+        return (f"the coupling did not converge in window {number}, which ends at t = {time:.6g} s: after {self._most} "
+                f"repetitions the forces of both sides still differ by {off:.3g} N, {off / scale:.2g} of their scale "
+                f"(tol={self._tol:g}): take more repetitions (iterate={2 * self._most}), a smaller dt, or shorter windows "
+                "where they are needed (adapt=0)")

@@ -1,0 +1,155 @@
+"""How the interface force is corrected from its residual, so that a window's iteration converges.
+
+The residual r(F) is the force that the grains answer less the force F that moved the solid. More force moves the wall
+away from the grains and lowers the answer, so that -dr/dF has eigenvalues from 1 (a solid that is heavy and stiff beside
+the grains) up to 1 + added mass ratio: the right relaxation lies between 0 and 1, and F + r diverges for ratios above 1.
+
+All sums are those of numpy in a fixed order, without BLAS: every rank gets the same bits and takes the same branches.
+"""
+import numpy as np
+
+FIRST = 0.1  # relaxation before anything is known: small, so that the first step does not throw the bodies apart
+
+
+def dot(a, b):
+    return float((a * b).sum())
+
+
+def norm(a):
+    """Euclidean norm of an array of any shape."""
+    return dot(a, a) ** 0.5
+
+
+def lost_contact(answer):
+    """Do the grains not answer at all?"""
+    return not answer.any()
+
+
+class Constant:
+    """F + omega r. Converges for added mass ratios below 2 / omega - 1."""
+
+    def __init__(self, omega=0.5):
+        self._omega = omega
+
+    def start(self):
+        """A new window begins."""
+
+    def __call__(self, force, residual, answer):
+        """The next force to try [N] from one, its residual and the grains' answer, arrays of shape (n, dim)."""
+        return force + self._omega * residual
+
+    def get_state(self):
+        """What goes over to the next window, as a tuple of numbers and arrays that nobody changes."""
+        return ()
+
+    def set_state(self, state):
+        """The counterpart."""
+
+
+class Aitken:
+    """Dynamic relaxation of Irons and Tuck (1969) in the form of Kuettler and Wall (2008, eq. 50): the secant of the last
+    two residuals, at most ``cap``. It is kept from window to window.
+
+    A secant from a state with contact to one without tells the slope of neither: it is not used. A force that drives the
+    bodies apart is taken back to none, and from there with half the relaxation of before.
+    """
+
+    def __init__(self, cap=1.0):
+        self._cap, self._omega, self._last = cap, FIRST, None
+
+    def start(self):
+        """A new window begins."""
+        self._last = None
+
+    def __call__(self, force, residual, answer):
+        """See ``Constant``."""
+        apart = lost_contact(answer)
+        if self._last is not None:
+            before, was_apart = self._last
+            change = residual - before
+            slope = dot(change, change)
+            if was_apart != apart:
+                if apart:
+                    self._omega *= 0.5
+            elif not apart and slope > 0.0:
+                secant = -self._omega * dot(before, change) / slope
+                self._omega = min(secant, self._cap) if secant > 0.0 else self._omega
+        self._last = residual, apart
+        return force + (1.0 if apart else self._omega) * residual
+
+    def get_state(self):
+        """See ``Constant``."""
+        return (self._omega,)
+
+    def set_state(self, state):
+        """See ``Constant``."""
+        self._omega, = state
+
+
+class Quasi:
+    """Interface quasi-Newton with the inverse Jacobian from least squares, IQN-ILS (Degroote et al. 2009, algorithm 3):
+    the differences of residuals and answers of this window and of the last ``reuse`` ones. A column that QR finds to add
+    less than ``filtering`` of its length to the newer ones is left out. Older windows are forgotten when other places
+    touch."""
+
+    def __init__(self, reuse=4, filtering=1e-3):
+        self._reuse, self._filter, self._aitken = reuse, filtering, Aitken()
+        self._old, self._new, self._last, self._touching = (), [], None, None
+
+    def start(self):
+        """See ``Aitken``."""
+        if self._new:
+            self._old = (tuple(self._new),) + self._old[:self._reuse - 1]
+        self._new, self._last = [], None
+        self._aitken.start()
+
+    def __call__(self, force, residual, answer):
+        """See ``Constant``."""
+        touching = answer.any(axis=1)
+        if self._touching is not None and not np.array_equal(touching, self._touching):
+            self._old = ()
+        self._touching = touching
+        plain = self._aitken(force, residual, answer)
+        if lost_contact(answer):
+            self._last = None
+            return plain
+        if self._last is not None:
+            self._new.insert(0, (residual - self._last[0], answer - self._last[1]))
+        self._last = residual, answer
+        columns = [*self._new, *(column for window in self._old for column in window)]
+        step = self._step(columns, residual)
+        return plain if step is None else force + residual + step
+
+    def _step(self, columns, residual):
+        """Sum of the answers' differences with the weights that take most of the residual away; None without a column
+        that tells anything."""
+        basis, weights, used = [], [], []
+        for column in columns:
+            direction, row = column[0], []
+            for q in basis:
+                row.append(dot(q, direction))
+                direction = direction - row[-1] * q
+            length = norm(direction)
+            if length > self._filter * norm(column[0]):
+                basis.append(direction / length)
+                weights.append([*row, length])
+                used.append(column[1])
+        if not basis:
+            return None
+        c = [-dot(q, residual) for q in basis]
+        for k in reversed(range(len(c))):  # back substitution in the triangle of QR
+            c[k] = (c[k] - sum(weights[j][k] * c[j] for j in range(k + 1, len(c)))) / weights[k][k]
+        return sum(weight * answer for weight, answer in zip(c, used))
+
+    def get_state(self):
+        """See ``Constant``."""
+        return self._old, tuple(self._new), self._touching, self._aitken.get_state()
+
+    def set_state(self, state):
+        """See ``Constant``."""
+        self._old, new, self._touching, aitken = state
+        self._new, self._last = list(new), None
+        self._aitken.set_state(aitken)
+
+
+RELAXATIONS = {"aitken": Aitken, "constant": Constant, "iqn": Quasi}

@@ -1,0 +1,99 @@
+"""One coupling window, weakly coupled: algorithm 1 of the paper, with substeps of the DEM."""
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Window(NamedTuple):
+    """What happened in one coupling window. ``number`` counts from 1, ``time`` [s] is its end, ``dt`` [s] its length.
+
+    Wall nodes moved from ``wall_x`` with ``wall_v``, the mean force on them was ``wall_force`` [N], shape (m, dim); the
+    interface got ``force`` [N], moved by ``moved`` [m], is now at ``x`` with ``v``, and had ``v_start`` before, shape
+    (n, dim); ``particles``: the grains at its end; ``seconds``: run time of the DEM, the mapping and the MPM.
+
+    ``substeps`` of the DEM in it; ``iterations``: how often both partitions computed it, the attempts that were given up
+    left out: ``failed`` of them failed, ``refused`` were too long for the accuracy asked for; ``memory``: what the loop
+    goes on from besides.
+    """
+
+    number: int
+    time: float
+    dt: float
+    wall_x: np.ndarray
+    wall_v: np.ndarray
+    wall_force: np.ndarray
+    force: np.ndarray
+    moved: np.ndarray
+    x: np.ndarray
+    v: np.ndarray
+    v_start: np.ndarray
+    particles: np.ndarray
+    seconds: dict
+    substeps: int = 1
+    iterations: int = 1
+    failed: int = 0
+    refused: int = 0
+    memory: object = None
+
+
+class Clock:
+    """Seconds per partition."""
+
+    def __init__(self):
+        self.seconds, self._last = dict.fromkeys(("DEM", "mapping", "MPM"), 0.0), perf_counter()
+
+    def lap(self, name):
+        now = perf_counter()
+        self.seconds[name] += now - self._last
+        self._last = now
+
+
+class Weak:
+    """In each window the DEM goes first, with the wall carried on at the interface's mean velocity of the window before
+    plus its change since; its mean force then drives the MPM (momentum is exact: force times window is the impulse).
+    The mean is that of the displacement: velocity and motion of boundary particles differ by what the grid smooths
+    away, and a wall that follows the velocity jumps back in every window."""
+
+    def __init__(self, solid, grains, mapping, last=None):
+        self._solid, self._grains, self._mapping, self._last = solid, grains, mapping, last
+        self._x, self._v = solid.surface()
+
+    def __call__(self, number, time, dt, substeps, rewind=None, trend=None):
+        """The ``Window`` of ``dt`` [s] that ends at ``time`` [s]. rewind, trend: what ``Iterated`` needs."""
+        clock = Clock()
+        wall_x, wall_v = self._mapping.motion(self._x, self._coming(dt))
+        clock.lap("mapping")
+        wall_force, particles = self._grains.advance(substeps, wall_x, wall_v), self._grains.particles()
+        check_finite(number, time, force_on_the_wall=wall_force, position_of_a_particle=particles["x"],
+                     velocity_of_a_particle=particles["v"])
+        clock.lap("DEM")
+        force = self._mapping.force(wall_force)
+        clock.lap("mapping")
+        x, v = self._solid.advance(dt, force)
+        check_finite(number, time, position_of_the_interface=x, velocity_of_the_interface=v)
+        clock.lap("MPM")
+        return Window(number, time, dt, wall_x, wall_v, wall_force, force, x - self._x, x, v, self._v, particles,
+                      clock.seconds, substeps)
+
+    def accept(self, window):
+        """Go on from the end of ``window``."""
+        self._last, self._x, self._v = window, window.x, window.v
+
+    def _coming(self, dt):
+        """Velocity of the interface in the coming window [m/s], shape (n, dim)."""
+        last = self._last
+        if last is None:
+            return self._v
+        return last.moved / last.dt + (last.v - last.v_start) * (0.5 * (last.dt + dt) / last.dt)
+
+
+def check_finite(number, time, **quantities):
+    """FloatingPointError naming the first array that holds NaN or infinity."""
+    with np.errstate(all="ignore"):
+        if np.isfinite(sum(values.sum() for values in quantities.values())):
+            return
+    lost = next((name for name, values in quantities.items() if not np.isfinite(values).all()), None)
+    if lost:
+        raise FloatingPointError(f"the {lost.replace('_', ' ')} is not a finite number in window {number}, which ends "
+                                 f"at t = {time:.6g} s: take a smaller dt or more substeps")

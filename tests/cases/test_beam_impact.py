@@ -87,8 +87,32 @@ def test_half_the_energy_is_lost_with_restitution(run):
     assert history["energy_error"][-1] == pytest.approx(-0.486, abs=1e-3) and abs(history["interface_error"][-1]) < 1e-3
 
 
-def test_restored_and_restarted_runs_go_on_bit_for_bit(run, case, monkeypatch, backend):
-    straight = only(run(dem=backend))
+def test_iterating_brings_both_sides_together(run, backend):
+    """Windows of 16 us, of which a contact lasts ten: the interface makes no energy, and the rest is as with short ones."""
+    weak, iterated = (only(run(dem=backend, dt=16e-6, substeps=320, t_end=1.92e-4, **keys)) for keys in ({}, {"iterate": 20}))
+    assert abs(weak["interface_error"][-1]) > 0.03 and abs(iterated["interface_error"]).max() < 1e-4
+    assert 1.0 < iterated["iterations"].mean() < 3.0 and (iterated["iterations"][:10] > 1).all()
+    impulse = iterated["impulse_grains"]
+    assert abs(impulse + iterated["impulse_solid"]).max() < 1e-4 * impulse[-1]
+    fine = only(run(dem=backend, iterate=20, t_end=1.92e-4))
+    for name, largest in (("u_beam", 0.01), ("u_sphere", 0.007), ("v_sphere", 0.004)):  # weak: 0.02, 0.03, 0.03
+        assert abs(iterated[name] - fine[name][3::4]).max() < largest * abs(fine[name]).max(), name
+
+
+def test_window_follows_the_force(run, tmp_path, backend):
+    """The first windows of the contact are the shortest; after it they are as long as they may."""
+    history = only(run(dem=backend, dt=16e-6, substeps=320, t_end=1.92e-4, iterate=20, adapt=0.05))
+    window, report = history["window"], json.loads((tmp_path / "report.json").read_text())
+    assert window[0] < 2e-6 and window.max() > 8e-6 and history["time"][-1] == pytest.approx(1.92e-4, rel=1e-14)
+    assert history["time"] == pytest.approx(np.cumsum(window))
+    assert report["windows"] == len(window) and report["failed"] == 0 < report["retries"] == history["retries"].sum()
+    assert report["coupling_mean"] == history["iterations"].mean() and report["errors"]["force"] < 0.03
+
+
+@pytest.mark.parametrize("scheme", [dict(), dict(iterate=20), dict(iterate=20, relax="iqn")],
+                         ids=["weak", "aitken", "iqn"])
+def test_restored_and_restarted_runs_go_on_bit_for_bit(run, case, monkeypatch, backend, scheme):
+    straight = only(run(dem=backend, **scheme))
     kept = {}
 
     def rolled_back(solid, grains, mapping, *, t_end, on_window, **keys):
@@ -104,9 +128,9 @@ def test_restored_and_restarted_runs_go_on_bit_for_bit(run, case, monkeypatch, b
         coupling.couple(solid, grains, mapping, last=kept["last"], **keys)
 
     monkeypatch.setattr(case, "couple", rolled_back)
-    rolled = only(run(dem=backend))
+    rolled = only(run(dem=backend, **scheme))
     monkeypatch.setattr(case, "couple", goes_on)  # new partitions that only get the state
-    restarted = only(run(dem=backend))
+    restarted = only(run(dem=backend, **scheme))
     assert len(rolled) == 50 and len(restarted) == 35
     for name in FIRST[1:] + ["newton"]:
         assert (rolled[name] == straight[name]).all(), name
@@ -131,7 +155,7 @@ def test_files_of_a_run(run, tmp_path, capsys):
     report = json.loads((tmp_path / "report.json").read_text())
     assert {"case", "parameters", "versions", "ranks", "points", "windows", "substeps", "wall_s", "startup_s",
             "window_ms", "phases_ms", "newton_mean", "coupling_mean", "peak_mb", "errors", "solver", "imbalance",
-            "balance"} == set(report)
+            "balance", "retries", "failed"} == set(report)
     assert (report["windows"], report["points"], report["substeps"]) == (50, 60 * 4 * 9, 80)
     assert set(report["errors"]) == {"force", "u_beam", "v_sphere_end"} and report["errors"]["force"] < 0.05
     assert report["newton_mean"] == history["newton"].mean() and report["parameters"]["cells"] == [31, 7]

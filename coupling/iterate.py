@@ -32,12 +32,19 @@ class Iterated:
     def __init__(self, solid, grains, mapping, memory=None, *, iterate=20, tol=1e-4, relax="aitken"):
         self._solid, self._grains, self._mapping = solid, grains, mapping
         self._most, self._tol, self._relax = iterate, tol, RELAXATIONS[relax]()
-        self._x, self._v = solid.surface()
+        self._change, (self._x, self._v) = None, solid.surface()
         self._memory = memory or Memory(np.zeros_like(self._x), self._relax.get_state())
+
+    def resample(self, change):
+        """The interface has other points from the coming window on: forces go over, directions are forgotten."""
+        self._change, (self._x, self._v) = change, self._solid.surface()
+        self._relax.set_state(self._memory.relax)
+        self._relax.forget()
+        self._memory = Memory(change.hand_on(self._memory.owed), self._relax.get_state())
 
     def accept(self, window):
         """Go on from the end of ``window``."""
-        self._memory, self._x, self._v = window.memory.scheme, window.x, window.v
+        self._memory, self._change, self._x, self._v = window.memory.scheme, None, window.x, window.v
 
     def __call__(self, number, time, dt, substeps, rewind, trend):
         """The ``Window`` of ``dt`` [s] that ends at ``time`` [s]. rewind: sets both partitions back to its start; trend:
@@ -62,7 +69,7 @@ class Iterated:
         particles = self._grains.particles()
         check_finite(number, time, position_of_a_particle=particles["x"], velocity_of_a_particle=particles["v"])
         return Window(number, time, dt, force=force, moved=moved, v_start=self._v, particles=particles,
-                      seconds=clock.seconds, substeps=substeps, iterations=repeated + 1,
+                      seconds=clock.seconds, resampled=self._change, substeps=substeps, iterations=repeated + 1,
                       memory=Memory(residual, self._relax.get_state()), **after)
 
     def _sides(self, number, time, dt, substeps, force, clock):

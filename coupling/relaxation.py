@@ -38,6 +38,9 @@ class Constant:
         """The next force to try [N] from one, its residual and the grains' answer, arrays of shape (n, dim)."""
         return force + self._omega * residual
 
+    def forget(self):
+        """The interface has other points from now on."""
+
     def get_state(self):
         """What goes over to the next window, as a tuple of numbers and arrays that nobody changes."""
         return ()
@@ -76,6 +79,10 @@ class Aitken:
                 self._omega = min(secant, self._cap) if secant > 0.0 else self._omega
         self._last = residual, apart
         return force + (1.0 if apart else self._omega) * residual
+
+    def forget(self):
+        """See ``Constant``."""
+        self._last = None
 
     def get_state(self):
         """See ``Constant``."""
@@ -140,6 +147,11 @@ class Quasi:
         for k in reversed(range(len(c))):  # back substitution in the triangle of QR
             c[k] = (c[k] - sum(weights[j][k] * c[j] for j in range(k + 1, len(c)))) / weights[k][k]
         return sum(weight * answer for weight, answer in zip(c, used))
+
+    def forget(self):
+        """See ``Constant``."""
+        self._old, self._new, self._last, self._touching = (), [], None, None
+        self._aitken.forget()
 
     def get_state(self):
         """See ``Constant``."""

@@ -25,6 +25,11 @@ class Trend(NamedTuple):
         return Trend(force, dt, self.last, self.dt_last, self.impulse + size * dt, self.time + dt * (size > 0.0),
                      max(size, self.peak))
 
+    def resampled(self, change):
+        """The trend on the other points that the interface has after a ``change``, see ``resampling``."""
+        return self._replace(last=None if self.last is None else change.hand_on(self.last),
+                             before=None if self.before is None else change.hand_on(self.before))
+
     def mean(self):
         """Norm of the force while there was one, mean over the run [N]."""
         return self.impulse / self.time if self.time else 0.0

@@ -10,7 +10,8 @@ class Window(NamedTuple):
 
     Wall nodes moved from ``wall_x`` with ``wall_v``, the mean force on them was ``wall_force`` [N], shape (m, dim); the
     interface got ``force`` [N], moved by ``moved`` [m], is now at ``x`` with ``v``, and had ``v_start`` before, shape
-    (n, dim); ``particles``: the grains at its end; ``seconds``: run time of the DEM, the mapping and the MPM.
+    (n, dim); ``particles``: the grains at its end; ``seconds``: run time of the DEM, the mapping and the MPM;
+    ``resampled``: how the interface's points before the window became those in it, see ``resample``, or None.
 
     ``substeps`` of the DEM in it; ``iterations``: how often both partitions computed it, the attempts that were given up
     left out: ``failed`` of them failed, ``refused`` were too long for the accuracy asked for; ``memory``: what the loop
@@ -30,6 +31,7 @@ class Window(NamedTuple):
     v_start: np.ndarray
     particles: np.ndarray
     seconds: dict
+    resampled: object = None
     substeps: int = 1
     iterations: int = 1
     failed: int = 0
@@ -57,7 +59,7 @@ class Weak:
 
     def __init__(self, solid, grains, mapping, last=None):
         self._solid, self._grains, self._mapping, self._last = solid, grains, mapping, last
-        self._x, self._v = solid.surface()
+        self._change, (self._x, self._v) = None, solid.surface()
 
     def __call__(self, number, time, dt, substeps, rewind=None, trend=None):
         """The ``Window`` of ``dt`` [s] that ends at ``time`` [s]. rewind, trend: what ``Iterated`` needs."""
@@ -74,18 +76,23 @@ class Weak:
         check_finite(number, time, position_of_the_interface=x, velocity_of_the_interface=v)
         clock.lap("MPM")
         return Window(number, time, dt, wall_x, wall_v, wall_force, force, x - self._x, x, v, self._v, particles,
-                      clock.seconds, substeps)
+                      clock.seconds, self._change, substeps)
+
+    def resample(self, change):
+        """The interface has other points from the coming window on."""
+        self._change, (self._x, self._v) = change, self._solid.surface()
 
     def accept(self, window):
         """Go on from the end of ``window``."""
-        self._last, self._x, self._v = window, window.x, window.v
+        self._last, self._change, self._x, self._v = window, None, window.x, window.v
 
     def _coming(self, dt):
         """Velocity of the interface in the coming window [m/s], shape (n, dim)."""
         last = self._last
         if last is None:
             return self._v
-        return last.moved / last.dt + (last.v - last.v_start) * (0.5 * (last.dt + dt) / last.dt)
+        coming = last.moved / last.dt + (last.v - last.v_start) * (0.5 * (last.dt + dt) / last.dt)
+        return coming if self._change is None else self._change.carry(coming)
 
 
 def check_finite(number, time, **quantities):

@@ -29,10 +29,7 @@ class MPM:
 
     ``parts`` are the bodies with their points, numbered through, see ``parts.Part``; ``phases`` sums the seconds spent
     per phase, ``iterations`` is the number of Newton iterations of the last step, ``count`` the number of material
-    points in all. Everything is collective.
-
-    ``balance`` lists the times that happened: (step, imbalance before, after).
-
+    points in all, ``balance`` lists new partitions of the grid: (step, imbalance before, after). Everything is collective.
     Raises ValueError for a scene that cannot be run, MPMError and MPMDiverged when a step fails.
     """
 
@@ -233,21 +230,18 @@ class MPM:
         return output.describe(self)
 
     def get_state(self):
-        """Everything that decides the future, as name → array copy: points and boundary particles of this rank, time,
-        cover and kept tangent."""
-        state = self._sets.get_state()
-        state.update(self._surface.get_state(), **self.step.get_state(), time=np.array([self.time, self.steps]),
-                     partition=np.array(len(self.balance)))
+        """Everything that decides the future of this rank's points, as name → array copy."""
+        state, time = self._sets.get_state(), np.array([self.time, self.steps, len(self.balance)])
+        state.update(self._surface.get_state(), **self.step.get_state(), time=time)
         return state
 
     def set_state(self, state):
-        """Go back to ``state``; the run continues bit for bit, unless the grid has been partitioned anew since: then the
-        points go where they belong now, and a new tangent is made."""
+        """Go back to ``state``; the run continues bit for bit, but over a new partition of the grid to round-off."""
         self._sets.set_state(state)
         self._surface.set_state(state)
         self._settled = False
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])
-        if int(state["partition"]) != len(self.balance):
+        if state["time"][2] != len(self.balance):
             self._sets.relocate(self.background.search, self._router, self.time)
             return self._make_step(self._sets.filled())
         same = np.array_equal(self.step.filled, state["filled"])

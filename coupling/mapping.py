@@ -8,7 +8,6 @@ ascending columns on one rank, and the result is the same to the last bit on any
 import numpy as np
 from mpi4py import MPI
 from scipy.sparse import coo_matrix, csr_matrix
-from scipy.spatial import cKDTree
 
 
 def share(n, comm):
@@ -73,6 +72,8 @@ class Mapping:
 def nearest(x_solid, x_wall, comm=MPI.COMM_WORLD):
     """Each wall node follows the nearest interface point: a copy where positions coincide."""
     mine = np.asarray(x_wall)[share(len(x_wall), comm)[0]]
+    from scipy.spatial import cKDTree  # takes time to import, and few scenes need it
+
     partner = cKDTree(x_solid).query(mine)[1] if len(mine) else np.zeros(0, int)
     n = len(mine)
     return Mapping(csr_matrix((np.ones(n), (np.arange(n), partner)), (n, len(x_solid))), x_solid, x_wall, comm)

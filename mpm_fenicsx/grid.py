@@ -5,12 +5,10 @@ out of the start.
 """
 import numpy as np
 from mpi4py import MPI
-from scipy.spatial import cKDTree
 
 from . import compat
 from .mesh import lattice
 from .partition import EMPTY_CELL, bisect, ghosts
-from .patches import patches
 from .scene import Grid
 from .search import LatticeSearch, WalkSearch
 from .shape import cell_maps
@@ -29,18 +27,17 @@ class Background:
     whole: vertices and cells of the whole grid; owner: rank of each of its cells; cells: nodes of this rank's cells,
     shape (m, K), owned ones first, then ghosts; original_cell: (m,) their numbers in the whole; x: nodes [m], shape
     (n, D), likewise; vertex_of: (n,) their numbers in the whole; h: (D,) size of a cell [m]; corner, inverse, affine:
-    see ``shape.cell_maps``; patch: patch of each cell of the whole grid, see ``patches``, or None. Collective.
+    see ``shape.cell_maps``. Collective.
     """
 
-    def __init__(self, grid, comm, filling, averaged=False):
+    def __init__(self, grid, comm, filling):
         """grid: ``Grid`` or ``Mesh``; filling: positions [m], shape (n, D), of what makes a cell expensive; each
-        rank may give its own share; averaged: whether F-bar needs patches, which then stay on one rank."""
+        rank may give its own share."""
         self.grid, self.comm, self.dim = grid, comm, grid.box.dim
         self.whole = vertices, cells = whole_mesh(grid)
         centres = vertices[cells].mean(axis=1)
         weights = EMPTY_CELL + self._points_per_cell(centres, filling)
-        self.patch = patches(grid, vertices, cells) if averaged else None
-        self.owner = bisect(centres, weights, comm.size, self.patch)
+        self.owner = bisect(centres, weights, comm.size)
         self.mesh = self._distribute(vertices, cells)
         self.cell_map = self.mesh.topology.index_map(self.dim)
         self.cells_owned = self.cell_map.size_local
@@ -61,6 +58,8 @@ class Background:
         """Number of points near the middle of each cell of the whole grid, over all ranks; shape (cells,)."""
         count = np.zeros(len(centres))
         if self.comm.size > 1:
+            from scipy.spatial import cKDTree  # takes time to import, and one rank does not need it
+
             nearest = cKDTree(centres).query(filling)[1] if len(filling) else np.zeros(0, int)
             count = self.comm.allreduce(np.bincount(nearest, minlength=len(centres)).astype(float))
         return count

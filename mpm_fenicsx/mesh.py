@@ -4,7 +4,6 @@ from itertools import permutations
 from typing import Dict, Tuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 CELLS = {2: ("quadrilateral", "triangle"), 3: ("hexahedron", "tetrahedron")}  # tensor product, simplex
 NODES = {"quadrilateral": 4, "triangle": 3, "hexahedron": 8, "tetrahedron": 4}
@@ -149,6 +148,8 @@ class Mesh:
     def on_surface(self, name):
         """Function from positions, shape (n, dim), to the mask of those that are vertices of the named surface: the
         ``where`` of a support. ValueError lists the surfaces that exist."""
+        from scipy.spatial import cKDTree  # takes time to import, and few scenes need it
+
         places = self.vertices[np.unique(self._surface(name))]
         near = 1e-9 * np.ptp(self.vertices, axis=0).max()
         return lambda x: cKDTree(places).query(x, distance_upper_bound=near)[0] < np.inf

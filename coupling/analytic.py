@@ -120,7 +120,8 @@ def impact(length, height, width, radius, v0, E, nu, rho, t_end, *, theory="timo
     """History of a sphere of `radius` [m] falling at `v0` [m/s] (positive downward) onto the beam's midspan.
 
     length, height, width of the beam [m]; E [Pa], nu [-], rho [kg/m^3] of the beam, and of the sphere too unless
-    sphere=(E, nu, rho); t_end [s]; theory, modes, shear: see `beam_modes`; dt: longest step [s].
+    sphere=(E, nu, rho); t_end [s]; theory, modes, shear: see `beam_modes`, or modes=(omega, modal mass) of any body
+    that is struck, shape (n,) each; dt: longest step [s].
     Each step assumes a force linear in time, moves all modes exactly, and solves the contact law at its end: second
     order in dt, whatever the modes' frequencies. Returns an `ImpactHistory`. ValueError for input without meaning.
     """
@@ -132,7 +133,8 @@ def impact(length, height, width, radius, v0, E, nu, rho, t_end, *, theory="timo
     stiffness = 4 / 3 * sqrt(radius) / ((1 - nu**2) / E + (1 - nu_s**2) / E_s)
     dt = _step(dt, mass, stiffness, v0)
     steps = ceil(t_end / dt * (1 - 1e-12))
-    omega, modal_mass = beam_modes(length, height, width, E, nu, rho, theory, modes, shear)
+    omega, modal_mass = (modes if isinstance(modes, tuple) else
+                         beam_modes(length, height, width, E, nu, rho, theory, modes, shear))
     omega, modal_mass = np.concatenate(([0.0], omega)), np.concatenate(([mass], modal_mass))
     rows = np.zeros((steps + 1, 5))
     _march(_propagator(omega, modal_mass, t_end / steps), omega, modal_mass, stiffness, v0, rows)

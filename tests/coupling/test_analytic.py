@@ -107,6 +107,13 @@ def test_static_compliance_converges_with_the_modes():
         assert rates(errors) == pytest.approx(rate, abs=0.03)
 
 
+def test_modes_of_any_body():
+    """The modes of the beam, given as such, are the beam."""
+    short = {**SHORT, "t_end": 2e-4}
+    given = impact(**short, modes=beam_modes(short["length"], **SECTION, **STEEL, modes=10))
+    assert np.array_equal(given.force, impact(**short, modes=10).force) and given.force.max() > 4.0
+
+
 @pytest.mark.parametrize("theory, error_of_50", [("euler_bernoulli", 1e-6), ("timoshenko", 2e-4)])
 def test_peak_converges_with_the_modes(theory, error_of_50):
     exact, = peaks(impact(**SHORT, theory=theory, modes=1600))

@@ -1,0 +1,229 @@
+"""What is left of the beam's errors when everything is refined: beam theory, dent, supports, grid, windows, one by one.
+
+    python tests/benchmarks/bench_floor.py [dim=2,3] [runs=yes|no|only]
+
+The beam is solved once more without MPM and without coupling: eigenmodes of a finite element model (tensor products of
+1D elements, quadratic and graded towards the load, or the linear ones of a background grid) take the place of the modes
+of the Timoshenko beam in ``analytic.impact``, which integrates them exactly against Hertz's law. Each row changes one
+thing. What the finite elements give is what a coupled run tends to; coupled runs follow. Prints Markdown tables.
+"""
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.sparse import bmat, csc_matrix, csr_matrix, kron
+from scipy.sparse.linalg import eigsh, splu
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+from coupling import analytic, report  # noqa: E402
+
+L, H, W, R, V0, E, NU, RHO, T_END = 0.1535, 0.01, 0.01, 0.01, 0.01, 215.82e9, 0.289, 7960.0, 4e-4
+GAUSS = np.polynomial.legendre.leggauss(4)
+
+
+def line(x, order):
+    """1D elements between the places x [m]: their nodes, and the matrices of N N, N' N, N N' and N' N', of (left, right)
+    derivatives."""
+    nodes = x if order == 1 else np.sort(np.concatenate([x, 0.5 * (x[1:] + x[:-1])]))
+    reference = np.linspace(-1, 1, order + 1)
+    basis = [np.polynomial.Polynomial.fromroots(np.delete(reference, i)) for i in range(order + 1)]
+    basis = [b / b(reference[i]) for i, b in enumerate(basis)]
+    values = np.array([b(GAUSS[0]) for b in basis]), np.array([b.deriv()(GAUSS[0]) for b in basis])
+    matrices = {}
+    for left in (0, 1):
+        for right in (0, 1):
+            element, rows, columns, data = np.einsum("iq,jq,q->ij", values[left], values[right], GAUSS[1]), [], [], []
+            for e, size in enumerate(np.diff(x)):
+                number = order * e + np.arange(order + 1)
+                rows += np.repeat(number, order + 1).tolist()
+                columns += np.tile(number, order + 1).tolist()
+                data += (element * (size / 2) ** (1 - left - right)).ravel().tolist()
+            matrices[left, right] = csr_matrix((data, (rows, columns)), (len(nodes), len(nodes)))
+    return nodes, matrices
+
+
+def along(parts):
+    """Kronecker product, the first direction slowest."""
+    product = parts[0]
+    for part in parts[1:]:
+        product = kron(product, part, "csr")
+    return product
+
+
+def solid(axes, order, thickness=1.0):
+    """Places of the nodes [m], shape (n, D), stiffness and mass matrix, D components one after the other; plane stress
+    or in space. axes: places of the elements' ends along each direction."""
+    D, lines = len(axes), [line(np.asarray(x), order) for x in axes]
+    mu, lam = E / (2 * (1 + NU)), (E * NU / (1 - NU**2) if len(axes) == 2 else E * NU / ((1 + NU) * (1 - 2 * NU)))
+    gradients = {(a, b): along([m[int(d == a), int(d == b)] for d, (_, m) in enumerate(lines)])
+                 for a in range(D) for b in range(D)}
+    laplace = sum(gradients[a, a] for a in range(D))
+    blocks = [[lam * gradients[i, j] + mu * gradients[j, i] + (mu * laplace if i == j else 0 * laplace)
+               for j in range(D)] for i in range(D)]
+    places = np.stack(np.meshgrid(*[nodes for nodes, _ in lines], indexing="ij"), -1).reshape(-1, D)
+    mass = RHO * along([m[0, 0] for _, m in lines])
+    return places, thickness * bmat(blocks, "csc"), thickness * bmat([[mass if i == j else None for j in range(D)]
+                                                                      for i in range(D)], "csc")
+
+
+def struck(axes, order, load, support, modes, half=True):
+    """(omega, modal mass) of a beam, or of the half or quarter of it beyond the planes of symmetry at x = 0 and z = 0; one
+    more mode stands for the give of all that are left out. load: function of the places and of the lengths that belong to
+    each node, weights of the nodes that carry the force and whose mean motion is the deflection; support: of the places,
+    those that are held upright."""
+    places, K, M = solid(axes, order, W if len(axes) == 2 else 1.0)
+    n, D = places.shape
+    held = np.zeros((D, n), bool)
+    held[1, support(places)] = True
+    for d in {0, D - 1} - {1} if half else ():
+        held[d, np.isclose(places[:, d], 0)] = True
+    free = np.flatnonzero(~held.ravel())
+    push = np.zeros((D, n))
+    push[1] = load(places, lengths(axes, order))
+    push = push.ravel()[free] / push.sum() / (2 ** (D - 1) if half else 1)  # this part's share of a force of 1
+    K, M = csc_matrix(K[free][:, free]), csc_matrix(M[free][:, free])
+    values, shapes = eigh(K.toarray(), M.toarray()) if len(free) < 800 else eigsh(K, modes, M, sigma=-1e6)
+    share = (push @ shapes) ** 2 * (2 ** (D - 1) if half else 1)
+    moved = share > 1e-9 * share.max()
+    omega, share = np.sqrt(values[moved]), share[moved]
+    give = 0.0
+    if half and len(free) >= 800:
+        give = push @ splu(K).solve(push) * 2 ** (D - 1) - np.sum(share / omega**2)
+    mass = 1 / share
+    if give > 1e-6 * np.sum(share / omega**2):
+        omega, mass = np.append(omega, 3 * omega[-1]), np.append(mass, 1 / (9 * give * omega[-1] ** 2))
+    return omega, mass
+
+
+def lengths(axes, order):
+    """Length [m] that belongs to each node, shape (D, n)."""
+    own = [np.asarray(m[0, 0].sum(axis=1)).ravel() for _, m in (line(np.asarray(x), order) for x in axes)]
+    return np.stack(np.meshgrid(*own, indexing="ij")).reshape(len(axes), -1)
+
+
+def spread(width):
+    """Load on the upper side as that of a grid with cells of ``width`` [m] of which two nodes lie beside the middle: even
+    between them, down to nothing over the next cell."""
+    def weights(places, own):
+        beside = [d for d in range(len(own)) if d != 1]
+        hats = [np.clip(1.5 - np.abs(places[:, d]) / width, 0, 1) * own[d] for d in beside]
+        return np.prod(hats, axis=0) * np.isclose(places[:, 1], 0)
+    return weights
+
+
+def on_nodes(size):
+    """Load of a point in the middle of the upper side on the nodes of linear cells of ``size`` [m], shape (D,)."""
+    def weights(places, own):
+        hats = [np.clip(1 - np.abs(places[:, d]) / size[d], 0, 1) for d in range(len(own)) if d != 1]
+        return np.prod(hats, axis=0) * np.isclose(places[:, 1], 0)
+    return weights
+
+
+def over_the_height(places, own):
+    """Shear as in the beam: a parabola over the section in the middle; it leaves no dent."""
+    return np.isclose(places[:, 0], 0) * (0.25 - (places[:, 1] / H + 0.5) ** 2) * np.prod(own[1:], axis=0)
+
+
+def column(places):
+    return np.isclose(np.abs(places[:, 0]), L / 2)
+
+
+def middle(places):
+    return column(places) & np.isclose(places[:, 1], -H / 2)
+
+
+def corner(places):
+    return column(places) & np.isclose(places[:, 1], -H)
+
+
+def graded(size, count, finest):
+    """Places from 0 to ``size`` [m], cells growing from ``finest`` [m] on."""
+    growth = np.geomspace(1, max(2 * size / count / finest, 1.0001), count)
+    x = np.concatenate([[0], np.cumsum(finest * growth)])
+    return x * size / x[-1]
+
+
+def fine(dim):
+    """Axes of the fine mesh."""
+    if dim == 3:
+        return [graded(L / 2, 20, 5e-4), -graded(H, 6, 5e-4)[::-1], graded(W / 2, 4, 5e-4)]
+    y = -graded(H, 20, 1.5e-4)[::-1]
+    return [graded(L / 2, 60, 2.5e-4), np.sort(np.append(y[np.abs(y + H / 2) > 3e-4], -H / 2))]  # a node at half height
+
+
+REFERENCE = None
+
+
+def errors(modes, **changes):
+    """Force, deflection and the sphere's final speed against the reference, for other ``modes``."""
+    global REFERENCE
+    beam = (L, H, W, R, V0, E, NU, RHO, T_END)
+    if REFERENCE is None:
+        REFERENCE = analytic.impact(*beam, modes=50)
+    other = analytic.impact(*beam, modes=modes, **changes)
+    return (report.relative_l2(other.force, REFERENCE.force), report.relative_l2(other.u_beam, REFERENCE.u_beam),
+            abs(other.v_sphere[-1] / REFERENCE.v_sphere[-1] - 1))
+
+
+def rows_of_theory():
+    yield "Timoshenko's beam, 500 modes instead of 50", errors(500)
+    yield "Cowper's shear coefficient instead of 5/6", errors(50, shear=10 * (1 + NU) / (12 + 11 * NU))
+    yield "Euler-Bernoulli beam", errors(50, theory="euler_bernoulli")
+
+
+def rows_of_solid(dim):
+    count = 150 if dim == 2 else 80
+    body = lambda load, support=column: errors(struck(fine(dim), 2, load, support, count))  # noqa: E731
+    place = "plane stress" if dim == 2 else "solid in space"
+    yield f"{place}, force over the section (no dent)", body(over_the_height)
+    if dim == 2:
+        yield "the same, held at half height instead of the whole end", body(over_the_height, middle)
+        yield "the same, held at the lower edge", body(over_the_height, corner)
+    for width in (4e-3, 2e-3, 1e-3, 5e-4)[:4 if dim == 2 else 3]:
+        yield f"{place}, force on top over two nodes {1e3 * width:g} mm apart", body(spread(width))
+    for h in (5e-3, 2.5e-3, 2e-3, 5e-3 / 3, 1e-3)[:5 if dim == 2 else 3]:
+        axes = [np.linspace(-H, 0, round(H / h) + 1) if d == 1 else np.linspace(-s / 2, s / 2, round(s / h) + 1)
+                for d, s in enumerate([L, H, W][:dim])]
+        size = [axis[1] - axis[0] for axis in axes]
+        yield (f"linear cells of {1e3 * h:.3g} mm, force on the nodes at the middle",
+               errors(struck(axes, 1, on_nodes(size), column, count, half=False)))
+
+
+def table(title, rows):
+    print(f"\n{title}\n\n| | force | deflection | final speed of the sphere |\n| --- | --- | --- | --- |")
+    for name, values in rows:
+        print(f"| {name} | " + " | ".join(f"{value:.2%}" for value in values) + " |", flush=True)
+
+
+def rows_of_runs(dim):
+    """Coupled runs: cells, points and windows, one at a time."""
+    from coupling import sweep
+
+    base = {2: ["dim=2"], 3: ["dim=3"]}[dim]
+    with tempfile.TemporaryDirectory() as folder:
+        for changes in ([{"h": h, "body": b, "dt": "1e-6"} for h, b in (("2.5e-3", "160x12"), ("2e-3", "160x12"),
+                                                                        ("1.6667e-3", "160x12"), ("1e-3", "240x16"))]
+                        + [{"h": "2e-3", "dt": dt, "substeps": s}
+                           for dt, s in (("4e-6", "40"), ("2e-6", "20"), ("5e-7", "5"), ("2e-7", "2"))]
+                        + [{"h": "2e-3", "body": b, "points": "2"} for b in ("78x5", "234x15")] if dim == 2 else
+                        [{"h": h} for h in ("5e-3", "3.3333e-3", "2e-3")]):
+            result = sweep.run(ROOT / "cases/beam_impact.py", changes, base, folder)
+            if result.status == "ok":
+                name = " ".join(f"{k}={v}" for k, v in changes.items())
+                yield f"coupled run, `{name}`", tuple(result.errors.values())[:3]
+
+
+def main(given):
+    table("Against Timoshenko's beam with Hertz's contact: the reference itself", rows_of_theory())
+    for dim in map(int, given.get("dim", "2,3").split(",")):
+        if given.get("runs") != "only":
+            table(f"Elastic solid, {dim}D: modes of finite elements in place of the beam's", rows_of_solid(dim))
+        if given.get("runs") != "no":
+            table(f"Coupled runs, {dim}D", rows_of_runs(dim))
+
+
+if __name__ == "__main__":
+    main(dict(word.split("=", 1) for word in sys.argv[1:]))

@@ -1,0 +1,155 @@
+"""All measured numbers, made anew by one command: ./dev report. Writes docs/report.md, its pictures, and the tables in
+docs/solvers.md and docs/error_floor.md.
+
+    ./dev report [parts=beam_2d,solvers,…] [peer=PYTHON script=FILE] [out=out/report]
+
+peer: the interpreter of another program and its script of the beam, see coupling/peer.py; without it the stored numbers
+of cases/reference/kratos_beam.csv stand beside ours. Every part runs by itself with a limit of time; one that fails says so
+in its section, the others go on, and the exit status is 1. A part that is not asked for keeps its last section. The
+machine should do nothing else meanwhile; the load before the run is in the report.
+"""
+import csv
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from time import perf_counter
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+from coupling.sweep import environment  # noqa: E402
+
+WORK = [sys.executable, "-m", "coupling.work_precision"]
+OVERLAY = "overlay=cases/reference/kratos_beam.csv"
+PEER_RUNS = ["peer_ppe=4", "peer_dt=4e-6,2e-6,1e-6,5e-7"]
+MISSING = "(nothing yet: run ./dev report)"
+
+
+class Part(NamedTuple):
+    """A section: what it is called, its command, where its Markdown goes, seconds it may take, and the module or case
+    without which it is left out."""
+
+    title: str
+    command: list
+    document: str = "docs/report.md"
+    limit: float = 300.0
+    needs: str = ""
+
+
+def bench(name, *words):
+    return [sys.executable, f"tests/benchmarks/{name}.py", *words]
+
+
+PARTS = {
+    "beam_2d": Part("Error against run time: beam in the plane",
+                    [*WORK, "cases/beam_impact.py", "h=5e-3,2.5e-3,2e-3", "dt=8e-6,4e-6,2e-6,1e-6", "repeat=2",
+                     "show=force,u_beam,v_sphere_end"], limit=600.0),
+    "beam_3d": Part("Error against run time: beam in space",
+                    [*WORK, "cases/beam_impact.py", "dim=3", "h=5e-3,3.3333e-3,2e-3", "dt=8e-6,4e-6,2e-6",
+                     "show=force,u_beam,v_sphere_end"], limit=400.0),
+    "three_impacts": Part("Error against run time: three impacts",
+                          [*WORK, "cases/multiple_impact.py", "h=2.5e-3,2e-3", "dt=8e-6,4e-6,2e-6",
+                           "show=force,u_beam,peak_3"], limit=400.0),
+    "needs": Part("What a scene does not need", bench("bench_needs", "repeat=2", "parts=needs")),
+    "start": Part("Start-up", bench("bench_needs", "repeat=2", "parts=start")),
+    "stability": Part("Stability of stiff and extreme cases", [sys.executable, "-m", "coupling.stability"], limit=600.0,
+                      needs="coupling/stability.py"),
+    "solvers": Part("Tables", bench("bench_solvers"), "docs/solvers.md", 600.0),
+    "floor": Part("Tables", bench("bench_floor"), "docs/error_floor.md", 400.0)}
+PICTURES = {"beam_2d": "work_precision.png", "beam_3d": "work_precision.png", "three_impacts": "work_precision.png",
+            "stability": "stability.png"}
+
+
+def run(name, part, folder, more):
+    """Run the part; its Markdown, or None when it failed, and the seconds it took."""
+    folder.mkdir(parents=True, exist_ok=True)
+    begin, tool = perf_counter(), part.command[1] == "-m"
+    with open(folder / "output.md", "w") as out, open(folder / "log.txt", "w") as log:
+        try:
+            status = subprocess.run([*part.command, *more, *([f"out={folder}"] if tool else [])], cwd=ROOT, stdout=out,
+                                    stderr=log, env=environment(), timeout=part.limit).returncode
+        except subprocess.TimeoutExpired:
+            status = f"more than {part.limit:g} s"
+    seconds = perf_counter() - begin
+    if status != 0:
+        print(f"{name} failed ({status}): see {folder / 'log.txt'}", file=sys.stderr, flush=True)
+        return None, seconds
+    made = next(iter(sorted(folder.glob("*.md"), key=lambda path: path.name == "output.md")))  # a file of its own first
+    return made.read_text(encoding="utf-8"), seconds
+
+
+def section(name, part, text, seconds):
+    """Markdown of a section."""
+    words = [word if word != sys.executable else "python" for word in part.command]
+    lines = [f"## {part.title}\n" if part.document == "docs/report.md" else "",
+             f"`{' '.join(words)}`, {seconds:.0f} s", "", text.strip() if text else "**This part failed.**"]
+    if text and name in PICTURES:
+        lines += ["", f"![{part.title}]({name}.png)"]
+    return "\n".join(lines).strip() + "\n"
+
+
+def put(document, name, text):
+    """Put ``text`` between the markers of that name in a document of the project."""
+    path = ROOT / document
+    begin, end = f"<!-- {name}: made by ./dev report -->", f"<!-- end of {name} -->"
+    old = path.read_text(encoding="utf-8")
+    if begin not in old:
+        old = old.rstrip("\n") + f"\n\n{begin}\n{MISSING}\n{end}\n"
+    before, rest = old.split(begin)
+    path.write_text(f"{before}{begin}\n\n{text}\n{end}{rest.split(end)[1]}", encoding="utf-8")
+
+
+def targets(folder):
+    """What the numbers have to reach, from the sweep of the beam in the plane."""
+    with open(folder / "beam_2d" / "work_precision.csv", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["status"] == "ok" and float(row["error_force"]) <= 0.008]
+    if not rows:
+        return "Beam in the plane: **no run has a force error of at most 0.8 %.**\n"
+    best = min(rows, key=lambda row: float(row["window_s"]))
+    verdict = "met" if float(best["window_s"]) <= 0.6 else "**missed**"
+    return (f"Beam in the plane, force error of at most 0.8 % in at most 0.6 s of window time on one rank: {verdict}, "
+            f"{float(best['error_force']):.2%} in {float(best['window_s']):.2f} s (h={best['h']}, dt={best['dt']}).\n")
+
+
+def machine(load):
+    """A line on what this ran on."""
+    model = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), "")
+    return (f"{model or platform.machine()}, {os.cpu_count()} cores, load {load:.1f} before the run (below 0.5: quiet), "
+            f"Python {platform.python_version()}; one rank unless it says otherwise.")
+
+
+def main(words):
+    given = dict(word.split("=", 1) for word in words)
+    chosen = given.get("parts", ",".join(PARTS)).split(",")
+    if unknown := set(chosen) - set(PARTS):
+        sys.exit(f"error: parts={','.join(sorted(unknown))}: choose of {', '.join(PARTS)}")
+    folder, begin, failed, costs = Path(given.get("out", ROOT / "out/report")).resolve(), perf_counter(), False, []
+    pictures = ROOT / "docs"
+    put("docs/report.md", "machine", machine(os.getloadavg()[0]) + "\n")
+    for name in chosen:
+        part = PARTS[name]
+        if part.needs and not (ROOT / part.needs).is_file():
+            continue
+        shutil.rmtree(folder / name, ignore_errors=True)
+        more = []
+        if name == "beam_2d":
+            more = ([f"peer={given['peer']}", f"script={given['script']}", *PEER_RUNS] if "peer" in given else [OVERLAY])
+        text, seconds = run(name, part, folder / name, more)
+        failed |= text is None
+        put(part.document, name, section(name, part, text, seconds))
+        costs.append((name, seconds))
+        print(f"{name}: {seconds:.0f} s", flush=True)
+        if text and name in PICTURES and (folder / name / PICTURES[name]).is_file():
+            shutil.copy(folder / name / PICTURES[name], pictures / f"{name}.png")
+        if text and name == "beam_2d":
+            put("docs/report.md", "targets", targets(folder))
+    put("docs/report.md", "cost", "What the parts took [s]: " + ", ".join(f"{n} {s:.0f}" for n, s in costs)
+        + f"; {perf_counter() - begin:.0f} in all.\n")
+    return int(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

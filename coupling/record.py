@@ -94,7 +94,7 @@ class Record:
     def _wall(self, window):
         """Positions, cells and data of the wall at the end of a window, or at the start for None."""
         wall = self.grains.scene.wall
-        kind = {2: "line", 3: "triangle"}[np.shape(wall.elements)[1]]
+        kind = ["vertex", "line", "triangle"][np.shape(wall.elements)[1] - 1]
         x, v, force = wall.nodes, np.zeros_like(wall.nodes), np.zeros_like(wall.nodes)
         if window is not None:
             x, v, force = window.wall_x + window.dt * window.wall_v, window.wall_v, window.wall_force

@@ -79,6 +79,7 @@ def _check_outside(scene, balls, wall, what):
     surface = at_rest(*_alone(scene, wall))
     for i, radius in enumerate(balls.radius):
         distance, outside, e, weight = side(balls.x[i], surface, 1e-9 * radius)
+        distance -= wall.radius or 0.0
         at_rim = surface.traits[e, RIM:] * (weight == (1.0 if scene.dim == 2 else 0.0))
         if outside < 0.0 and not at_rim.any():
             raise ValueError(f"{_name(balls, i)} at {balls.x[i, :scene.dim]} m lies inside the body, {distance:.3g} m "
@@ -97,8 +98,8 @@ def _alone(scene, wall):
 
 @compiled
 def side(p, wall, tolerance):
-    """Distance [m] of p from the wall, its side (positive outside, negative inside), the closest element and the
-    weights of the closest point on its nodes.
+    """Distance [m] of p from the wall (of a disc: from its centre), its side (positive outside, negative inside, NaN of
+    discs), the closest element and the weights of the closest point on its nodes.
 
     The side is taken from the sum of the normals of all elements that hold the closest point (within ``tolerance``
     [m]), in space weighted with their angles there, which makes it right at edges and vertices too (Baerentzen and

@@ -65,6 +65,12 @@ def area_at_wall(r, radius):
 
 
 @compiled
+def radius_at_wall(radius, disc):
+    """Effective radius [m] of a sphere at a wall, or at one of its discs of radius ``disc`` [m], 0 for none."""
+    return radius * disc / (radius + disc) if disc > 0.0 else radius
+
+
+@compiled
 def normal_force(overlap, vn, radius, mass, law):
     """Normal force [N], tangential stiffness k_t [N/m] and damping gamma_t [kg/s] (normal_model_hertz.h).
 

@@ -3,9 +3,9 @@ import numpy as np
 
 from . import parts, quaternion
 from .arrays import in_space
-from .contact import law_of, laws
+from .contact import law_of, laws, radius_at_wall
 from .near import near_elements, near_spheres, nothing
-from .wall import COLUMNS, DISTANCE, KIND, PAIR, MovingWall, compiled, find_contacts
+from .wall import COLUMNS, DISTANCE, KIND, PAIR, RADIUS, MovingWall, compiled, find_contacts
 
 
 _last = []  # the scene asked for last, and what ``_prepared`` made of it
@@ -39,10 +39,11 @@ def _at_walls(x, radius, kind, near, wall, at_wall):
     energy, corner, found = 0.0, np.empty((3, 3)), np.empty((len(wall.elements) + 1, COLUMNS))
     for i in range(len(x)):
         for c in range(find_contacts(x[i], radius[i], near, i, wall, 0.0, corner, found)):
-            law = law_of(at_wall, kind[i], int(wall.traits[near.partner[int(found[c, PAIR])], KIND]))
-            d = radius[i] - found[c, DISTANCE]
-            energy += 8.0 / 15.0 * law.E * np.sqrt(radius[i]) * d**2.5
-            energy -= law.adhesion * np.pi * (radius[i] * d**2 - d**3 / 3.0)
+            traits = wall.traits[near.partner[int(found[c, PAIR])]]
+            law = law_of(at_wall, kind[i], int(traits[KIND]))
+            d, reduced = radius[i] - found[c, DISTANCE], radius_at_wall(radius[i], traits[RADIUS])
+            energy += 8.0 / 15.0 * law.E * np.sqrt(reduced) * d**2.5
+            energy -= law.adhesion * np.pi * (reduced * d**2 - d**3 / 3.0)
     return energy
 
 

@@ -1,5 +1,6 @@
 """The LIGGGHTS back end: Debian's libliggghts in this process, through the project's own shim (`library`)."""
 import ctypes
+from dataclasses import replace
 
 import numpy as np
 from mpi4py import MPI
@@ -10,7 +11,6 @@ from .checks import check_finite, check_window
 from .energy import contact_energy, kinetic_energy, potential_energy
 from .library import ARGUMENTS, SHIM, Comm, LiggghtsError, MissingLiggghts, load, quiet
 from .protocol import BODY, PARTICLE
-from .scene import Wall
 from .script import commands
 
 __all__ = ["LiggghtsDEM", "LiggghtsError", "MissingLiggghts"]
@@ -61,7 +61,7 @@ class LiggghtsDEM:
     def _set_wall(self, keep):
         """Hand over all walls of the scene; tangential springs go on when ``keep``."""
         s, dim = parts.surface(self.scene), self.scene.dim
-        data = np.zeros((len(s.elements), 9))
+        data = np.zeros((len(s.elements), 10))
         data[:, :dim], data[:, 3:] = s.elements, s.traits
         data[:, dim:3] = s.elements[:, :3 - dim]  # a segment names its first node twice
         data[:, 3] += 1  # atom types count from 1
@@ -209,7 +209,7 @@ class LiggghtsDEM:
                 wall.shape[1] != old.dim:
             raise ValueError("the state belongs to another scene: it has other numbers of spheres or clusters")
         if not np.array_equal(state["wall_elements"], old.elements):
-            new = Wall(wall, state["wall_elements"], old.depth, old.material)
+            new = replace(old, nodes=wall, elements=state["wall_elements"])
             self._put_wall(with_wall(self.scene, new), np.zeros(wall.shape), keep=0)
         force = np.array(state["wall_force"]) if self.comm.rank == 0 else np.zeros(wall.shape)
         bodies = np.hstack([self._always, state["bodies"]])

@@ -3,7 +3,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from .wall import DEPTH, PAIR, closest, compiled, place
+from .wall import DEPTH, PAIR, RADIUS, closest, compiled, place
 
 # Per sphere i the partners start[i]..start[i+1], rising: partner (p,), whether they touched in the last step (p,),
 # and the tangential displacement shear [m], shape (p, 3), or (0, 3) when there is no friction and so nothing to
@@ -81,16 +81,17 @@ def near_elements(x, radius, skin, wall, t, old, history):
     nearer than its radius, or than the depth of a one-sided wall."""
     low, high = boxes(wall, t)
     start, partner, count = np.zeros(len(x) + 1, np.int64), np.empty(64, np.int64), 0
-    axis, nodes = longest(low, high), wall.elements.shape[1]
-    order = np.argsort(low[:, axis])
-    lowest, widest = low[order, axis], (high[:, axis] - low[:, axis]).max() if len(low) else 0.0
-    deepest = wall.traits[:, DEPTH].max() if len(low) else 0.0
+    deepest, disc = (wall.traits[:, DEPTH].max(), wall.traits[:, RADIUS].max()) if len(low) else (0.0, 0.0)
+    some = _around(x, max(radius.max(), deepest) + disc + skin if len(x) else 0.0, low, high)
+    axis, nodes = longest(low[some], high[some]), wall.elements.shape[1]
+    order = some[np.argsort(low[some, axis])]
+    lowest, widest = low[order, axis], (high[some, axis] - low[some, axis]).max() if len(some) else 0.0
     corner, weight, point = np.empty((3, 3)), np.empty(3), np.empty(3)
     for i in range(len(x)):
-        most = max(radius[i], deepest) + skin
+        most = max(radius[i], deepest) + disc + skin
         for o in range(np.searchsorted(lowest, x[i, axis] - most - widest), len(order)):
             e = order[o]
-            reach = max(radius[i], wall.traits[e, DEPTH]) + skin
+            reach = max(radius[i], wall.traits[e, DEPTH]) + wall.traits[e, RADIUS] + skin
             if lowest[o] > x[i, axis] + most:
                 break
             if low[e, 0] > x[i, 0] + reach or high[e, 0] < x[i, 0] - reach or low[e, 1] > x[i, 1] + reach or \
@@ -105,6 +106,25 @@ def near_elements(x, radius, skin, wall, t, old, history):
         _sort(partner, start[i], count)
         start[i + 1] = count
     return with_history(start, partner[:count], old, history)
+
+
+@compiled
+def _around(x, reach, low, high):
+    """Numbers of the boxes that come nearer than ``reach`` [m] to the box around all x: most elements of a large wall
+    do not."""
+    out, n = np.empty(len(low), np.int64), 0
+    for e in range(len(low) if len(x) else 0):
+        out[n] = e
+        n += 1
+    for k in range(3):
+        kept = 0
+        least, most = (x[:, k].min() - reach, x[:, k].max() + reach) if n else (0.0, 0.0)
+        for q in range(n):
+            if low[out[q], k] <= most and high[out[q], k] >= least:
+                out[kept] = out[q]
+                kept += 1
+        n = kept
+    return out[:n]
 
 
 @compiled

@@ -6,7 +6,7 @@ import numpy as np
 
 from . import quaternion
 from .arrays import in_space
-from .wall import DEPTH, GROUP, KIND, RIM
+from .wall import DEPTH, GROUP, KIND, RADIUS, RIM
 
 # All spheres, single ones first: x, v, omega (n, 3), radius, mass (n,) as in `protocol.PARTICLE`; partner: the mass
 # that counts in a contact [kg]; kind: number of the material; body: number of the cluster, -1 for a single sphere;
@@ -59,19 +59,23 @@ def surface(scene):
     number = {name: k for k, name in enumerate(scene.names)}
     walls = [*scene.walls, scene.wall]
     nodes = np.cumsum([0] + [len(w.nodes) for w in walls])
-    elements = np.concatenate([w.elements + start for w, start in zip(walls, nodes)]).astype(np.int32)
+    elements = np.concatenate([np.repeat(w.elements, scene.dim // w.elements.shape[1], axis=1) + start
+                               for w, start in zip(walls, nodes)]).astype(np.int32)  # a disc names its node dim times
     traits = np.zeros((len(elements), RIM + 3))
     depth = [-1.0 if w.depth is None else w.depth for w in walls]
-    per_wall = np.column_stack([[number.get(w.material, 0) for w in walls], range(len(walls)), depth])
-    traits[:, [KIND, GROUP, DEPTH]] = np.repeat(per_wall, [len(w.elements) for w in walls], axis=0)
-    traits[:, RIM:RIM + scene.dim] = np.concatenate([_rim(w.elements) for w in walls])
+    kind, radius = [number.get(w.material, 0) for w in walls], [w.radius or 0.0 for w in walls]
+    per_wall = np.column_stack([kind, range(len(walls)), depth, radius])
+    traits[:, [KIND, GROUP, DEPTH, RADIUS]] = np.repeat(per_wall, [len(w.elements) for w in walls], axis=0)
+    traits[:, RIM:RIM + scene.dim] = np.concatenate([_rim(w.elements, scene.dim) for w in walls])
     return Surface(in_space(np.concatenate([w.nodes for w in walls])), elements, traits,
                    (int(nodes[-2]), len(elements) - len(scene.wall.elements)))
 
 
-def _rim(elements):
+def _rim(elements, dim):
     """Which node is a free end, in a wall of segments; opposite to which node the edge is free, of triangles. Beyond
-    them an open wall has no inside."""
+    them an open wall has no inside. Discs have none of both."""
+    if elements.shape[1] == 1:
+        return np.zeros((len(elements), dim), np.bool_)
     facets = lambda element: combinations(sorted(element), len(element) - 1)  # noqa: E731
     times = {}
     for element in elements.tolist():

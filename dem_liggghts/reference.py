@@ -1,4 +1,6 @@
 """The built-in DEM: spheres and rigid clusters, Hertz-Mindlin contact, velocity Verlet; the same on every rank."""
+from dataclasses import replace
+
 import numpy as np
 
 from . import parts, quaternion
@@ -10,7 +12,6 @@ from .energy import contact_energy, kinetic_energy, potential_energy
 from .near import Near, nothing, renumber
 from .protocol import BODY, PARTICLE
 from .rigid import Bodies, omega_to_spin, turn_axes
-from .scene import Wall
 from .verlet import Balls, Lists, Loads, Scratch, build_lists, forces, run
 from .wall import COLUMNS, MovingWall, at_rest
 
@@ -151,7 +152,7 @@ class ReferenceDEM:
         wall = self.scene.wall
         if not np.array_equal(state["wall_elements"], wall.elements):
             nodes = state["wall"][:, :self.scene.dim]
-            self._use(with_wall(self.scene, Wall(nodes, state["wall_elements"], wall.depth, wall.material)))
+            self._use(with_wall(self.scene, replace(wall, nodes=nodes, elements=state["wall_elements"])))
         self._wall = at_rest(self._surface, self._all_nodes(state["wall"], self._surface.x[:self._fixed]))
         self._loads.force[self._fixed:] = state["wall_force"]
         near = (Near(*(state[f"near_{of}_{name}"].copy() for name in Near._fields)) for of in ("spheres", "elements"))

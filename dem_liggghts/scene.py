@@ -82,7 +82,7 @@ class Spheres:
 class Wall:
     """A surface that spheres meet: nodes [m], shape (n, dim), and elements, shape (m, dim): segments in a plane
     scene, triangles in space. Seen from outside the body, a segment a→b has the outside on its left and a triangle
-    runs counter-clockwise.
+    runs counter-clockwise. Or discs (in space balls) of one ``radius`` [m] around the nodes: elements, shape (m, 1).
 
     depth [m]: none, and both sides push; a number, and the wall pushes outwards only: a sphere whose centre is up to
     that far below the surface is pushed out, one that is deeper is left alone. material: its name.
@@ -92,21 +92,31 @@ class Wall:
     elements: np.ndarray
     depth: float = None
     material: str = WALL
+    radius: float = None
 
     def __post_init__(self):
         nodes = finite(self.nodes, "nodes of the wall", (2, 3))
         elements = np.array(self.elements, dtype=np.int32, ndmin=2)
-        if elements.shape[1] != nodes.shape[1]:
-            raise ValueError(f"wall elements have {elements.shape[1]} nodes in {nodes.shape[1]} dimensions: "
-                             "give segments (2 nodes) in a plane, triangles (3 nodes) in space")
+        if elements.shape[1] != (nodes.shape[1] if self.radius is None else 1):
+            raise ValueError(f"wall elements have {elements.shape[1]} nodes in {nodes.shape[1]} dimensions: give "
+                             "segments (2 nodes) in a plane, triangles (3 nodes) in space, discs (1 node) with a radius")
+        if self.radius is not None and not 0.0 < self.radius < np.inf:
+            raise ValueError(f"radius of the discs of the wall is {self.radius} m: it must be positive")
         if elements.size and not (0 <= elements.min() and elements.max() < len(nodes)):
             raise ValueError(f"wall elements name nodes {elements.min()}..{elements.max()}, there are {len(nodes)}")
+        if self.depth is not None and self.radius is not None:
+            raise ValueError("the wall has discs and a depth: a depth is for segments and triangles, which have sides")
         if self.depth is not None and not 0.0 <= self.depth < np.inf:
             raise ValueError(f"depth of the wall is {self.depth} m: give none, or how far below the surface a centre "
                              "is still pushed out")
         elements.flags.writeable = False
         object.__setattr__(self, "nodes", nodes)
         object.__setattr__(self, "elements", elements)
+
+    @classmethod
+    def discs(cls, x, radius, material=WALL):
+        """Discs, in space balls, of ``radius`` [m] around x [m], shape (n, dim)."""
+        return cls(x, np.arange(len(x))[:, None], material=material, radius=radius)
 
     @classmethod
     def none(cls, dim):

@@ -3,10 +3,10 @@ from collections import namedtuple
 
 import numpy as np
 
-from .contact import area_at_wall, area_of_spheres, contact_force, law_of
+from .contact import area_at_wall, area_of_spheres, contact_force, law_of, radius_at_wall
 from .near import Near, hand_over, near_elements, near_spheres
 from .rigid import Bodies, carry_spheres, drift_bodies, gather_forces, kick_bodies, speed_bound
-from .wall import DISTANCE, KIND, PAIR, POINT, WEIGHT, MovingWall, compiled, find_contacts
+from .wall import DISTANCE, KIND, PAIR, POINT, RADIUS, WEIGHT, MovingWall, compiled, find_contacts
 
 # x, v, omega, force, torque, shape (n, 3); radius; mass: the one that counts in a contact; kind: number of the
 # material, (n,); gravity (3,); the first ``single`` spheres are no cluster's: SI units
@@ -70,7 +70,8 @@ def add_wall_forces(b, wall, t, near, at_wall, dt, weight, last, loads, scratch)
             hand_over(near, i, wall.elements, found, kept)
         for c in range(kept):
             q, r = int(found[c, PAIR]), found[c, DISTANCE]
-            nodes, overlap = wall.elements[near.partner[q]], b.radius[i] - r
+            e, overlap = near.partner[q], b.radius[i] - r
+            nodes, radius = wall.elements[e], radius_at_wall(b.radius[i], wall.traits[e, RADIUS])
             arm = b.radius[i] - 0.5 * overlap
             if history:
                 shear = near.shear[q]
@@ -80,9 +81,9 @@ def add_wall_forces(b, wall, t, near, at_wall, dt, weight, last, loads, scratch)
                 spin[k] = arm * b.omega[i, k]
                 for a in range(len(nodes)):
                     v[k] -= found[c, WEIGHT + a] * wall.v[nodes[a], k]
-            law = law_of(at_wall, b.kind[i], int(wall.traits[near.partner[q], KIND]))
-            contact_force(n, overlap, v, spin, b.radius[i], b.mass[i], area_at_wall(r, b.radius[i]), law, dt, history,
-                          shear, vt, force)
+            law = law_of(at_wall, b.kind[i], int(wall.traits[e, KIND]))
+            contact_force(n, overlap, v, spin, radius, b.mass[i], area_at_wall(radius - overlap, radius), law, dt,
+                          history, shear, vt, force)
             for k in range(3):
                 b.force[i, k] += force[k]
                 b.torque[i, k] -= arm * (n[(k + 1) % 3] * force[(k + 2) % 3] - n[(k + 2) % 3] * force[(k + 1) % 3])

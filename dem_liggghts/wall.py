@@ -1,4 +1,4 @@
-"""A sphere against a wall of segments or triangles: closest points, the double hierarchy, one-sided walls.
+"""A sphere against a wall of segments, triangles or discs: closest points, the double hierarchy, one-sided walls.
 
 Geometry only, no contact law. All points have three components; a plane scene lies in z = 0.
 """
@@ -14,15 +14,16 @@ compiled = njit(cache=True, error_model="numpy")
 COPLANAR = np.cos(np.radians(1.0))  # two contacts whose normals differ by less than this are one contact
 TINY = 1e-8  # distance, as a fraction of the radius, below which the element's own normal tells the direction
 
-# nodes x [m] and v [m/s], shape (n, 3), at the start of the window; elements, shape (m, 2) or (m, 3); traits of each
-# element, shape (m, 6): number of its material, of its wall, depth [m] as in `scene.Wall` or -1, and three truth
-# values: in a plane which node is a free end, in space opposite to which node the edge is free
+# nodes x [m] and v [m/s], shape (n, 3), at the start of the window; elements, shape (m, 2) or (m, 3), a disc names its
+# node that often; traits of each element, shape (m, 7): number of its material, of its wall, depth [m] as in
+# `scene.Wall` or -1, radius of a disc [m] or 0, and three truth values: in a plane which node is a free end, in space
+# opposite to which node the edge is free
 MovingWall = namedtuple("MovingWall", "x v elements traits")
-KIND, GROUP, DEPTH, RIM = 0, 1, 2, 3
+KIND, GROUP, DEPTH, RADIUS, RIM = 0, 1, 2, 3, 4
 
 # Columns of a row of `found`: from the centre to the closest point [m], its weights on the nodes, distance [m]
-# (negative when the centre is behind a one-sided wall), feature (0 inside, 1 on an edge, 2 at a vertex), position in
-# the list `near.Near`, of one-sided walls how far the centre is outside of the element's plane [m rad].
+# (negative behind a one-sided wall or in a disc), feature (0 inside, 1 on an edge, 2 at a vertex), position in the
+# list `near.Near`, of one-sided walls how far the centre is outside of the element's plane [m rad].
 POINT, WEIGHT, DISTANCE, FEATURE, PAIR, SIDE, COLUMNS = 0, 3, 6, 7, 8, 9, 10
 
 
@@ -49,7 +50,7 @@ def closest_on_segment(corner, p, weight):
         ab = corner[1, k] - corner[0, k]
         along += (p[k] - corner[0, k]) * ab
         length2 += ab * ab
-    s = min(max(along / length2, 0.0), 1.0)
+    s = min(max(along / length2, 0.0), 1.0) if length2 > 0.0 else 0.0
     weight[0], weight[1], weight[2] = 1.0 - s, s, 0.0
     return 0 if 0.0 < s < 1.0 else 1
 
@@ -118,11 +119,14 @@ def find_contacts(p, radius, near, i, wall, t, corner, found):
     total, q, last, nodes = 0, near.start[i], near.start[i + 1], wall.elements.shape[1]
     while q < last:
         e, n = near.partner[q], total
-        group, depth = wall.traits[e, GROUP], wall.traits[e, DEPTH]
+        group, depth, disc = wall.traits[e, GROUP], wall.traits[e, DEPTH], wall.traits[e, RADIUS]
         while q < last and wall.traits[near.partner[q], GROUP] == group:
             e, row = near.partner[q], found[n]
             place(wall, e, t, corner)
             r, feature = closest(corner, nodes, p, row[WEIGHT:WEIGHT + 3], row[POINT:POINT + 3])
+            for k in range(3 if disc > 0.0 else 0):  # to the rim of the disc
+                row[POINT + k] *= (r - disc) / r
+            r -= disc
             if r <= max(radius, depth):
                 row[DISTANCE], row[FEATURE], row[PAIR] = r, feature, q
                 if depth >= 0.0:
@@ -131,7 +135,7 @@ def find_contacts(p, radius, near, i, wall, t, corner, found):
             q += 1
         if depth >= 0.0:
             total = one_sided(found, total, n, radius, depth)
-        elif n > total + 1:
+        elif disc == 0.0 and n > total + 1:
             total = double_hierarchy(found, total, n, radius)
         else:
             total = n

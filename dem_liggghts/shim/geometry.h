@@ -17,17 +17,18 @@ inline Vec operator-(const Vec &a, const Vec &b) { return {a.x - b.x, a.y - b.y,
 inline Vec operator*(double s, const Vec &a) { return {s * a.x, s * a.y, s * a.z}; }
 inline double dot(const Vec &a, const Vec &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-// Nodes of a triangle; a segment has two, its third entry repeats the first and never gets a weight. type: atom type of
-// the material; group: number of the wall; depth: -1, or how far below a one-sided wall a centre is still pushed out;
-// rim: in a plane whether that node is a free end, in space whether the edge opposite to it is free.
+// Nodes of a triangle; a segment has two, its third entry repeats the first and never gets a weight; a disc has one,
+// repeated. type: atom type of the material; group: number of the wall; depth: -1, or how far below a one-sided wall a
+// centre is still pushed out; disc: radius of a disc or 0; rim: in a plane whether that node is a free end, in space
+// whether the edge opposite to it is free.
 struct Element {
     int node[3], type, group;
-    double depth;
+    double depth, disc;
     bool rim[3];
 };
 
 // Where a sphere meets an element. feature: 0 inside the element, 1 on an edge, 2 at a vertex. distance: negative when
-// the centre is behind a one-sided wall. side: how far the centre is outside of such an element's plane.
+// the centre is behind a one-sided wall or in a disc. side: how far the centre is outside of such an element's plane.
 struct Contact {
     int element, feature;
     double weight[3], distance, side;
@@ -37,7 +38,7 @@ struct Contact {
 inline int nearest_on_segment(const Vec *node, const Vec &p, double *w)
 {
     const Vec ab = node[1] - node[0];
-    const double s = dot(p - node[0], ab) / dot(ab, ab);
+    const double along = dot(p - node[0], ab), s = dot(ab, ab) > 0 ? along / dot(ab, ab) : 0;
     w[1] = std::min(std::max(s, 0.0), 1.0);
     w[0] = 1.0 - w[1];
     w[2] = 0.0;

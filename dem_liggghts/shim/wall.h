@@ -120,7 +120,7 @@ public:
     }
 
 private:
-    static const int SLOTS = 8;
+    static const int SLOTS = 32;  // a sphere touches many small discs
 
     int corners_ = 3, step_ = 0;
     double length_ = 0;  // of the window [s]
@@ -143,6 +143,10 @@ private:
         Contact c = closest(node, p);
         c.element = element;
         if (radius > 0 && elements_[element].depth >= 0) look_outside(c, elements_[element], node, corners_, radius);
+        if (const double disc = elements_[element].disc) {  // to its rim
+            c.offset = ((c.distance - disc) / c.distance) * c.offset;
+            c.distance -= disc;
+        }
         return c;
     }
 
@@ -177,7 +181,8 @@ private:
 
     // Elements that a particle may touch before the lists are made anew: nearer than its radius and the skin, half of
     // which is for the particle and half for the nodes after this window, and than the way of the nodes in this window.
-    // Sorted along the longest axis of the wall, so that few distances are computed.
+    // Elements far from all particles are left out first, the others sorted along the longest axis of the wall, so that
+    // few distances are computed.
     void list_near_elements(double t)
     {
         struct Range {
@@ -186,15 +191,22 @@ private:
         };
         double Vec::*axis = longest_axis();
         std::vector<Range> ranges;
-        double widest = 0, deepest = 0;
+        double widest = 0, deepest = 0, largest = 0;
+        Vec least(HUGE_VAL, HUGE_VAL, HUGE_VAL), most = -1.0 * least;
+        for (int i = 0; i < atom->nlocal; i++) {
+            spread(least, most, Vec(atom->x[i]));
+            largest = std::max(largest, atom->radius[i]);
+        }
         for (size_t e = 0; e < elements_.size(); e++) {
-            Range range = {HUGE_VAL, -HUGE_VAL, 0, elements_[e].depth, int(e)};
+            Range range = {0, 0, 0, elements_[e].depth, int(e)};
+            Vec low(HUGE_VAL, HUGE_VAL, HUGE_VAL), high = -1.0 * low;
             for (int n : elements_[e].node) {
-                range.low = std::min(range.low, position(n, t).*axis);
-                range.high = std::max(range.high, position(n, t).*axis);
+                spread(low, high, position(n, t));
                 range.travel = std::max(range.travel, (length_ - t) * std::sqrt(dot(v_[n], v_[n])));
             }
-            range.low -= range.travel, range.high += range.travel;
+            const double room = range.travel + elements_[e].disc, reach = std::max(largest, range.depth) + room;
+            if (apart(low, high, least, most, reach + neighbor->skin)) continue;
+            range.low = low.*axis - room, range.high = high.*axis + room;
             widest = std::max(widest, range.high - range.low);
             deepest = std::max(deepest, range.depth);
             ranges.push_back(range);
@@ -217,6 +229,21 @@ private:
         x_listed_ = x_;
         for (size_t n = 0; n < x_.size(); n++) x_listed_[n] = position(int(n), length_);
         stale_ = false;
+    }
+
+    static void spread(Vec &low, Vec &high, const Vec &p)
+    {
+        for (double Vec::*axis : {&Vec::x, &Vec::y, &Vec::z}) {
+            low.*axis = std::min(low.*axis, p.*axis);
+            high.*axis = std::max(high.*axis, p.*axis);
+        }
+    }
+
+    static bool apart(const Vec &low, const Vec &high, const Vec &least, const Vec &most, double room)
+    {
+        for (double Vec::*axis : {&Vec::x, &Vec::y, &Vec::z})
+            if (low.*axis > most.*axis + room || high.*axis < least.*axis - room) return true;
+        return false;
     }
 
     double Vec::*longest_axis() const
@@ -261,7 +288,7 @@ private:
                 if (c.distance <= std::max(radius, wall.depth)) found_.push_back(c);
             }
             if (wall.depth >= 0) keep_outward(found_, radius, wall.depth);
-            else if (found_.size() > 1) keep_distinct(found_, radius);
+            else if (found_.size() > 1 && !wall.disc) keep_distinct(found_, radius);
             contacts_.insert(contacts_.end(), found_.begin(), found_.end());
         }
     }
@@ -279,7 +306,8 @@ private:
     void update_springs(int i)
     {
         const int width = 1 + dnum_, count = int(contacts_.size());
-        if (count > SLOTS) error->one(FLERR, "a particle touches the wall at more than 8 places");
+        if (!count && spring(i, 0)[0] == 0) return;
+        if (count > SLOTS) error->one(FLERR, "a particle touches the wall at more than 32 places");
         std::copy_n(spring(i, 0), SLOTS * width, old_springs_.begin());
         std::fill_n(spring(i, 0), SLOTS * width, 0.0);
         for (int c = 0; c < count; c++) {
@@ -316,13 +344,20 @@ private:
         const Contact &c = contacts_[contact];
         const int *n = elements_[c.element].node;
         atom_type_wall_ = elements_[c.element].type;
+        const double radius = atom->radius[i], disc = elements_[c.element].disc;
         LCM::SurfacesIntersectData data;
         data.is_wall = true;
         data.i = i;
-        data.radi = atom->radius[i];
-        data.deltan = data.radi - c.distance;
+        data.radi = disc > 0 ? radius * disc / (radius + disc) : radius;
+        data.deltan = radius - c.distance;
         data.contact_history = springs_ ? spring(i, contact) + 1 : nullptr;
-        (-1.0 * c.offset).copy_to(data.delta);
+        // LIGGGHTS takes radi - deltan for the distance, and radi - deltan / 2 for the arm of the tangential force: with
+        // a disc the first is put into delta, the second into spin and torque.
+        (((data.deltan - data.radi) / c.distance) * c.offset).copy_to(data.delta);
+        const double arm = (radius - 0.5 * data.deltan) / (data.radi - 0.5 * data.deltan);
+        const Vec spin(atom->omega[i]), torque(atom->torque[i]);
+        (arm * spin).copy_to(atom->omega[i]);
+        Vec().copy_to(atom->torque[i]);
         double v_wall[3];
         (c.weight[0] * v_[n[0]] + c.weight[1] * v_[n[1]] + c.weight[2] * v_[n[2]]).copy_to(v_wall);
         const Vec others(atom->f[i]);
@@ -330,6 +365,8 @@ private:
         impl->compute_force(this, data, true, v_wall);
         const Vec force(atom->f[i]);
         (others + force).copy_to(atom->f[i]);
+        (torque + arm * Vec(atom->torque[i])).copy_to(atom->torque[i]);
+        spin.copy_to(atom->omega[i]);
         for (int j = 0; j < corners_; j++) {
             force_[n[j]] = force_[n[j]] - c.weight[j] * force;
             loaded_.push_back(n[j]);

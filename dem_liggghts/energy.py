@@ -4,8 +4,9 @@ import numpy as np
 from . import parts, quaternion
 from .arrays import in_space
 from .contact import law_of, laws, radius_at_wall
+from .hierarchy import find_contacts
 from .near import near_elements, near_spheres, nothing
-from .wall import COLUMNS, DISTANCE, KIND, PAIR, RADIUS, MovingWall, compiled, find_contacts
+from .wall import COLUMNS, DISTANCE, KIND, PAIR, RADIUS, MovingWall, compiled
 
 
 _last = []  # the scene asked for last, and what ``_prepared`` made of it

@@ -4,9 +4,10 @@ from collections import namedtuple
 import numpy as np
 
 from .contact import area_at_wall, area_of_spheres, contact_force, law_of, radius_at_wall
+from .hierarchy import find_contacts
 from .near import Near, hand_over, near_elements, near_spheres
 from .rigid import Bodies, carry_spheres, drift_bodies, gather_forces, kick_bodies, speed_bound
-from .wall import DISTANCE, KIND, PAIR, POINT, RADIUS, WEIGHT, MovingWall, compiled, find_contacts
+from .wall import DISTANCE, KIND, PAIR, POINT, RADIUS, WEIGHT, MovingWall, compiled
 
 # x, v, omega, force, torque, shape (n, 3); radius; mass: the one that counts in a contact; kind: number of the
 # material, (n,); gravity (3,); the first ``single`` spheres are no cluster's: SI units

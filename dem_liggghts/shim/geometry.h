@@ -1,4 +1,4 @@
-// Where a sphere meets segments and triangles: closest points and the double hierarchy, the rules of wall.py.
+// Where a sphere meets segments and triangles: closest points and the double hierarchy, the rules of hierarchy.py.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -71,7 +71,26 @@ inline bool before(const Contact &a, const Contact &b, double radius)
     return a.distance != b.distance ? a.distance < b.distance : a.element < b.element;
 }
 
-// Double hierarchy (Santasusana et al., Comput. Part. Mech. 3 (2016) 407-428), the rules of wall.py: keep the nearest,
+// Drop the contacts whose point lies on an element that comes nearer elsewhere, the rule of hierarchy.py: without it a large
+// overlap with a surface that is bent inwards ever so little would make a contact of every vertex in reach.
+inline void drop_shared(std::vector<Contact> &contacts, const std::vector<Element> &elements, double radius)
+{
+    auto holds = [&elements](const Contact &c, const Contact &g) {
+        const int *nodes = elements[c.element].node, *other = elements[g.element].node;
+        for (int k = 0; k < 3; k++)
+            if (c.weight[k] != 0 && std::find(other, other + 3, nodes[k]) == other + 3) return false;
+        return true;
+    };
+    const std::vector<Contact> all = contacts;
+    auto shared = [&](const Contact &c) {
+        return c.feature && std::any_of(all.begin(), all.end(), [&](const Contact &g) {
+            return g.distance < c.distance - 1e-12 * radius && holds(c, g);
+        });
+    };
+    contacts.erase(std::remove_if(contacts.begin(), contacts.end(), shared), contacts.end());
+}
+
+// Double hierarchy (Santasusana et al., Comput. Part. Mech. 3 (2016) 407-428), the rules of hierarchy.py: keep the nearest,
 // drop every other whose point lies on or beyond its tangent plane (a neighbour seen at a shared edge) or whose normal
 // differs by less than one degree (a gently bent surface), go on with the rest. Real valleys keep two.
 inline void keep_distinct(std::vector<Contact> &contacts, double radius)
@@ -125,7 +144,7 @@ inline void look_outside(Contact &c, const Element &element, const Vec *node, in
     c.side = -angle * dot(normal, c.offset);
 }
 
-// What a wall that pushes outwards only makes of the candidates, the rules of wall.py: outside, those behind which the
+// What a wall that pushes outwards only makes of the candidates, the rules of hierarchy.py: outside, those behind which the
 // centre lies are dropped; inside, the closest point alone pushes, down to depth.
 inline void keep_outward(std::vector<Contact> &contacts, double radius, double depth)
 {

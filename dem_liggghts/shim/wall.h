@@ -287,6 +287,7 @@ private:
                 const Contact c = nearest(near_[i][k], Vec(atom->x[i]), t, radius);
                 if (c.distance <= std::max(radius, wall.depth)) found_.push_back(c);
             }
+            if (found_.size() > 1 && !wall.disc) drop_shared(found_, elements_, radius);
             if (wall.depth >= 0) keep_outward(found_, radius, wall.depth);
             else if (found_.size() > 1 && !wall.disc) keep_distinct(found_, radius);
             contacts_.insert(contacts_.end(), found_.begin(), found_.end());

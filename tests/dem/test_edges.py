@@ -82,6 +82,14 @@ def test_valley_is_two_contacts(probe, sheet, dim, degrees):
     assert force / HERTZ == pytest.approx(2 * np.cos(half) * np.eye(dim)[-1], abs=1e-8)
 
 
+@pytest.mark.parametrize("aside", [0.0, 0.6e-3, 1.25e-3])
+def test_deep_in_a_dented_wall_of_small_elements_is_one_contact(probe, sheet, dim, aside):
+    """As below a sphere that presses on a body: elements in reach that come nearer where they join make no contacts."""
+    wall, deep = sheet(dim, cells=40, height=lambda x: 2e-3 * x**2), 1e-3
+    force = probe(wall, [(RADIUS - deep) * np.eye(dim)[-1] + aside * np.eye(dim)[0]])[0]
+    assert np.sqrt((force**2).sum()) / HERTZ == pytest.approx((deep / OVERLAP) ** 1.5, rel=1e-4)
+
+
 def test_free_end_of_the_wall(probe, sheet, dim):
     """Around the end of the wall the force points away from the end."""
     wall, r = sheet(dim), RADIUS - OVERLAP

@@ -1,15 +1,18 @@
 """What is left of the beam's errors when everything is refined: beam theory, dent, supports, grid, windows, one by one.
 
-    python tests/benchmarks/bench_floor.py [dim=2,3] [runs=yes|no|only]
+    python tests/benchmarks/bench_floor.py [scenes=2,3,three] [runs=yes|no|only]
 
 The beam is solved once more without MPM and without coupling: eigenmodes of a finite element model (tensor products of
 1D elements, quadratic and graded towards the load, or the linear ones of a background grid) take the place of the modes
 of the Timoshenko beam in ``analytic.impact``, which integrates them exactly against Hertz's law. Each row changes one
 thing. What the finite elements give is what a coupled run tends to; coupled runs follow. Prints Markdown tables.
 """
+import shutil
 import sys
 import tempfile
+from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh
@@ -18,9 +21,25 @@ from scipy.sparse.linalg import eigsh, splu
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
-from coupling import analytic, report  # noqa: E402
+from coupling import analytic, history, report, sweep  # noqa: E402
 
-L, H, W, R, V0, E, NU, RHO, T_END = 0.1535, 0.01, 0.01, 0.01, 0.01, 215.82e9, 0.289, 7960.0, 4e-4
+H, W, V0, E, NU, RHO = 0.01, 0.01, 0.01, 215.82e9, 0.289, 7960.0
+
+
+class Scene(NamedTuple):
+    """Beam and sphere: length and radius [m], end of the run [s], modes of the reference, dimensions, case."""
+
+    length: float
+    radius: float
+    t_end: float
+    modes: int
+    dim: int
+    case: str
+
+
+SCENES = {"2": Scene(0.1535, 0.01, 4e-4, 50, 2, "beam_impact"), "3": Scene(0.1535, 0.01, 4e-4, 50, 3, "beam_impact"),
+          "three": Scene(0.307, 0.02, 4e-3, 500, 2, "multiple_impact")}
+TITLES = {"2": "beam in the plane", "3": "beam in space", "three": "three impacts, in the plane"}
 GAUSS = np.polynomial.legendre.leggauss(4)
 
 
@@ -83,16 +102,15 @@ def struck(axes, order, load, support, modes, half=True):
     free = np.flatnonzero(~held.ravel())
     push = np.zeros((D, n))
     push[1] = load(places, lengths(axes, order))
-    push = push.ravel()[free] / push.sum() / (2 ** (D - 1) if half else 1)  # this part's share of a force of 1
+    parts = 2 ** (D - 1) if half else 1
+    push = push.ravel()[free] / push.sum() / parts  # this part's share of a force of 1
     K, M = csc_matrix(K[free][:, free]), csc_matrix(M[free][:, free])
     values, shapes = eigh(K.toarray(), M.toarray()) if len(free) < 800 else eigsh(K, modes, M, sigma=-1e6)
-    share = (push @ shapes) ** 2 * (2 ** (D - 1) if half else 1)
+    share = (push @ shapes) ** 2 * parts
     moved = share > 1e-9 * share.max()
     omega, share = np.sqrt(values[moved]), share[moved]
-    give = 0.0
-    if half and len(free) >= 800:
-        give = push @ splu(K).solve(push) * 2 ** (D - 1) - np.sum(share / omega**2)
     mass = 1 / share
+    give = push @ splu(csc_matrix(K + 1e2 * M)).solve(push) * parts - np.sum(share / omega**2)  # the shift: nothing holds x
     if give > 1e-6 * np.sum(share / omega**2):
         omega, mass = np.append(omega, 3 * omega[-1]), np.append(mass, 1 / (9 * give * omega[-1] ** 2))
     return omega, mass
@@ -128,7 +146,7 @@ def over_the_height(places, own):
 
 
 def column(places):
-    return np.isclose(np.abs(places[:, 0]), L / 2)
+    return np.isclose(np.abs(places[:, 0]), places[:, 0].max())
 
 
 def middle(places):
@@ -146,83 +164,101 @@ def graded(size, count, finest):
     return x * size / x[-1]
 
 
-def fine(dim):
+def fine(scene):
     """Axes of the fine mesh."""
-    if dim == 3:
-        return [graded(L / 2, 20, 5e-4), -graded(H, 6, 5e-4)[::-1], graded(W / 2, 4, 5e-4)]
+    half = scene.length / 2
+    if scene.dim == 3:
+        return [graded(half, 20, 5e-4), -graded(H, 6, 5e-4)[::-1], graded(W / 2, 4, 5e-4)]
     y = -graded(H, 20, 1.5e-4)[::-1]
-    return [graded(L / 2, 60, 2.5e-4), np.sort(np.append(y[np.abs(y + H / 2) > 3e-4], -H / 2))]  # a node at half height
+    return [graded(half, 60, 2.5e-4), np.sort(np.append(y[np.abs(y + H / 2) > 3e-4], -H / 2))]  # a node at half height
 
 
-REFERENCE = None
+@lru_cache(None)
+def reference(scene):
+    return impact(scene, scene.modes)
 
 
-def errors(modes, **changes):
-    """Force, deflection and the sphere's final speed against the reference, for other ``modes``."""
-    global REFERENCE
-    beam = (L, H, W, R, V0, E, NU, RHO, T_END)
-    if REFERENCE is None:
-        REFERENCE = analytic.impact(*beam, modes=50)
-    other = analytic.impact(*beam, modes=modes, **changes)
-    return (report.relative_l2(other.force, REFERENCE.force), report.relative_l2(other.u_beam, REFERENCE.u_beam),
-            abs(other.v_sphere[-1] / REFERENCE.v_sphere[-1] - 1))
+def impact(scene, modes, **changes):
+    return analytic.impact(scene.length, H, W, scene.radius, V0, E, NU, RHO, scene.t_end, modes=modes, **changes)
 
 
-def rows_of_theory():
-    yield "Timoshenko's beam, 500 modes instead of 50", errors(500)
-    yield "Cowper's shear coefficient instead of 5/6", errors(50, shear=10 * (1 + NU) / (12 + 11 * NU))
-    yield "Euler-Bernoulli beam", errors(50, theory="euler_bernoulli")
+def errors(scene, modes, **changes):
+    """Force, deflection, the sphere's final speed and the last peak against the reference, for other ``modes``."""
+    own, other = reference(scene), impact(scene, modes, **changes)
+    return (report.relative_l2(other.force, own.force), report.relative_l2(other.u_beam, own.u_beam),
+            abs(other.v_sphere[-1] / own.v_sphere[-1] - 1), other.contacts()[-1].peak / own.contacts()[-1].peak - 1)
 
 
-def rows_of_solid(dim):
-    count = 150 if dim == 2 else 80
-    body = lambda load, support=column: errors(struck(fine(dim), 2, load, support, count))  # noqa: E731
-    place = "plane stress" if dim == 2 else "solid in space"
+def rows_of_theory(scene):
+    if scene.modes < 500:
+        yield "Timoshenko's beam, 500 modes instead of 50", errors(scene, 500)
+    yield "Cowper's shear coefficient instead of 5/6", errors(scene, scene.modes, shear=10 * (1 + NU) / (12 + 11 * NU))
+    yield "Euler-Bernoulli beam", errors(scene, scene.modes, theory="euler_bernoulli")
+
+
+def rows_of_solid(scene):
+    plane = scene.dim == 2
+    count = 150 if plane else 80
+    body = lambda load, support=column: errors(  # noqa: E731
+        scene, struck(fine(scene), 2, load, support, count))
+    place = "plane stress" if plane else "solid in space"
     yield f"{place}, force over the section (no dent)", body(over_the_height)
-    if dim == 2:
+    if plane:
         yield "the same, held at half height instead of the whole end", body(over_the_height, middle)
         yield "the same, held at the lower edge", body(over_the_height, corner)
-    for width in (4e-3, 2e-3, 1e-3, 5e-4)[:4 if dim == 2 else 3]:
+    for width in (4e-3, 2e-3, 1e-3, 5e-4)[:4 if plane else 3]:
         yield f"{place}, force on top over two nodes {1e3 * width:g} mm apart", body(spread(width))
-    for h in (5e-3, 2.5e-3, 2e-3, 5e-3 / 3, 1e-3)[:5 if dim == 2 else 3]:
+    for h in (5e-3, 2.5e-3, 2e-3, 1e-3)[:4 if plane else 3]:
         axes = [np.linspace(-H, 0, round(H / h) + 1) if d == 1 else np.linspace(-s / 2, s / 2, round(s / h) + 1)
-                for d, s in enumerate([L, H, W][:dim])]
+                for d, s in enumerate([scene.length, H, W][:scene.dim])]
         size = [axis[1] - axis[0] for axis in axes]
         yield (f"linear cells of {1e3 * h:.3g} mm, force on the nodes at the middle",
-               errors(struck(axes, 1, on_nodes(size), column, count, half=False)))
+               errors(scene, struck(axes, 1, on_nodes(size), column, count, half=False)))
 
 
 def table(title, rows):
-    print(f"\n{title}\n\n| | force | deflection | final speed of the sphere |\n| --- | --- | --- | --- |")
+    print(f"\n{title}\n\n| | force | deflection | final speed of the sphere | last peak |\n" + "|" + " --- |" * 5)
     for name, values in rows:
-        print(f"| {name} | " + " | ".join(f"{value:.2%}" for value in values) + " |", flush=True)
+        print(f"| {name} | " + " | ".join(f"{value:.2%}" for value in values[:3]) + f" | {values[3]:+.2%} |", flush=True)
 
 
-def rows_of_runs(dim):
-    """Coupled runs: cells, points and windows, one at a time."""
-    from coupling import sweep
+RUNS = {"2": [*({"h": h, "body": b} for h, b in (("5e-3", "31x2"), ("2.5e-3", "61x4"), ("2e-3", "77x5"), ("1e-3", "154x10"))),
+            {"h": "2e-3", "body": "77x5", "points": "4"}, {"h": "2e-3", "body": "77x8"}, {"h": "2e-3", "body": "120x5"},
+            {"h": "2e-3", "body": "120x8"}, {"h": "2e-3", "body": "120x8", "points": "4"},
+            *({"h": "2e-3", "body": "77x5", "dt": dt, "substeps": s} for dt, s in (("8e-6", 80), ("5e-7", 5), ("2e-7", 2))),
+            {"h": "2e-3", "body": "77x5", "plane": "strain"}],
+        "3": [*({"h": h, "body": b} for h, b in (("5e-3", "31x2x2"), ("2.5e-3", "61x4x4"), ("2e-3", "77x5x5"))),
+            {"h": "2e-3"}, {"h": "2e-3", "dt": "5e-7", "substeps": 5}, {"h": "2e-3", "segments": "31x3"}],
+        "three": [{"h": "2e-3", "body": "154x5"}, {"h": "2e-3"}, {"h": "1e-3", "body": "307x10"},
+                  {"h": "2e-3", "body": "154x5", "dt": "1e-6", "substeps": 10}]}
 
-    base = {2: ["dim=2"], 3: ["dim=3"]}[dim]
+
+def rows_of_runs(name):
+    """Coupled runs: cells, points and windows, one at a time. The last peak is that of the history's windows."""
+    scene = SCENES[name]
+    own = reference(scene).contacts()[-1].peak
     with tempfile.TemporaryDirectory() as folder:
-        for changes in ([{"h": h, "body": b, "dt": "1e-6"} for h, b in (("2.5e-3", "160x12"), ("2e-3", "160x12"),
-                                                                        ("1.6667e-3", "160x12"), ("1e-3", "240x16"))]
-                        + [{"h": "2e-3", "dt": dt, "substeps": s}
-                           for dt, s in (("4e-6", "40"), ("2e-6", "20"), ("5e-7", "5"), ("2e-7", "2"))]
-                        + [{"h": "2e-3", "body": b, "points": "2"} for b in ("78x5", "234x15")] if dim == 2 else
-                        [{"h": h} for h in ("5e-3", "3.3333e-3", "2e-3")]):
-            result = sweep.run(ROOT / "cases/beam_impact.py", changes, base, folder)
-            if result.status == "ok":
-                name = " ".join(f"{k}={v}" for k, v in changes.items())
-                yield f"coupled run, `{name}`", tuple(result.errors.values())[:3]
+        for changes in RUNS[name]:
+            keys = {k: str(v) for k, v in changes.items()}
+            result = sweep.run(ROOT / f"cases/{scene.case}.py", keys, [f"dim={scene.dim}"], folder)
+            if result.status != "ok":
+                raise RuntimeError(f"{changes}: {result.status}")
+            run = next(path for path in Path(folder).glob("*/history.csv"))
+            times = history.read(run)
+            peak = analytic.contacts(times["time"], times["force"])[-1].peak / own - 1
+            shutil.rmtree(run.parent)
+            yield ("coupled run, `" + " ".join(f"{k}={v}" for k, v in keys.items()) + "`",
+                   [*(result.errors[key] for key in ("force", "u_beam", "v_sphere_end")), peak])
 
 
 def main(given):
-    table("Against Timoshenko's beam with Hertz's contact: the reference itself", rows_of_theory())
-    for dim in map(int, given.get("dim", "2,3").split(",")):
+    for name in given.get("scenes", "2,3,three").split(","):
+        scene = SCENES[name]
         if given.get("runs") != "only":
-            table(f"Elastic solid, {dim}D: modes of finite elements in place of the beam's", rows_of_solid(dim))
+            table(f"{TITLES[name]}: the reference itself", rows_of_theory(scene))
+            table(f"{TITLES[name]}: modes of finite elements in place of the beam's", rows_of_solid(scene))
         if given.get("runs") != "no":
-            table(f"Coupled runs, {dim}D", rows_of_runs(dim))
+            table(f"{TITLES[name]}: coupled runs", rows_of_runs(name))
 
 
 if __name__ == "__main__":

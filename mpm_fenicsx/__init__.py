@@ -12,9 +12,10 @@ from .laws import LAWS, drucker_prager, linear, mohr_coulomb, neo_hooke, von_mis
 from .mpm import MPM  # noqa: E402
 from .mesh import Box, Mesh  # noqa: E402
 from .meshfile import read_cloud, read_mesh  # noqa: E402
+from .points import of_points  # noqa: E402
 from .scene import Body, Cloud, Grid, Support  # noqa: E402
 from .solvers import SOLVERS  # noqa: E402
 
 __all__ = ["Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "LAWS", "Load", "MPM", "MPMDiverged", "MPMError",
            "Mesh", "Penalty", "Resampling", "SOLVERS", "Support", "drucker_prager", "linear", "mohr_coulomb",
-           "neo_hooke", "read_cloud", "read_mesh", "von_mises"]
+           "neo_hooke", "of_points", "read_cloud", "read_mesh", "von_mises"]

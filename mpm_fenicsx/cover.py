@@ -14,12 +14,17 @@ class Cover:
 
     cells: (all local cells, K) nodes in the cover's local numbering (owned first, then ghosts), -1 outside; slot: (all
     local cells,) row of an owned covered cell in the element matrices, -1 else; node: (n,) the grid node behind each
-    local number; fixed: (n, D) mask of supported directions. Collective.
+    local number; fixed: (n, D) mask of supported directions; element_matrices: (slots, K, D, D, K) [N/m], derivative by
+    (node, direction) of (direction, node).
+
+    For F-bar: patch: (all local cells,) row of an owned covered cell's patch in patch_matrices, shape (patches, M, D, D,
+    M); place: (all local cells, K) places of its nodes among the M of the patch. A quadrilateral or a hexahedron is its own
+    patch, and these matrices are the element matrices. Collective.
     """
 
-    def __init__(self, background, filled, fixed, symmetric=True):
+    def __init__(self, background, filled, fixed, symmetric=True, averaged=False):
         """filled: numbers of this rank's cells that hold points; fixed: (grid nodes, D) mask; symmetric: so
-        is the matrix."""
+        is the matrix; averaged: whether a body needs the patches."""
         self.comm, self.dim = background.comm, background.dim
         self._vectors, self._symmetric = {}, symmetric
         grid_vec = self._ghosted(background.node_map, background.nodes_owned, 1)
@@ -32,8 +37,7 @@ class Cover:
         self.slot = np.full(len(background.cells), -1, np.int32)
         self.slot[covered] = np.arange(len(covered))
         self.fixed = fixed[self.node]
-        K, D = self.cells.shape[1], self.dim
-        self.element_matrices = np.zeros((len(covered), K, D, D, K))  # derivative by (node, direction) of (direction, node)
+        self._make_patches(background, covered, averaged)
         self._make_matrix(covered)
 
     def _ghosted(self, index_map, owned, block):
@@ -102,28 +106,54 @@ class Cover:
             self._vectors[block] = self.vector(block)
         return self._vectors[block]
 
+    def _make_patches(self, background, covered, averaged):
+        K = self.cells.shape[1]
+        self.patch, self.place, self._nodes_of_patch = self.slot, np.zeros((0, K), np.int32), None
+        if not averaged:
+            return
+        self.place = np.tile(np.arange(K, dtype=np.int32), (len(self.cells), 1))
+        if background.patch is None:
+            return
+        numbers, row = np.unique(background.patch[background.original_cell[covered]], return_inverse=True)
+        pairs, pair = np.unique(row[:, None] * len(self.node) + self.cells[covered], return_inverse=True)
+        row_of, node = np.divmod(pairs, len(self.node))
+        place = np.arange(len(pairs)) - np.searchsorted(row_of, row_of)
+        self.patch = np.full_like(self.slot, -1)
+        self.patch[covered], self.place[covered] = row, place[pair].reshape(-1, K)
+        self._nodes_of_patch = np.full((len(numbers), place.max(initial=0) + 1), -1)
+        self._nodes_of_patch[row_of, place] = node
+
     def _make_matrix(self, covered):
         D = self.dim
         dof = self.number[:, None] * D + np.arange(D, dtype=PETSc.IntType)
         diagonal = dof[:self.owned].flatten()
         dof[self.fixed] = -1  # rows and columns of supports stay out: their displacement is known
-        by_cell = dof[self.cells[covered]]  # (cells, K, D)
-        shape = self.element_matrices.shape
-        rows = np.broadcast_to(by_cell.transpose(0, 2, 1)[:, None, None], shape).ravel()
-        columns = np.broadcast_to(by_cell[:, :, :, None, None], shape).ravel()
+        blocks = [dof[self.cells[covered]]]  # (cells, K, D)
+        if self._nodes_of_patch is not None:
+            blocks.append(np.append(dof, np.full((1, D), -1, dof.dtype), axis=0)[self._nodes_of_patch])
+        shapes = [(*block.shape, *block.shape[:0:-1]) for block in blocks]
+        rows = [np.broadcast_to(block.transpose(0, 2, 1)[:, None, None], shape).ravel()
+                for block, shape in zip(blocks, shapes)]
+        columns = [np.broadcast_to(block[:, :, :, None, None], shape).ravel() for block, shape in zip(blocks, shapes)]
         size = (self.owned * D, PETSc.DETERMINE)
         self.matrix = PETSc.Mat().create(self.comm)
         self.matrix.setSizes((size, size), bsize=D)
         self.matrix.setType(PETSc.Mat.Type.AIJ)
-        compat.set_coo_pattern(self.matrix, np.append(rows, diagonal), np.append(columns, diagonal))
+        compat.set_coo_pattern(self.matrix, np.concatenate([*rows, diagonal]), np.concatenate([*columns, diagonal]))
         self.matrix.setOption(PETSc.Mat.Option.SYMMETRIC, self._symmetric)
-        self.values = np.empty(len(rows) + len(diagonal))
+        self.values = np.zeros(sum(map(len, rows)) + len(diagonal))
+        matrices = [part.reshape(shape) for part, shape in
+                    zip(np.split(self.values, np.cumsum([len(part) for part in rows])), shapes)]
+        self.element_matrices, self.patch_matrices = matrices[0], matrices[-1]
+
+    def clear(self):
+        """Set element and patch matrices to zero."""
+        self.values[:] = 0.0
 
     def fill_matrix(self, diagonal):
-        """Matrix from the element matrices and ``diagonal``, shape (owned, D), added on top."""
-        self.values[:self.element_matrices.size] = self.element_matrices.ravel()
-        self.values[self.element_matrices.size:] = diagonal.ravel()
-        self.set_values(self.values)
+        """Matrix from element and patch matrices and ``diagonal``, shape (owned, D), added on top."""
+        self.values[len(self.values) - diagonal.size:] = diagonal.ravel()
+        compat.set_coo_values(self.matrix, self.values)
 
     def set_values(self, values):
         """Matrix from ``values`` in the order of its pattern."""

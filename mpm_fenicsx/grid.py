@@ -9,6 +9,7 @@ from mpi4py import MPI
 from . import compat
 from .mesh import lattice
 from .partition import EMPTY_CELL, bisect, ghosts
+from .patches import patches
 from .scene import Grid
 from .search import LatticeSearch, WalkSearch
 from .shape import cell_maps
@@ -27,17 +28,18 @@ class Background:
     whole: vertices and cells of the whole grid; owner: rank of each of its cells; cells: nodes of this rank's cells,
     shape (m, K), owned ones first, then ghosts; original_cell: (m,) their numbers in the whole; x: nodes [m], shape
     (n, D), likewise; vertex_of: (n,) their numbers in the whole; h: (D,) size of a cell [m]; corner, inverse, affine:
-    see ``shape.cell_maps``. Collective.
+    see ``shape.cell_maps``; patch: patch of each cell of the whole grid, see ``patches``, or None. Collective.
     """
 
-    def __init__(self, grid, comm, filling):
+    def __init__(self, grid, comm, filling, averaged=False):
         """grid: ``Grid`` or ``Mesh``; filling: positions [m], shape (n, D), of what makes a cell expensive; each
-        rank may give its own share."""
+        rank may give its own share; averaged: whether F-bar needs patches, which then stay on one rank."""
         self.grid, self.comm, self.dim = grid, comm, grid.box.dim
         self.whole = vertices, cells = whole_mesh(grid)
         centres = vertices[cells].mean(axis=1)
         weights = EMPTY_CELL + self._points_per_cell(centres, filling)
-        self.owner = bisect(centres, weights, comm.size)
+        self.patch = patches(grid, vertices, cells) if averaged else None
+        self.owner = bisect(centres, weights, comm.size, self.patch)
         self.mesh = self._distribute(vertices, cells)
         self.cell_map = self.mesh.topology.index_map(self.dim)
         self.cells_owned = self.cell_map.size_local

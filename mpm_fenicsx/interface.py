@@ -40,8 +40,8 @@ class Resampling:
 @dataclass(frozen=True)
 class Interface:
     """Boundary particles: positions x [m], shape (n, dim), and the elements they form, shape (m, dim): segments a→b
-    with the outside on their left, or triangles that run counter-clockwise seen from outside. resampling: how it keeps
-    up with a body that flows; None: the same particles all the time."""
+    with the outside on their left, or triangles that run counter-clockwise seen from outside; shape (m, 1): single
+    particles. resampling: how it keeps up with a body that flows; None: the same particles all the time."""
 
     x: np.ndarray
     elements: np.ndarray

@@ -1,7 +1,7 @@
 """All kernels, compiled for dimension and cell; those of a body also for its law and kind of inertia."""
 from typing import Callable, NamedTuple
 
-from . import laws, shape, transfer, weakform
+from . import f_bar, laws, shape, transfer, weakform
 from .specialise import specialise
 from .stress_state import point_functions
 
@@ -18,11 +18,12 @@ class Transfers(NamedTuple):
 
 
 class Material(NamedTuple):
-    """Of one law, see ``weakform``."""
+    """Of one law, see ``weakform`` and ``f_bar``."""
 
     mean_changes: Callable
     residual: Callable
     tangent: Callable
+    couple: Callable
     energies: Callable
     cauchy: Callable
 
@@ -48,8 +49,9 @@ def compile_material(body, background, consistent):
     point_stress, point_tangent = point_functions(law, body.stress_state, D)
     form = dict(**size, CONSISTENT=consistent, FBAR=body.f_bar)
     return Material(
-        mean_changes=specialise(weakform.mean_changes, **size),
+        mean_changes=specialise(f_bar.mean_changes, **size),
         residual=specialise(weakform.residual, **form, point_stress=point_stress),
         tangent=specialise(weakform.tangent, **form, point_tangent=point_tangent),
+        couple=specialise(f_bar.couple, D=D),
         energies=specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D)),
         cauchy=specialise(weakform.cauchy, D=D, stress=stress))

@@ -182,7 +182,8 @@ class MPM:
 
     def _lay_out(self, filling):
         """Background grid, supports and routes for points at ``filling`` [m], shape (n, dim)."""
-        self.background = Background(self.grid, self.comm, filling)
+        averaged = any(part.body.f_bar for part in self.parts)
+        self.background = Background(self.grid, self.comm, filling, averaged)
         self.supports = Supports(self._support_scene, self.background.x)
         self._router = Router(self.comm, self.background.neighbours)
         self._no_slot = np.full(len(self.background.cells), -1, np.int32)

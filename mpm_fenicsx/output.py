@@ -17,7 +17,7 @@ def snapshot(mpm):
     parts = {"points": _points(mpm), "grid": _grid(mpm)}
     x, v = mpm.surface()
     if mpm.comm.rank == 0 and mpm.interface is not None:
-        kind = "line" if mpm.dim == 2 else "triangle"
+        kind = ["vertex", "line", "triangle"][mpm.interface.elements.shape[1] - 1]
         parts["interface"] = x, {kind: mpm.interface.elements}, {"velocity": v, "displacement": x - mpm.interface.x}
     return {name: part for name, part in parts.items() if len(part[0])}
 

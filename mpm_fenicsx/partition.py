@@ -4,9 +4,14 @@ import numpy as np
 EMPTY_CELL = 0.02  # weight of a cell without points; a point weighs 1
 
 
-def bisect(centres, weights, ranks):
+def bisect(centres, weights, ranks, patch=None):
     """Recursive coordinate bisection: the rank of each cell, shape (n,), so that every rank gets about the same sum of
-    ``weights``. Ties are broken by the cell's number, so the answer does not depend on who asks."""
+    ``weights``. Ties are broken by the cell's number, so the answer does not depend on who asks. patch: (n,) numbers of
+    groups of cells that must not be cut, or None."""
+    if patch is not None:
+        size = np.bincount(patch)
+        middle = np.stack([np.bincount(patch, x) / size for x in centres.T], axis=1)
+        return bisect(middle, np.bincount(patch, weights), ranks)[patch]
     owner = np.zeros(len(centres), np.int32)
 
     def split(members, first, count):

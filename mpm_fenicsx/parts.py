@@ -34,8 +34,8 @@ class Part:
 
     def attach(self, cover):
         """Work arrays on a cover; needed whenever it or the number of points on this rank changes."""
-        n, (cells, K, D) = len(self.points), cover.element_matrices.shape[:3]
-        self._volume, self._gradient = np.zeros((cells, 2)), np.zeros((cells, K, D))
+        n, K, (patches, M, D) = len(self.points), cover.cells.shape[1], cover.patch_matrices.shape[:3]
+        self._volume, self._gradient, self._push = (np.zeros((patches, *shape)) for shape in ((2,), (M, D), (M, D)))
         self.basis, self._G = np.empty((n, K)), np.empty((n, K, D))
         self._F, self._F33, self._state = np.empty((n, D, D)), np.empty(n), self.points.state.copy()
 
@@ -62,19 +62,19 @@ class Part:
         step.kernels.spread(p.cell, step.cover.cells, self.basis, force, load)
 
     def _mean_changes(self, step, u):
-        """F-bar's means over the cells at the displacement u, see ``weakform.mean_changes``; keeps u for the tangent."""
+        """F-bar's means over the patches at the displacement u, see ``f_bar.mean_changes``; keeps u for the tangent."""
         self._u, p, cover = u, self.points, step.cover
         if not self.body.f_bar:
             return
         self._volume[:], self._gradient[:] = 0.0, 0.0
-        self._material.mean_changes(p.cell, cover.cells, cover.slot, self._G, p.V0, p.F, p.F33, u, self._volume,
-                                    self._gradient)
+        self._material.mean_changes(p.cell, cover.cells, cover.patch, cover.place, self._G, p.V0, p.F, p.F33, u,
+                                    self._volume, self._gradient)
 
     def residual(self, step, u, a, R):
         """Add inner and, with consistent inertia, inertia forces to R, see ``weakform.residual``."""
         p = self.points
         self._mean_changes(step, u)
-        self._material.residual(p.cell, step.cover.cells, step.cover.slot, self._volume, self.basis, self._G, p.mass,
+        self._material.residual(p.cell, step.cover.cells, step.cover.patch, self._volume, self.basis, self._G, p.mass,
                                 p.V0, p.F, p.F33, p.state, self._params, u, a, self._F, self._F33, self._state, R)
 
     def rest(self, step):
@@ -83,11 +83,14 @@ class Part:
         self._mean_changes(step, np.zeros_like(step.v))
 
     def tangent(self, step, alpha):
-        """Add to the element matrices of the cover, see ``weakform.tangent``."""
+        """Add to the matrices of the cover, see ``weakform.tangent`` and ``f_bar.couple``."""
         p, cover = self.points, step.cover
-        self._material.tangent(p.cell, cover.cells, cover.slot, self._volume, self._gradient, self.basis, self._G,
-                               p.mass, p.V0, p.F, p.F33, p.state, self._params, alpha, self._u, self._F, self._F33,
-                               self._state, cover.element_matrices)
+        self._push[:] = 0.0
+        self._material.tangent(p.cell, cover.cells, cover.slot, cover.patch, cover.place, self._volume, self.basis,
+                               self._G, p.mass, p.V0, p.F, p.F33, p.state, self._params, alpha, self._u, self._F,
+                               self._F33, self._state, self._push, cover.element_matrices)
+        if self.body.f_bar:
+            self._material.couple(self._volume, self._gradient, self._push, cover.patch_matrices)
 
     def finish(self, step, u, a):
         """Move the points; deformation and state of the last residual become theirs."""

@@ -2,6 +2,7 @@
 import basix
 import numpy as np
 
+from .interface import Interface
 from .mesh import lattice
 from .scene import Body, Cloud, Mesh
 from .shape import basis
@@ -40,6 +41,12 @@ def seed(body: Body):
     jacobian = np.einsum("cai,qaj->cqij", corner, dN)
     volume = np.abs(np.linalg.det(jacobian)) * w * thickness
     return np.einsum("cai,qa->cqi", corner, N).reshape(-1, D), volume.ravel()
+
+
+def of_points(body: Body) -> Interface:
+    """The body's material points as its interface: particles that coincide with them, in their order, and stay so."""
+    x = seed(body)[0]
+    return Interface(x, np.arange(len(x))[:, None])
 
 
 class Points:

@@ -83,7 +83,7 @@ class Body:
     1, 4, 14, 15 or 24). stress_state: ``plane_stress`` or ``plane_strain`` (default) in the plane,
     ``three_dimensional``. thickness: of a plane body [m]. velocity: initial velocity [m/s], shape (dim,), or a function
     from positions (n, dim) to velocities (n, dim). f_bar: average the volume change over each cell of the background
-    grid (quadrilaterals and hexahedra), against locking of bodies that keep their volume.
+    grid, or over patches of its triangles and tetrahedra, against locking of bodies that keep their volume.
     """
 
     shape: object

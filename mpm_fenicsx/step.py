@@ -29,8 +29,9 @@ class Step:
         self.comm, self.dim, self.background = background.comm, background.dim, background
         self.loads, self.penalties = loads, penalties
         laws = [part.body.law for part in parts]
-        symmetric = all(law.symmetric for law in laws) and not any(part.body.f_bar for part in parts)
-        self.cover = Cover(background, filled, supports.fixed, symmetric)
+        averaged = any(part.body.f_bar for part in parts)
+        symmetric = all(law.symmetric for law in laws) and not averaged
+        self.cover = Cover(background, filled, supports.fixed, symmetric, averaged)
         self.filled, self.supports, self.gravity, self.kernels = filled, supports, gravity, kernels
         self.parts, self.consistent, self.phases = parts, consistent, phases
         bodies = [part.body for part in parts]
@@ -164,7 +165,7 @@ class Step:
         self.lap("solve")
         cover, n = self.cover, self.cover.owned
         alpha = newmark.alpha(self.dt)
-        cover.element_matrices[:] = 0.0
+        cover.clear()
         for part in self.parts:
             part.tangent(self, alpha)
         for held in self.penalties:

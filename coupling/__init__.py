@@ -6,6 +6,8 @@ STARTED = perf_counter()  # the report's start-up time runs from here
 from .couple import NotConverged, Window, count_windows, couple  # noqa: E402
 from .history import History  # noqa: E402
 from .mapping import Mapping, linear, nearest  # noqa: E402
+from .march import march  # noqa: E402
 from .record import Record  # noqa: E402
 
-__all__ = ["History", "Mapping", "NotConverged", "Record", "STARTED", "Window", "count_windows", "couple", "linear", "nearest"]
+__all__ = ["History", "Mapping", "NotConverged", "Record", "STARTED", "Window", "count_windows", "couple", "linear", "march",
+           "nearest"]

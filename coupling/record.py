@@ -18,16 +18,17 @@ WINDOW = {  # name → (unit, meaning)
     "iterations": ("1", "computations of the window by both partitions until they agreed; 1 when weakly coupled"),
     "retries": ("1", "longer windows from the same start that were given up"),
 }
+ALONE = {"newton": ("1", "Newton iterations of the MPM")}
 
 
 class Record:
-    """Observer of a coupled run: ``with Record(…) as record: couple(…, on_window=[record]); record.finish(…)``.
+    """Observer of a run: ``with Record(…) as record: couple(…, on_window=[record]); record.finish(…)``.
 
-    case, parameters: name and keyword arguments of the run; out: folder; columns: name → (unit, meaning, function of
-    the ``Window``) of the case's own quantities; gravity: vertical component on the particles [m/s^2]; paraview: every
-    how many windows the state is written, 0 for never; label: goes into the file names when a case runs more than once.
-    Collective; files are written by rank 0, the ParaView files of points and grid by every rank. An error inside leaves
-    the history so far and a report that names it. Raises ValueError for a negative ``paraview`` and OSError when ``out`` cannot be written.
+    case, parameters: name and keyword arguments of the run; out: folder; grains: None for a solid alone (``march``),
+    which has no balance; columns: name → (unit, meaning, function of the ``Window``) of the case's own quantities;
+    gravity: vertical component on the particles [m/s^2]; paraview: every how many windows the state is written, 0 for
+    never; label: goes into the file names when a case runs more than once. Collective; files are written by rank 0, the
+    ParaView files of points and grid by every rank. An error inside leaves the history so far and a report that names it. Raises ValueError for a negative ``paraview`` and OSError when ``out`` cannot be written.
     """
 
     def __init__(self, case, parameters, out, solid, grains, *, windows, columns, gravity=0.0, paraview=0, label=""):
@@ -36,12 +37,12 @@ class Record:
         self.solid, self.grains, self.out = solid, grains, Path(out)
         self._case, self._parameters, self._columns = case, parameters, columns
         self._first, self._suffix = MPI.COMM_WORLD.rank == 0, f"_{label}" if label else ""
-        self._ledger, self._newton = balance.Ledger(solid, grains, gravity), 0
-        self._counts, self._substeps = np.zeros(3, int), parameters.get("substeps", 1)
+        self._ledger = None if grains is None else balance.Ledger(solid, grains, gravity)
+        self._newton, self._counts, self._substeps = 0, np.zeros(3, int), parameters.get("substeps", 1)
         self._every, self._pieces = paraview, ParaView(self.out, self._suffix, MPI.COMM_WORLD)
+        own = ALONE if grains is None else {**WINDOW, **balance.COLUMNS}
         self._open({"time": ("s", "end of the window"),
-                    **{name: (unit, meaning) for name, (unit, meaning, _) in columns.items()},
-                    **WINDOW, **balance.COLUMNS})
+                    **{name: (unit, meaning) for name, (unit, meaning, _) in columns.items()}, **own})
         self._bar = tqdm(total=windows, disable=not (self._first and sys.stderr.isatty()), leave=False,
                          bar_format="{desc} {percentage:3.0f}%|{bar}| {elapsed} gone, {remaining} to go")
 
@@ -68,8 +69,7 @@ class Record:
 
     def __call__(self, window):
         self.history.add({"time": window.time, **{name: of(window) for name, (_, _, of) in self._columns.items()},
-                          "newton": self.solid.iterations, "window": window.dt, "iterations": window.iterations,
-                          "retries": window.failed + window.refused, **self._ledger(window)})
+                          "newton": self.solid.iterations, **(self._coupling(window) if self._ledger else {})})
         self._newton += self.solid.iterations
         self._counts += window.iterations, window.failed, window.refused
         if self._every and window.number % self._every == 0:
@@ -79,17 +79,26 @@ class Record:
             self._bar.update(window.substeps / self._substeps)
         self._timing(window)
 
+    def _coupling(self, window):
+        return {"window": window.dt, "iterations": window.iterations, "retries": window.failed + window.refused,
+                **self._ledger(window)}
+
     def _paraview(self, time, window):
         """Points, grid and interface by the ranks that have them, wall and particles by rank 0, at one time [s]."""
         if not self._every:
             return
-        parts, particles = self.solid.snapshot(), self.grains.particles()  # collective, both
+        parts = self.solid.snapshot()  # collective
+        if self._ledger:
+            self._add_grains(parts, window)
+        self._pieces.add(time, parts)
+
+    def _add_grains(self, parts, window):
+        particles = self.grains.particles()  # collective
         if self._first:
             parts["particles"] = (particles["x"], {"vertex": [[i] for i in range(len(particles))]},
                                   {"velocity": particles["v"], "spin": particles["omega"],
                                    "radius": particles["radius"], "mass": particles["mass"]})
             parts["wall"] = self._wall(window)
-        self._pieces.add(time, parts)
 
     def _wall(self, window):
         """Positions, cells and data of the wall at the end of a window, or at the start for None."""
@@ -136,11 +145,15 @@ class Record:
 
     def _summary(self, entries, figure):
         phases = ", ".join(f"{name} {ms:.2f}" for name, ms in entries["phases_ms"].items() if ms >= 0.005)
-        return [f"{self._case}: {entries['points']} points, {entries['windows']} windows of {entries['substeps']} DEM "
-                f"steps, {entries['ranks']} rank(s): {sum(self._timing.windows):.2f} s "
+        pace, coupled = "steps", ""
+        if self._ledger:
+            pace = f"windows of {entries['substeps']} DEM steps"
+            coupled = f", {entries['coupling_mean']:.2f} of the coupling, energy {self.history['energy_error'][-1]:+.2e}"
+        return [f"{self._case}: {entries['points']} points, {entries['windows']} {pace}, "
+                f"{entries['ranks']} rank(s): {sum(self._timing.windows):.2f} s "
                 f"(and {entries['startup_s']:.2f} s to start)",
                 f"window {entries['window_ms']['median']:.2f} ms (median): {phases}",
                 "errors: " + ", ".join(f"{name} {value:.3g}" for name, value in entries["errors"].items()),
-                f"per window {entries['newton_mean']:.2f} Newton iterations, {entries['coupling_mean']:.2f} of the coupling, energy "
-                f"{self.history['energy_error'][-1]:+.2e}, memory {max(entries['peak_mb']):.0f} MB",
+                f"per window {entries['newton_mean']:.2f} Newton iterations{coupled}, memory "
+                f"{max(entries['peak_mb']):.0f} MB",
                 f"results in {self.out}, figure {figure}"]

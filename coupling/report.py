@@ -25,7 +25,7 @@ class Timing:
 
     def __call__(self, window):
         phases = {name: total - self._before[name] for name, total in self._solid.phases.items()}
-        phases |= {"DEM": window.seconds["DEM"], "mapping": window.seconds["mapping"]}
+        phases |= {name: seconds for name, seconds in window.seconds.items() if name != "MPM"}
         phases["rest"] = window.seconds["MPM"] - sum(phases[name] for name in self._before)
         now, self.cpu = perf_counter(), process_time() - self._cpu
         phases["output"] = now - self._last - sum(window.seconds.values())

@@ -12,7 +12,7 @@ derivative of the forces by ln j_mean [N].
 import numpy as np
 from numba import njit
 
-from .shape import invert
+from .laws.algebra import cofactor, determinant
 
 D, K = 2, 4
 
@@ -62,24 +62,25 @@ def by_mean_volume(P, A, F, F_old, weight, D, half, S):
 def mean_changes(cell, cells, patch, place, G, V0, F_old, F33_old, u, volume, gradient):
     """Add V0 J_old j and V0 J_old to ``volume``, the derivative of the first by the displacements to ``gradient``."""
     H = np.empty((D, D))
-    inverse = np.empty((D, D))
+    C = np.empty((D, D))
     for q in range(len(cell)):
         c = cell[q]
         displacement_gradient(c, q, cells, G, u, D, K, H)
-        J_old = np.linalg.det(F_old[q]) * F33_old[q]
-        j = volume_change(H, D)
+        V_old = V0[q] * determinant(F_old[q], D) * F33_old[q]
         row = patch[c]
-        volume[row, 0] += V0[q] * J_old * j
-        volume[row, 1] += V0[q] * J_old
+        volume[row, 0] += V_old * volume_change(H, D)
+        volume[row, 1] += V_old
         for i in range(D):
             H[i, i] += 1.0
-        invert(H, D, inverse)
+        for i in range(D):
+            for k in range(D):
+                C[i, k] = V_old * cofactor(H, i, k, D)  # derivative of V_old j by du_i/dx_k
         for b in range(K):
             for i in range(D):
-                s = 0.0
-                for k in range(D):
-                    s += inverse[k, i] * G[q, b, k]
-                gradient[row, place[c, b], i] += V0[q] * J_old * j * s
+                s = C[i, 0] * G[q, b, 0] + C[i, 1] * G[q, b, 1]
+                if D == 3:
+                    s += C[i, D - 1] * G[q, b, D - 1]
+                gradient[row, place[c, b], i] += s
 
 
 def couple(volume, gradient, push, Kp):

@@ -22,6 +22,14 @@ def whole_mesh(grid):
     return grid.vertices, grid.cells
 
 
+def check_inside(grid, x, what):
+    """ValueError for the first of the positions x [m], shape (n, D), that is not inside the grid; what: lies there."""
+    outside = ~((x > grid.box.lower) & (x < grid.box.upper)).all(axis=1)
+    if outside.any():
+        raise ValueError(f"{what} lies at {x[outside][0]} m, the grid covers {grid.box.lower} to {grid.box.upper} m: "
+                         "enlarge the grid")
+
+
 class Background:
     """Distributed background grid.
 

@@ -6,8 +6,8 @@ from . import output
 from .boundary import Supports
 from .boundary_particles import BoundaryParticles, near_mass
 from .collective import total
-from .errors import MPMError
-from .grid import Background
+from .errors import MPMDiverged, MPMError
+from .grid import Background, check_inside
 from .kernels import compile_transfers
 from .loads import SurfaceLoads
 from .migrate import Router
@@ -25,31 +25,34 @@ class MPM:
     ``advance`` and follow the motion; loads: ``Load`` records; penalties: ``Penalty`` and ``GridWall`` records; gravity:
     [m/s^2], shape (dim,); inertia: "consistent" (eq. 11) or "lumped"; rebalance: imbalance of material points over the
     ranks from which the grid is partitioned anew; body_force: force per mass [m/s^2] besides gravity, a function of the
-    points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim); solver: of ``SOLVERS``.
+    points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim); solver: of ``SOLVERS``;
+    halvings: how many times a step in which Newton's method fails is halved before that is an error.
 
     ``parts`` are the bodies with their points, numbered through, see ``parts.Part``; ``phases`` sums the seconds spent
-    per phase, ``iterations`` is the number of Newton iterations of the last step, ``count`` the number of material
-    points in all, ``balance`` lists new partitions of the grid: (step, imbalance before, after). Everything is collective.
+    per phase, ``iterations`` is the number of Newton iterations of the last ``advance``, ``substeps`` of the steps that
+    it took, ``count`` the number of material points in all, ``balance`` lists new partitions of the grid: (step, imbalance
+    before, after). Everything is collective.
+
     Raises ValueError for a scene that cannot be run, MPMError and MPMDiverged when a step fails.
     """
 
     balance_every = 50  # steps between two looks at the balance
 
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
-                 rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto"):
+                 rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto", halvings=0):
         if inertia not in ("consistent", "lumped"):
             raise ValueError(f"inertia is {inertia!r}: choose consistent or lumped")
         if not rebalance >= 1.0:
             raise ValueError(f"rebalance is {rebalance}: an imbalance is never below 1, give a larger number")
         self.comm, self.dim, self.grid = comm, grid.box.dim, grid
         self.gravity = np.zeros(self.dim) if gravity is None else np.array(gravity, float)
-        self.time, self.steps, self.iterations = 0.0, 0, 0
+        self.time, self.steps, self.iterations, self.substeps, self._halvings = 0.0, 0, 0, 1, halvings
         self._settled = False  # whether the points are in their cells
         self.phases = dict.fromkeys(PHASES, 0.0)
         self.parts = make_parts(body if isinstance(body, (list, tuple)) else [body], grid, self.gravity, body_force)
         x = np.concatenate([part.points.x for part in self.parts])
         self.count = len(x)
-        self._check_inside(x, "the body reaches out of the grid: a material point")
+        check_inside(grid, x, "the body reaches out of the grid: a material point")
         self._support_scene, self.rebalance, self.balance, self._solver = tuple(supports), rebalance, [], solver
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent = inertia == "consistent"
@@ -61,12 +64,6 @@ class MPM:
         self._search()
 
     # ---------------------------------------------------------------- set-up
-
-    def _check_inside(self, x, what):
-        outside = ~((x > self.grid.box.lower) & (x < self.grid.box.upper)).all(axis=1)
-        if outside.any():
-            raise ValueError(f"{what} lies at {x[outside][0]} m, the grid covers {self.grid.box.lower} to "
-                             f"{self.grid.box.upper} m: enlarge the grid")
 
     def _keep_mine(self, points, names):
         """Of points made alike on every rank, keep those in cells of this rank. names: what each belongs to."""
@@ -83,7 +80,7 @@ class MPM:
         """What acts through particles of its own."""
         self._surface = BoundaryParticles(self.comm, self.dim, interface, start)
         self.boundary = self._surface.points
-        self._check_inside(self.boundary.x, "a boundary particle")
+        check_inside(self.grid, self.boundary.x, "a boundary particle")
         self._keep_mine(self.boundary, np.full(len(self.boundary), "the interface"))
         self.loads = (SurfaceLoads(loads, self.dim, start),) if loads else ()
         self.penalties = make_penalties(penalties, self.background, start)
@@ -98,27 +95,41 @@ class MPM:
     # ---------------------------------------------------------------- one step
 
     def advance(self, dt, force=None):
-        """Advance one step of ``dt`` [s] under point loads ``force`` on the boundary particles [N], shape (n, dim),
-        constant over the step, the same on every rank. Returns ``surface()``."""
+        """Advance by ``dt`` [s], in one step unless that fails, under point loads ``force`` on the boundary particles
+        [N], shape (n, dim), constant meanwhile, the same on every rank. Returns ``surface()``."""
         if not (dt > 0 and np.isfinite(dt)):
             raise ValueError(f"dt is {dt} s: it must be positive")
         force = np.zeros((self._surface.count, self.dim)) if force is None else np.asarray(force, float)
         if not np.isfinite(force).all():
             raise MPMError(f"the force on boundary particle {np.argwhere(~np.isfinite(force))[0][0]} is not a number "
                            f"at t = {self.time:.6g} s: look at the grains that sent it")
+        self.iterations = self.substeps = 0
+        self._advance(dt, force, self._halvings)
+        return self.surface()
+
+    def _advance(self, dt, force, halvings):
+        """One step; where Newton's method fails, which leaves the points as they were, two of half the length."""
+        try:
+            self._take_step(dt, force)
+        except MPMDiverged:
+            if not halvings:
+                raise
+            for _ in range(2):
+                self._advance(dt / 2, force, halvings - 1)
+
+    def _take_step(self, dt, force):
         self.step.restart_clock()
         if self.comm.size > 1 and self.steps and self.steps % self.balance_every == 0:
             self._rebalance()
         self._search()
         self._settled = False
         self.step.begin(dt, self.time, force[self.boundary.gid])
-        u, self.iterations = self.step.solve(f"step {self.steps + 1}, t = {self.time + dt:.6g} s")
+        u, iterations = self.step.solve(f"step {self.steps + 1}, t = {self.time + dt:.6g} s")
         self.step.finish(u)
-        self.time += dt
-        self.steps += 1
+        self.time, self.steps = self.time + dt, self.steps + 1
+        self.substeps, self.iterations = self.substeps + 1, self.iterations + iterations
         for held in self.penalties:
             held.move(self.time)
-        return self.surface()
 
     def resample(self):
         """Between two steps, renew the boundary particles of an interface with a ``Resampling``: ``outline.Change``, or
@@ -209,10 +220,12 @@ class MPM:
 
     def energy(self):
         """``kinetic``, ``strain`` and ``potential`` (in gravity, zero at the origin) energy of the points [J]."""
-        kinetic, strain = np.sum([part.energies() for part in self.parts], axis=0)
-        potential = -sum(part.points.mass @ (part.points.x @ self.gravity) for part in self.parts)
-        return dict(zip(("kinetic", "strain", "potential"),
-                        total(self.comm, [kinetic, strain, potential]).tolist()))
+        parts = np.sum([part.energies(self.gravity) for part in self.parts], axis=0)
+        return dict(zip(("kinetic", "strain", "potential"), total(self.comm, parts).tolist()))
+
+    def volume(self):
+        """Of the material points as deformed [m^3]."""
+        return float(total(self.comm, sum(part.volume().sum() for part in self.parts)))
 
     def momentum(self):
         """Momentum of the points [kg m/s], shape (dim,)."""

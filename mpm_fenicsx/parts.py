@@ -102,10 +102,16 @@ class Part:
 
     # ---------------------------------------------------------------- what others ask
 
-    def energies(self):
-        """Kinetic and strain energy of this rank's points [J]."""
+    def energies(self, gravity):
+        """Kinetic, strain and potential energy of this rank's points [J] in ``gravity`` [m/s^2], shape (D,)."""
         p = self.points
-        return self._material.energies(p.mass, p.V0, p.v, p.F, p.F33, p.state, self._params)
+        return (*self._material.energies(p.mass, p.V0, p.v, p.F, p.F33, p.state, self._params),
+                -p.mass @ (p.x @ gravity))
+
+    def volume(self):
+        """Of this rank's points as deformed [m^3], shape (n,)."""
+        p = self.points
+        return p.V0 * np.linalg.det(p.F) * p.F33
 
     def cauchy_stress(self):
         """Of this rank's points [Pa], shape (n, D, D)."""

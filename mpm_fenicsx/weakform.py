@@ -19,6 +19,7 @@ import numpy as np
 from numba import njit
 
 from .f_bar import by_mean_volume, displacement_gradient, volume_change
+from .laws.algebra import determinant
 from .shape import invert
 
 D, K = 2, 4
@@ -169,7 +170,7 @@ def cauchy(p, F, F33, state, sigma):
     new = state[:1].copy()  # a law fills it; the points' own states stay as they are
     for q in range(len(F)):
         stress(p, F[q], F33[q], state[q], new[0], P)
-        J = np.linalg.det(F[q]) * F33[q]
+        J = determinant(F[q], D) * F33[q]
         for i in range(D):
             for j in range(D):
                 s = 0.0

@@ -43,6 +43,12 @@ def multiple():
     return load("multiple_impact")
 
 
+@pytest.fixture(scope="session")
+def column():
+    """The module ``cases/column_collapse.py``."""
+    return load("column_collapse")
+
+
 @pytest.fixture
 def run(case, tmp_path):
     """``run(key=value, …)`` runs the coarse beam, results in ``tmp_path``; returns its histories."""

@@ -82,6 +82,17 @@ class Background:
         part = vertices[m * comm.rank // comm.size:m * (comm.rank + 1) // comm.size]
         return compat.create_mesh(comm, cells[mine].astype(np.int64), part, self.grid.cell, owners)
 
+    def keep_mine(self, points, names):
+        """Of points made alike on every rank, keep those in cells of this rank. names: what each belongs to."""
+        rank, number = self.search.assign(points.x)
+        if (rank < 0).any():
+            p = np.argmin(rank)
+            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p]} m, outside the grid: enlarge the grid "
+                             "or shorten the surface")
+        mine = rank == self.comm.rank
+        points.take(mine)
+        points.cell[:] = self.search.local(number[mine])
+
     def _ranks_around(self):
         """Ranks with which this one shares cells, in both directions alike."""
         mine = set(np.concatenate([self.cell_map.owners, self.node_map.owners]).tolist()) - {self.comm.rank}

@@ -60,32 +60,19 @@ class MPM:
         self._make_conditions(interface, loads, penalties, Start(self.parts, self.gravity, body_force))
         for part in self.parts:
             part.compile(self.background, self._consistent)
-            self._keep_mine(part.points, np.full(len(part.points), "the body"))
+            self.background.keep_mine(part.points, np.full(len(part.points), "the body"))
         self._search()
-
-    # ---------------------------------------------------------------- set-up
-
-    def _keep_mine(self, points, names):
-        """Of points made alike on every rank, keep those in cells of this rank. names: what each belongs to."""
-        rank, number = self.background.search.assign(points.x)
-        if (rank < 0).any():
-            p = np.argmin(rank)
-            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p]} m, outside the grid: enlarge the grid "
-                             "or shorten the surface")
-        mine = rank == self.comm.rank
-        points.take(mine)
-        points.cell[:] = self.background.search.local(number[mine])
 
     def _make_conditions(self, interface, loads, penalties, start):
         """What acts through particles of its own."""
         self._surface = BoundaryParticles(self.comm, self.dim, interface, start)
         self.boundary = self._surface.points
         check_inside(self.grid, self.boundary.x, "a boundary particle")
-        self._keep_mine(self.boundary, np.full(len(self.boundary), "the interface"))
+        self.background.keep_mine(self.boundary, np.full(len(self.boundary), "the interface"))
         self.loads = (SurfaceLoads(loads, self.dim, start),) if loads else ()
         self.penalties = make_penalties(penalties, self.background, start)
         for condition in (*self.loads, *self.penalties):
-            self._keep_mine(condition.points, condition.names)
+            self.background.keep_mine(condition.points, condition.names)
         self._sets = Sets(self.comm, [
             *(Set(f"points{n or ''}", part.points) for n, part in enumerate(self.parts)),
             Set("boundary", self.boundary), *(Set("loads", a.points) for a in self.loads),
@@ -139,7 +126,7 @@ class MPM:
         self._search()
         change = self._surface.resample(near_mass(self.background, self.step.cover, self.parts), self.time)
         if change is not None:
-            self._keep_mine(self.boundary, ["the interface"] * len(self.boundary))
+            self.background.keep_mine(self.boundary, ["the interface"] * len(self.boundary))
             self._attach()
         return change
 

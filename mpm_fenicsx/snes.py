@@ -42,7 +42,8 @@ class Newton:
     """One SNES over one cover. residual(u, r): fills r from u, both (owned, D); tangent(): fills the matrix at the
     deformation of the last residual. Collective.
 
-    tangent is called with whether it was asked for. watched: it is called in every iteration and may find that the kept
+    tangent is called with whether it was asked for, and whether always or once in a step will do where inertia dominates.
+    watched: it is called in every iteration and may find that the kept
     one still holds. kinks: the residual is piecewise linear, as of springs that open, stick and slide. They have a
     potential: line search cp finds its minimum along a line, where bt gets stuck on the residual's norm. symmetric: so is
     the tangent. plastic: it changes with the load, so every iteration gets a new one. solver: one of
@@ -62,7 +63,7 @@ class Newton:
         snes.setJacobian(self._jacobian, cover.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
         self._lag, self._search = 1 if watched or plastic else KEEP, ("cp", 5) if kinks else ("bt",)
-        self._symmetric, self._plastic, self._asked = symmetric, plastic, plastic
+        self._symmetric, self._plastic, self._asked, self._again = symmetric, plastic, plastic, False
         compat.set_lag_jacobian(snes, self._lag)
         compat.set_line_search(snes, *self._search)
         options = PETSc.Options(PREFIX)
@@ -71,6 +72,11 @@ class Newton:
         self._user_search = options.hasName("snes_linesearch_type")
         self._cover, self._solver, self._chosen = cover, solver, False
         r.destroy()  # the SNES holds its own reference
+
+    @property
+    def renews(self):
+        """Whether the first iteration of the next solve makes a tangent, so that nobody has to make one before."""
+        return self._chosen and self._plastic and not self._user_lag
 
     def choose_solver(self, stiffness, coordinates):
         """Defaults for a tangent with ``stiffness`` times as much stiffness as inertia, then the user's options.
@@ -103,7 +109,7 @@ class Newton:
 
     def _jacobian(self, snes, u, A, B):
         try:
-            self._tangent(self._asked or self._user_lag)
+            self._tangent(self._asked or self._user_lag, self._user_lag or self._again)
         except Exception as error:
             self._fail(error)
 
@@ -150,7 +156,7 @@ class Newton:
         """
         if not self._user_lag:
             compat.set_lag_jacobian(self.snes, 1 if attempt else self._lag)
-            self._asked = attempt > 0 or self._plastic
+            self._asked, self._again = attempt > 0 or self._plastic, attempt > 0
         if not self._user_search:
             compat.set_line_search(self.snes, *(("basic",) if attempt == 3 else self._search))
         return attempt == 2 or not (self._user_lag if attempt == 1 else self._user_search)

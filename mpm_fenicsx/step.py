@@ -22,6 +22,7 @@ class Step:
     """
 
     tolerance = 1e-6  # of the residual, relative to loads and inertia (-mpm_snes_atol replaces it)
+    inert = 0.05  # stiffness over inertia below which a second tangent in a step costs more than it saves
     slow = 4  # more Newton iterations than this: the kept tangent is out of date
 
     def __init__(self, background, filled, supports, parts, gravity, kernels, consistent, phases, loads, penalties,
@@ -119,7 +120,8 @@ class Step:
         dt, n = self.dt, self.cover.owned
         guess = (dt * self.v + 0.5 * dt**2 * self.a)[:n]
         guess[self._idle] = self._known[:n][self._idle]
-        if not self.tangent_is_valid or self.tangent_dt != dt:
+        self._renewed = False
+        if not self.newton.renews and (not self.tangent_is_valid or self.tangent_dt != dt):
             for part in self.parts:
                 part.rest(self)
             for held in self.penalties:
@@ -184,10 +186,14 @@ class Step:
         self._tangent_made = time_ns()
         self.lap("tangent")
 
-    def _renew_tangent(self, asked):
-        """For the SNES: a new tangent when ``asked`` for, or when a spring has taken another branch of its law."""
+    def _renew_tangent(self, asked, always):
+        """For the SNES: a new tangent when ``asked`` for, unless ``always`` only once in a step in which inertia
+        dominates, or when a spring has taken another branch of its law."""
+        if asked and not always and self.stiff < self.inert and self._renewed:
+            asked = False
         if asked or somewhere(self.comm, any(held.switched() for held in self.penalties))[0]:
             self.tangent()
+            self._renewed = True
 
     def _choose_solver(self):
         self.newton.choose_solver(self.stiff, self.background.x[self.cover.node[:self.cover.owned]])

@@ -17,6 +17,7 @@ def reporter(tmp_path, monkeypatch):
                                              "<!-- end of good -->\n\nafter\n")
     (tmp_path / "docs/other.md").write_text("# Other\n")
     monkeypatch.setattr(module, "ROOT", tmp_path)
+    monkeypatch.setattr(module, "WARM_UP", [])
     monkeypatch.setattr(module, "PARTS", {
         "good": module.Part("Good", [sys.executable, "-c", "print('| 1 | 2 |')"]),
         "bad": module.Part("Bad", [sys.executable, "-c", "raise SystemExit(3)"], "docs/other.md"),

@@ -13,7 +13,7 @@ import numpy as np
 from mpi4py import MPI
 
 from coupling import Record, cli, count_windows, figure, frames, march
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Support
+from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, GridWall, Support
 
 PRESETS = {"paper": dict(h=0.005, dt=5e-5)}
 TIMES = 0.0, 0.10, 0.25, 0.30, 0.36, 0.40, 0.45  # [s] of the pictures, from the third on those of the paper
@@ -47,6 +47,7 @@ def main(
     inertia: Literal["lumped", "consistent"] = "lumped",  # in the solve; dry soil does not survive consistent
     dt: float = 5e-4,  # time step [s]
     t_end: float = 0.5,  # end of the run [s]
+    solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
     rebalance: float = 1.2,  # imbalance of material points over the ranks that calls for a new partition [-]
     out: str = "out/column_collapse",  # folder of the results
     paraview: int = 0,  # steps from one ParaView file to the next [-]; 0: none
@@ -86,7 +87,7 @@ def make_column(p):
         if p.dim == 3 and there:
             supports.append(Support.column("z", z, grid, "z", name=f"the side wall at z = {z} m"))
     return MPM(grid, body, supports, gravity=(0.0, -p.g, 0.0)[:p.dim], inertia=p.inertia, penalties=walls,
-               rebalance=p.rebalance, halvings=HALVINGS)
+               rebalance=p.rebalance, halvings=HALVINGS, solver=p.solver)
 
 
 def make_grid(p, size):

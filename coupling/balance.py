@@ -5,7 +5,7 @@ COLUMNS = {
     "impulse_grains": ("N s", "vertical impulse of the interface on the particles since the start: their change of "
                               "momentum less gravity's share"),
     "impulse_solid": ("N s", "vertical impulse of the interface on the solid's grid nodes since the start; the sum "
-                             "with impulse_grains is round-off"),
+                             "with impulse_grains is round-off, unless particles touch what is at rest"),
     "work_wall": ("J", "work of the exchanged force on the wall since the start, in windows and jumps between them"),
     "work_solid": ("J", "work of the exchanged force along the path of the interface, since the start"),
     "energy_grains": ("J", "energy of the particles and their contacts"),
@@ -20,22 +20,32 @@ COLUMNS = {
 class Ledger:
     """Books what the interface exchanges; call it with each ``Window``. The entries are those of ``COLUMNS``.
 
-    gravity: vertical (last) component of gravity on the particles [m/s^2].
+    gravity: vertical (last) component of gravity on the particles [m/s^2]; it does not pull clusters that are held up.
     """
 
     def __init__(self, solid, grains, gravity=0.0):
         self._solid, self._grains = solid, grains
         self._up = solid.surface()[0].shape[1] - 1
         particles = grains.particles()
+        self._clusters = getattr(getattr(grains, "scene", None), "clusters", ())
+        self._single = particles["body"] == 0 if self._clusters else slice(None)
         self._momentum = self._momentum_of(particles)
-        self._weight, self._begin = gravity * particles["mass"].sum(), solid.time
+        falls = particles["mass"][self._single].sum() + sum(c.mass for c in self._clusters if c.flags[self._up])
+        self._weight, self._begin = gravity * falls, solid.time
         self._last = None
         self._impulse = self._work_wall = self._work_solid = 0.0
         parts = self._energies()
         self._start, self._scale = sum(parts), max(map(abs, parts))
 
     def _momentum_of(self, particles):
-        return float(particles["mass"] @ particles["v"][:, self._up])
+        """Vertical momentum [kg m/s]. That of a cluster is its mass times the velocity of its centre of mass: the shares
+        of its spheres have the same sum only where their own centre is there, too."""
+        single = particles[self._single]
+        momentum = float(single["mass"] @ single["v"][:, self._up])
+        if self._clusters:
+            bodies = self._grains.bodies()
+            momentum += float(bodies["mass"] @ bodies["v"][:, self._up])
+        return momentum
 
     def _energies(self):
         return sum(self._grains.energy().values()), sum(self._solid.energy().values())

@@ -66,7 +66,8 @@ class BookedSolid(Solid, Protocol):
 
 class BookedGrains(Grains, Protocol):
     """What the ledger and the record of a case ask besides. ``scene.wall`` has ``nodes`` [m], shape (m, dim), and
-    ``elements``, shape (k, dim)."""
+    ``elements``, shape (k, dim). With ``scene.clusters`` (``mass`` [kg], ``flags``: free along each axis) there is a
+    method ``bodies()``, with their ``mass`` and ``v`` [m/s], and particles have ``body``: 0 for single spheres."""
 
     scene: object
 

@@ -51,12 +51,19 @@ class BoundaryParticles:
         ordered[self._number] = parts
         return [ordered[:, k:k + self._dim].copy() for k in range(0, mine.shape[1], self._dim)]
 
-    def resample(self, has_mass, time):
+    def stay_inside(self, box):
+        """Put particles that have left the box of the grid back on its side; returns whether there are any."""
+        inside = np.clip(self.points.x, box.lower, box.upper)
+        left = somewhere(self._comm, (inside != self.points.x).any())[0]
+        self.points.x[:] = inside
+        return left
+
+    def resample(self, has_mass, time, changed):
         """Renew the particles by the rule, see ``outline.resample``; if that changes anything, ``points`` are all of
         them on every rank again. Returns the ``outline.Change``, or None."""
         x, v, a, force = self.whole("x", "v", "a", "force")
         old = self.interface
-        change = outline.resample(x, old.elements, old.resampling, force.any(axis=1), has_mass)
+        change = outline.resample(x, old.elements, old.resampling, force.any(axis=1), has_mass, changed)
         if change is not None:
             if not len(change.x):
                 raise MPMError(f"nothing is left of the outline at t = {time:.6g} s: no boundary particle has a material "
@@ -79,19 +86,25 @@ class BoundaryParticles:
                                      elements=state["interface.elements"].copy())
 
 
-def near_mass(background, cover, parts):
-    """Function from places [m], shape (n, D), to the mask of those in cells with a node that carries mass, alike on
+REACHES = 1e-3  # share of a particle's basis on nodes with mass from which on it belongs to the body
+
+
+def near_mass(background, cover, parts, kernels):
+    """Function from places [m], shape (n, D), to the mask of those whose basis reaches nodes that carry mass, alike on
     every rank. The points of ``parts`` are in their cells, and these in the ``cover``."""
     comm, search, flags = background.comm, background.search, np.zeros((len(cover.node), 1))
     for part in parts:
         flags[cover.cells[np.unique(part.points.cell)], 0] = 1.0
     cover.accumulate(flags)
-    near = (cover.slot >= 0) & (flags[cover.cells, 0] > 0.0).any(axis=1)
+    active = (cover.slot >= 0)[:, None] & (flags[cover.cells, 0] > 0.0)
 
     def has_mass(x):
         rank, number = search.assign(x)
         found, mine = np.zeros(len(x), np.int32), rank == comm.rank
-        found[mine] = near[search.local(number[mine])]
+        cell, at = np.ascontiguousarray(search.local(number[mine]), np.int32), np.ascontiguousarray(x[mine])
+        N, G = np.empty((len(at), active.shape[1])), np.empty((len(at), *active.shape[1:], x.shape[1]))
+        kernels.shapes(cell, at, background.corner, background.inverse, N, G)
+        found[mine] = (N * active[cell]).sum(axis=1) > REACHES
         return somewhere(comm, *found)
 
     return has_mass

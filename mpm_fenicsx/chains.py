@@ -30,6 +30,12 @@ def remove(i, following, before):
     following[i] = before[i] = NONE
 
 
+def end_of(following, before, last):
+    """The last or the first particle of the open chain; NONE when there is no such chain."""
+    ends = np.flatnonzero((following == NONE) & (before != NONE) if last else (before == NONE) & (following != NONE))
+    return ends[0] if len(ends) else NONE
+
+
 @njit(cache=True)
 def deviation(x, a, i, c):
     """Twice the area [m^2] that the outline loses or gains when it goes from a to c without i."""

@@ -119,12 +119,13 @@ class MPM:
             held.move(self.time)
 
     def resample(self):
-        """Between two steps, renew the boundary particles of an interface with a ``Resampling``: ``outline.Change``, or
-        None when nothing has to change."""
+        """Between steps, renew the particles of an interface with a ``Resampling``: ``outline.Change`` or None."""
         if not self._surface.resampled:
             return None
+        changed = self._surface.stay_inside(self.grid.box)
         self._search()
-        change = self._surface.resample(near_mass(self.background, self.step.cover, self.parts), self.time)
+        has_mass = near_mass(self.background, self.step.cover, self.parts, self.kernels)
+        change = self._surface.resample(has_mass, self.time, changed)
         if change is not None:
             self.background.keep_mine(self.boundary, ["the interface"] * len(self.boundary))
             self._attach()
@@ -141,9 +142,8 @@ class MPM:
         """Phase I: points go to their cells, and the cover follows them; once in a step."""
         if self._settled:
             return
-        self._settled = True
         slot = self._no_slot if self.step is None else self.step.cover.slot
-        travelled, bare = self._sets.settle(self.background.search, slot, self._router, self.time)
+        self._settled, (travelled, bare) = True, self._sets.settle(self.background.search, slot, self._router, self.time)
         if bare:
             self._make_step(self._sets.filled())
         elif travelled:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .chains import NONE, drop_loops, foremost, in_order, links, remove, thin_out, untie
+from .chains import NONE, drop_loops, end_of, foremost, in_order, links, remove, thin_out, untie
 from .interface import SIDES
 
 
@@ -40,19 +40,30 @@ class Change(NamedTuple):
         return out
 
 
-def resample(x, elements, rule, loaded, has_mass):
+def resample(x, elements, rule, loaded, has_mass, changed=False):
     """The ``Change`` that ``rule`` (`scene.Resampling`) asks for, or None.
 
     x: places [m], shape (n, 2); loaded: mask of the particles that carry a load, shape (n,); has_mass(x): mask of the
-    places from which a particle reaches a grid node with mass. In this order: particles that reach no mass go, as do
-    those in folds and between short segments; the feet are laid anew; loops are cut off; long segments are divided.
+    places from which a particle reaches a grid node with mass; changed: the places have been changed already. In this
+    order: particles that reach no mass or sank below a floor go, as do those in folds and between short segments; the
+    feet are laid anew; loops are cut off; long segments are divided.
     """
     x, parent = np.array(x, float), np.arange(len(x))
     following, before = links(elements, len(x))
-    changed = thin_out(x, following, before, has_mass(x), rule.shortest * rule.spacing)
+    near = has_mass(x)
+    stays = near.copy()
+    for side, level in filter(None, rule.feet):
+        axis, inward = SIDES[side]
+        stays &= inward * (x[:, axis] - level) > 0.0
+    changed |= thin_out(x, following, before, stays, rule.shortest * rule.spacing)
     for foot, last in zip(rule.feet, (False, True)):
-        if foot is not None:
-            changed |= lay_foot(x, following, before, parent, foot, last, rule.reach * rule.spacing, loaded, has_mass)
+        end = end_of(following, before, last)
+        if foot is not None and end != NONE and \
+                lay_foot(x, following, before, parent, end, foot, last, rule.reach * rule.spacing, loaded, has_mass):
+            changed = near[end] = True
+        while end != NONE and not near[end]:
+            remove(end, following, before)
+            changed, end = True, end_of(following, before, last)
     touched = np.zeros(len(x), np.bool_)
     if untie(x, following, before, touched):
         drop_loops(x, following, before, touched, (2.0 * rule.spacing) ** 2)
@@ -63,8 +74,8 @@ def resample(x, elements, rule, loaded, has_mass):
     return _divided(x, order, after, parent, rule.longest * rule.spacing, has_mass, changed)
 
 
-def lay_foot(x, following, before, parent, foot, last, reach, loaded, has_mass):
-    """Lay the end of the open chain, the ``last`` or the first, on the floor beneath the foremost particle near it.
+def lay_foot(x, following, before, parent, end, foot, last, reach, loaded, has_mass):
+    """Lay the ``end`` of the open chain, the ``last`` or the first, on the floor beneath the foremost particle near it.
 
     Grid nodes on a floor that sticks do not move, so an end there stays behind and the flow overruns it; contact with
     the lower side of the overrun part would be contact with the floor. What lies less than ``reach`` [m] above the
@@ -72,10 +83,7 @@ def lay_foot(x, following, before, parent, foot, last, reach, loaded, has_mass):
     goes on as that one does. foot: (side, level [m]). Returns whether the outline has changed.
     """
     (axis, inward), level = SIDES[foot[0]], foot[1]
-    ends = np.flatnonzero((following == NONE) & (before != NONE) if last else (before == NONE) & (following != NONE))
-    if not len(ends):
-        return False
-    end, step = ends[0], before if last else following
+    step = before if last else following
     out = inward if last == (axis == 1) else -inward  # left of the way to or from the floor
     nose = foremost(x, step, end, axis, inward, level, out, reach, loaded)
     place = x[nose].copy()

@@ -114,8 +114,10 @@ def test_stretched_segments_are_divided_on_the_line(closed):
 
 def test_no_particle_where_there_is_no_mass():
     x, elements = chain([(0.0, 0.0), (0.1, 0.0), (0.5, 0.0), (0.9, 0.0)])
-    change = changed(x, elements, has_mass=lambda at: at[:, 0] < 0.55)
+    change = changed(x, elements, has_mass=lambda at: np.abs(at[:, 0] - 0.7) > 0.15)
     assert change.x[:, 0] == pytest.approx([0.0, 0.1, 0.3, 0.5, 0.9])
+    change = changed(x, elements, has_mass=lambda at: at[:, 0] < 0.55)
+    assert change.x[:, 0] == pytest.approx([0.0, 0.1, 0.3, 0.5])  # the end goes, too
     lost = changed(*chain(circle(30), True), has_mass=lambda at: at[:, 0] < 0.3)
     assert lost.x[:, 0].max() < 0.3 and len(lost.elements) == len(lost.x)
     nothing = changed(*chain(circle(30), True), has_mass=lambda at: np.zeros(len(at), bool))

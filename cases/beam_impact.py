@@ -21,6 +21,7 @@ PRESETS = {"paper": dict(cells=(62, 13), body=(120, 8), points=4, segments=(60,)
 BODY, SEGMENTS = {2: (120, 8), 3: (80, 5, 5)}, {2: (60,), 3: (77, 10)}  # unless others are asked for
 HEIGHT = WIDTH = 0.01  # of the beam [m]
 PLAIN = dict(wall_segments=None, mapping="linear", plane="stress", law="linear", restitution=1.0, friction=0.0,
+             rho_sphere=None,
              shift=0.0, gap=0.0, rebalance=1.2)
 SCHEME = "dt", "t_end", "substeps", "iterate", "tol", "relax", "adapt"  # keys that go on to couple()
 
@@ -33,6 +34,7 @@ def main(
     E: float = 215.82e9,  # Young's modulus of beam and sphere [Pa]
     nu: float = 0.289,  # Poisson's ratio of both [-]
     rho: float = 7960.0,  # density of both [kg/m^3]
+    rho_sphere: Optional[float] = None,  # density of the sphere, where it is another one [kg/m^3]
     h: float = 2e-3,  # size of the background cells, of which columns stand at the beam's ends [m]
     cells: Optional[Tuple[int, ...]] = None,  # of the grid along, up (3 beam heights) and across [-]; replaces h
     cell: Optional[Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron"]] = None,  # of grid and body
@@ -70,12 +72,14 @@ def strike(case, compare, modes=50, **keys):
     with that many ``modes``. Returns the history per back end."""
     p = SimpleNamespace(**{**PLAIN, **keys})
     windows = count_windows(p.t_end, p.dt, p.substeps)
-    reference = analytic.impact(p.length, HEIGHT, WIDTH, p.radius, p.v0, p.E, p.nu, p.rho, p.t_end, modes=modes)
+    rho_sphere = p.rho if p.rho_sphere is None else p.rho_sphere
+    reference = analytic.impact(p.length, HEIGHT, WIDTH, p.radius, p.v0, p.E, p.nu, p.rho, p.t_end, modes=modes,
+                                sphere=(p.E, p.nu, rho_sphere))
     grid, beam, supports, interface = solid_scene(p)
     wall = interface if p.wall_segments is None else Interface.top(beam.box, p.wall_segments, p.shift)
     steel = Material(p.E, p.nu)
     start = np.array([[0.0, p.radius + p.gap - p.shift, 0.0]])[:, :p.dim]
-    ball = Spheres(start, np.array([[0.0, -p.v0, 0.0]])[:, :p.dim], p.radius, p.rho)
+    ball = Spheres(start, np.array([[0.0, -p.v0, 0.0]])[:, :p.dim], p.radius, rho_sphere)
     scene = Scene(ball, Wall(wall.x, wall.elements), steel, steel, at_wall=Interaction(p.restitution, p.friction))
     follow = (nearest(interface.x, wall.x) if p.mapping == "nearest" else
               linear(interface.x, interface.elements, wall.x))

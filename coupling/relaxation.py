@@ -51,10 +51,10 @@ class Constant:
 
 class Aitken:
     """Dynamic relaxation of Irons and Tuck (1969) in the form of Kuettler and Wall (2008, eq. 50): the secant of the last
-    two residuals, at most ``cap``. It is kept from window to window.
+    two forces in contact, at most ``cap``. It is kept from window to window.
 
-    A secant from a state with contact to one without tells the slope of neither: it is not used. A force that drives the
-    bodies apart is taken back to none, and from there with half the relaxation of before.
+    A force that drives the bodies apart tells nothing of the slope in contact: the next one is a tenth of the way there
+    from the last one in contact, or none.
     """
 
     def __init__(self, cap=1.0):
@@ -66,19 +66,18 @@ class Aitken:
 
     def __call__(self, force, residual, answer):
         """See ``Constant``."""
-        apart = lost_contact(answer)
+        if lost_contact(answer):
+            if self._last is None:
+                return force + residual
+            self._omega *= 0.1
+            return self._last[0] + self._omega * self._last[1]
         if self._last is not None:
-            before, was_apart = self._last
-            change = residual - before
-            slope = dot(change, change)
-            if was_apart != apart:
-                if apart:
-                    self._omega *= 0.5
-            elif not apart and slope > 0.0:
-                secant = -self._omega * dot(before, change) / slope
-                self._omega = min(secant, self._cap) if secant > 0.0 else self._omega
-        self._last = residual, apart
-        return force + (1.0 if apart else self._omega) * residual
+            step, change = force - self._last[0], residual - self._last[1]
+            slope = -dot(step, change)
+            if slope > 0.0:
+                self._omega = min(slope / dot(change, change), self._cap)
+        self._last = force, residual
+        return force + self._omega * residual
 
     def forget(self):
         """See ``Constant``."""
@@ -118,7 +117,6 @@ class Quasi:
         self._touching = touching
         plain = self._aitken(force, residual, answer)
         if lost_contact(answer):
-            self._last = None
             return plain
         if self._last is not None:
             self._new.insert(0, (residual - self._last[0], answer - self._last[1]))

@@ -141,6 +141,55 @@ def test_failures_of_a_partition_are_repeated_with_a_shorter_window():
         run(20, Failing())
 
 
+@pytest.mark.parametrize("relax", RELAXATIONS)
+def test_interface_that_is_resampled(relax):
+    """Every third window the one point becomes two that share the load, or one again: the motion stays as it was."""
+    class Change:
+        keeps_numbers = True
+        elements = np.zeros((0, 2), int)
+
+        def __init__(self, n):
+            self.n = n
+
+        def carry(self, values):
+            return np.repeat(values[:1], self.n, axis=0)
+
+        def hand_on(self, loads):
+            return np.repeat(loads.sum(axis=0, keepdims=True) / self.n, self.n, axis=0)
+
+    class Divided(Oscillator):
+        n, asked = 1, 0
+
+        def resample(self):
+            self.asked += 1
+            if self.asked % 3:
+                return None
+            self.n = 3 - self.n
+            return Change(self.n)
+
+        def surface(self):
+            return tuple(np.repeat(a, self.n, axis=0) for a in super().surface())
+
+        def advance(self, dt, force):
+            assert len(force) == self.n
+            return super().advance(dt, force.sum(axis=0, keepdims=True))
+
+    class Shared(Ball):
+        class scene:
+            class wall:
+                elements = Change.elements
+
+        def advance(self, steps, x, v):
+            return np.repeat(super().advance(steps, x[:1], v[:1]) / len(x), len(x), axis=0)
+
+    keys = dict(iterate=60, tol=1e-9, relax=relax)
+    plain, ball, windows = run(40, **keys)
+    solid, grains, others = run(40, Divided(), Shared(), **keys)
+    assert (solid.u, solid.v, grains.y, grains.v) == pytest.approx((plain.u, plain.v, ball.y, ball.v), rel=1e-7)
+    assert {len(w.x) for w in others} == {1, 2} and sum(w.resampled is not None for w in others) == len(others) // 3
+    assert sum(w.iterations for w in others) <= 1.5 * sum(w.iterations for w in windows)
+
+
 def test_errors_of_the_scene_are_not_repeated():
     class Wrong(Oscillator):
         tried = 0

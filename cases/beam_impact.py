@@ -138,7 +138,8 @@ def compare(runs, reference, wait):
     """Errors of the last of ``runs`` against the reference, whose contact starts after ``wait`` [s], and the largest
     difference in force between back ends. The force is the mean over a window: it belongs to the window's middle."""
     *others, history = runs.values()
-    at_end, at_middle = (reference.at(np.maximum(history["time"] - wait - lag, 0.0)) for lag in (0.0, history["window"] / 2))
+    at_end, at_middle = (reference.at(np.maximum(history["time"] - wait - lag, 0.0))
+                         for lag in (0.0, history["window"] / 2))
     errors = {"force": report.relative_l2(history["force"], at_middle.force, history["window"]),
               "u_beam": report.relative_l2(history["u_beam"], at_end.u_beam, history["window"]),
               "v_sphere_end": abs(history["v_sphere"][-1] / at_end.v_sphere[-1] - 1)}

@@ -1,4 +1,4 @@
-"""The partitioned loop: windows of one MPM step and several DEM steps, weakly coupled or iterated, of one length or not."""
+"""The partitioned loop: windows of an MPM step and several DEM steps, weakly coupled or iterated."""
 from typing import NamedTuple
 
 import numpy as np
@@ -78,7 +78,7 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, iterate=0, tol=1e-4
 
 
 def _succeed(attempt, control, left, rewind, trend):
-    """The ``Window`` of the first of ever shorter attempts that neither fails nor is refused. left: DEM steps to the end."""
+    """The ``Window`` of the first of ever shorter attempts that neither fails nor is refused. left: DEM steps to go."""
     failed = refused = 0
     while True:
         steps = control.next(left)

@@ -88,5 +88,5 @@ class Iterated:
     def _complaint(self, number, time, off, scale):
         return (f"the coupling did not converge in window {number}, which ends at t = {time:.6g} s: after {self._most} "
                 f"repetitions the forces of both sides still differ by {off:.3g} N, {off / scale:.2g} of their scale "
-                f"(tol={self._tol:g}): take more repetitions (iterate={2 * self._most}), a smaller dt, or shorter windows "
-                "where they are needed (adapt=0)")
+                f"(tol={self._tol:g}): take more repetitions (iterate={2 * self._most}), a smaller dt, or shorter "
+                "windows where they are needed (adapt=0)")

@@ -74,7 +74,7 @@ def write(path, entries):
 
 
 def relative_l2(values, reference, windows=1.0):
-    """Relative L2 difference of two curves on the same times, which lie ``windows`` [s] apart (one number, or one for each
-    time); the difference itself where the reference is zero throughout."""
+    """Relative L2 difference of two curves on the same times, ``windows`` [s] apart (one number, or one for each time);
+    the difference itself where the reference is zero throughout."""
     weight = np.sqrt(windows / np.max(windows))
     return float(np.linalg.norm(weight * (np.asarray(values) - reference)) / (np.linalg.norm(weight * reference) or 1.0))

@@ -7,8 +7,8 @@ from .relaxation import norm
 
 
 class Trend(NamedTuple):
-    """Force on the interface in the ``last`` window and in the one ``before`` [N], shape (n, dim), with their lengths [s];
-    ``impulse`` [N s]: sum of the forces' norms times the windows, over the ``time`` [s] in which there was a force;
+    """Force on the interface in the ``last`` window and in the one ``before`` [N], shape (n, dim), and their lengths
+    [s]; ``impulse`` [N s]: sum of the forces' norms times the windows, over the ``time`` [s] in which there was a force;
     ``peak`` [N]: the largest norm."""
 
     last: np.ndarray = None
@@ -35,8 +35,8 @@ class Trend(NamedTuple):
         return self.impulse / self.time if self.time else 0.0
 
     def predict(self, dt):
-        """Mean force in the coming window of ``dt`` [s], by linear extrapolation, none where it would change its sign [N];
-        None when nothing is known."""
+        """Mean force in the coming window of ``dt`` [s], by linear extrapolation, none where it would change its sign
+        [N]; None when nothing is known."""
         if self.before is None:
             return self.last
         guess = self.last + (self.last - self.before) * ((self.dt_last + dt) / (self.dt_before + self.dt_last))

@@ -89,7 +89,8 @@ def test_half_the_energy_is_lost_with_restitution(run):
 
 def test_iterating_brings_both_sides_together(run, backend):
     """Windows of 16 us, of which a contact lasts ten: the interface makes no energy, and the rest is as with short ones."""
-    weak, iterated = (only(run(dem=backend, dt=16e-6, substeps=320, t_end=1.92e-4, **keys)) for keys in ({}, {"iterate": 20}))
+    weak, iterated = (only(run(dem=backend, dt=16e-6, substeps=320, t_end=1.92e-4, **keys))
+                      for keys in ({}, {"iterate": 20}))
     assert abs(weak["interface_error"][-1]) > 0.03 and abs(iterated["interface_error"]).max() < 1e-4
     assert 1.0 < iterated["iterations"].mean() < 3.0 and (iterated["iterations"][:10] > 1).all()
     impulse = iterated["impulse_grains"]

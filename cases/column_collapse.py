@@ -44,7 +44,7 @@ def main(
     refine: Optional[int] = None,  # body cells per background cell and direction [-]; none: 2, in space 1
     points: Optional[int] = None,  # material points per body cell: in all (simplices) or per direction [-]; none: 3, 2, 4, 2
     f_bar: bool = True,  # average the volume change over each background cell, against locking
-    inertia: Literal["lumped", "consistent"] = "lumped",  # in the solve; dry soil does not survive consistent
+    inertia: Literal["lumped", "consistent", "ghost"] = "lumped",  # in the solve; ghost: consistent with a ghost penalty
     dt: float = 5e-4,  # time step [s]
     t_end: float = 0.5,  # end of the run [s]
     solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it

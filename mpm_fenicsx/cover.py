@@ -19,12 +19,13 @@ class Cover:
 
     For F-bar: patch: (all local cells,) row of an owned covered cell's patch in patch_matrices, shape (patches, M, D, D,
     M); place: (all local cells, K) places of its nodes among the M of the patch. A quadrilateral or a hexahedron is its own
-    patch, and these matrices are the element matrices. Collective.
+    patch, and these matrices are the element matrices. For ghost inertia: facet_matrices, shape (facets, D, M, M), by
+    direction, node and node. Collective.
     """
 
-    def __init__(self, background, filled, fixed, symmetric=True, averaged=False):
+    def __init__(self, background, filled, fixed, symmetric=True, averaged=False, facets=None):
         """filled: numbers of this rank's cells that hold points; fixed: (grid nodes, D) mask; symmetric: so
-        is the matrix; averaged: whether a body needs the patches."""
+        is the matrix; averaged: whether a body needs the patches; facets: None, or ``ghost.Facets`` that need matrices."""
         self.comm, self.dim = background.comm, background.dim
         self._vectors, self._symmetric = {}, symmetric
         grid_vec = self._ghosted(background.node_map, background.nodes_owned, 1)
@@ -38,6 +39,7 @@ class Cover:
         self.slot[covered] = np.arange(len(covered))
         self.fixed = fixed[self.node]
         self._make_patches(background, covered, averaged)
+        self._facets = None if facets is None else facets.within(self)[1]
         self._make_matrix(covered)
 
     def _ghosted(self, index_map, owned, block):
@@ -135,6 +137,11 @@ class Cover:
         rows = [np.broadcast_to(block.transpose(0, 2, 1)[:, None, None], shape).ravel()
                 for block, shape in zip(blocks, shapes)]
         columns = [np.broadcast_to(block[:, :, :, None, None], shape).ravel() for block, shape in zip(blocks, shapes)]
+        if self._facets is not None:  # each direction on its own
+            facet = dof[self._facets].transpose(0, 2, 1)  # (facets, D, M)
+            shapes.append((*facet.shape, facet.shape[-1]))
+            rows.append(np.broadcast_to(facet[..., None], shapes[-1]).ravel())
+            columns.append(np.broadcast_to(facet[:, :, None], shapes[-1]).ravel())
         size = (self.owned * D, PETSc.DETERMINE)
         self.matrix = PETSc.Mat().create(self.comm)
         self.matrix.setSizes((size, size), bsize=D)
@@ -144,7 +151,8 @@ class Cover:
         self.values = np.zeros(sum(map(len, rows)) + len(diagonal))
         matrices = [part.reshape(shape) for part, shape in
                     zip(np.split(self.values, np.cumsum([len(part) for part in rows])), shapes)]
-        self.element_matrices, self.patch_matrices = matrices[0], matrices[-1]
+        self.element_matrices, self.patch_matrices = matrices[0], matrices[len(blocks) - 1]
+        self.facet_matrices = matrices[-1]
 
     def clear(self):
         """Set element and patch matrices to zero."""

@@ -13,6 +13,7 @@ class Transfers(NamedTuple):
     to_grid: Callable
     to_points: Callable
     spread: Callable
+    spread_mass: Callable
     interpolate: Callable
     only_active: Callable
 
@@ -37,6 +38,7 @@ def compile_transfers(background):
         to_grid=specialise(transfer.to_grid, **size),
         to_points=specialise(transfer.to_points, **size),
         spread=specialise(transfer.spread, **size),
+        spread_mass=specialise(transfer.spread, D=1, K=size["K"]),
         interpolate=specialise(transfer.interpolate, **size),
         only_active=specialise(transfer.only_active, K=size["K"]))
 

@@ -7,6 +7,7 @@ from .boundary import Supports
 from .boundary_particles import BoundaryParticles, near_mass
 from .collective import total
 from .errors import MPMDiverged, MPMError
+from .ghost import Facets, check_inertia
 from .grid import Background, check_inside
 from .kernels import compile_transfers
 from .loads import SurfaceLoads
@@ -23,7 +24,7 @@ class MPM:
 
     supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given to
     ``advance`` and follow the motion; loads: ``Load`` records; penalties: ``Penalty`` and ``GridWall`` records; gravity:
-    [m/s^2], shape (dim,); inertia: "consistent" (eq. 11) or "lumped"; rebalance: imbalance of material points over the
+    [m/s^2], shape (dim,); inertia: "consistent" (eq. 11), "lumped" or "ghost" (consistent, see ``ghost``); rebalance: imbalance of material points over the
     ranks from which the grid is partitioned anew; body_force: force per mass [m/s^2] besides gravity, a function of the
     points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim); solver: of ``SOLVERS``;
     halvings: how many times a step in which Newton's method fails is halved before that is an error.
@@ -40,8 +41,7 @@ class MPM:
 
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
                  rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto", halvings=0):
-        if inertia not in ("consistent", "lumped"):
-            raise ValueError(f"inertia is {inertia!r}: choose consistent or lumped")
+        check_inertia(inertia, comm.size)
         if not rebalance >= 1.0:
             raise ValueError(f"rebalance is {rebalance}: an imbalance is never below 1, give a larger number")
         self.comm, self.dim, self.grid = comm, grid.box.dim, grid
@@ -55,8 +55,9 @@ class MPM:
         check_inside(grid, x, "the body reaches out of the grid: a material point")
         self._support_scene, self.rebalance, self.balance, self._solver = tuple(supports), rebalance, [], solver
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
-        self._consistent = inertia == "consistent"
+        self._consistent = inertia != "lumped"
         self.kernels = compile_transfers(self.background)
+        self._facets = Facets(self.background, self.kernels.shapes) if inertia == "ghost" else None
         self._make_conditions(interface, loads, penalties, Start(self.parts, self.gravity, body_force))
         for part in self.parts:
             part.compile(self.background, self._consistent)
@@ -153,7 +154,7 @@ class MPM:
         if self.step is not None:
             self.step.destroy()
         self.step = Step(self.background, filled, self.supports, self.parts, self.gravity, self.kernels,
-                         self._consistent, self.phases, self.loads, self.penalties, self._solver)
+                         self._consistent, self.phases, self.loads, self.penalties, self._solver, self._facets)
         self._attach()
 
     def _attach(self):
@@ -186,8 +187,6 @@ class MPM:
         self._router = Router(self.comm, self.background.neighbours)
         self._no_slot = np.full(len(self.background.cells), -1, np.int32)
         self.step = None
-
-    # ---------------------------------------------------------------- what others ask
 
     @property
     def points(self):

@@ -38,6 +38,7 @@ class Part:
         self._volume, self._gradient, self._push = (np.zeros((patches, *shape)) for shape in ((2,), (M, D), (M, D)))
         self.basis, self._G = np.empty((n, K)), np.empty((n, K, D))
         self._F, self._F33, self._state = np.empty((n, D, D)), np.empty(n), self.points.state.copy()
+        self._inert = self.points.mass  # with consistent inertia
 
     # ---------------------------------------------------------------- one step, see the kernels' modules
 
@@ -49,6 +50,19 @@ class Part:
         """Add the points' share to ``nodal``, see ``transfer.to_grid``."""
         p = self.points
         step.kernels.to_grid(p.cell, step.cover.cells, self.basis, p.mass, p.v, p.a, nodal)
+
+    @property
+    def thickness(self):
+        """Of a plane body [m], 1 in space."""
+        return self.body.thickness if self.body.dim == 2 else 1.0
+
+    def hold(self, step, held, nodal):
+        """Give points in cells with ``held``, a mask over the grid's cells, consistent inertia and add the mass of the
+        others to ``nodal``, shape (nodes, 1)."""
+        p, consistent = self.points, held[self.points.cell]
+        self._inert = np.where(consistent, p.mass, 0.0)
+        if not consistent.all():
+            step.kernels.spread_mass(p.cell, step.cover.cells, self.basis, (p.mass - self._inert)[:, None], nodal)
 
     @property
     def pushed(self):
@@ -74,8 +88,8 @@ class Part:
         """Add inner and, with consistent inertia, inertia forces to R, see ``weakform.residual``."""
         p = self.points
         self._mean_changes(step, u)
-        self._material.residual(p.cell, step.cover.cells, step.cover.patch, self._volume, self.basis, self._G, p.mass,
-                                p.V0, p.F, p.F33, p.state, self._params, u, a, self._F, self._F33, self._state, R)
+        self._material.residual(p.cell, step.cover.cells, step.cover.patch, self._volume, self.basis, self._G,
+                                self._inert, p.V0, p.F, p.F33, p.state, self._params, u, a, self._F, self._F33, self._state, R)
 
     def rest(self, step):
         """Before a tangent at the start of the step, without a residual."""
@@ -87,7 +101,7 @@ class Part:
         p, cover = self.points, step.cover
         self._push[:] = 0.0
         self._material.tangent(p.cell, cover.cells, cover.slot, cover.patch, cover.place, self._volume, self.basis,
-                               self._G, p.mass, p.V0, p.F, p.F33, p.state, self._params, alpha, self._u, self._F,
+                               self._G, self._inert, p.V0, p.F, p.F33, p.state, self._params, alpha, self._u, self._F,
                                self._F33, self._state, self._push, cover.element_matrices)
         if self.body.f_bar:
             self._material.couple(self._volume, self._gradient, self._push, cover.patch_matrices)

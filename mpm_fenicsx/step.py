@@ -7,6 +7,7 @@ from . import compat, newmark
 from .carriers import Carriers
 from .collective import somewhere, total
 from .cover import Cover
+from .ghost import Ghost
 from .laws import ELASTIC_STATE
 from .snes import Newton
 
@@ -26,13 +27,13 @@ class Step:
     slow = 4  # more Newton iterations than this: the kept tangent is out of date
 
     def __init__(self, background, filled, supports, parts, gravity, kernels, consistent, phases, loads, penalties,
-                 solver="auto"):
+                 solver="auto", facets=None):
         self.comm, self.dim, self.background = background.comm, background.dim, background
         self.loads, self.penalties = loads, penalties
         laws = [part.body.law for part in parts]
         averaged = any(part.body.f_bar for part in parts)
         symmetric = all(law.symmetric for law in laws) and not averaged
-        self.cover = Cover(background, filled, supports.fixed, symmetric, averaged)
+        self.cover = Cover(background, filled, supports.fixed, symmetric, averaged, facets)
         self.filled, self.supports, self.gravity, self.kernels = filled, supports, gravity, kernels
         self.parts, self.consistent, self.phases = parts, consistent, phases
         bodies = [part.body for part in parts]
@@ -40,6 +41,8 @@ class Step:
         self.newton = Newton(self.cover, self.residual, self._renew_tangent, bool(penalties),
                              any(held.kinks for held in penalties), symmetric,
                              any(law.state != ELASTIC_STATE for law in laws), solver)
+        h = np.prod(background.h) ** (1.0 / self.dim)
+        self.ghost = facets and Ghost(facets, self.cover, self.cell_mass / h**self.dim, h)
         nodes = len(self.cover.node)
         self.mass = None  # until begin
         self.active = np.zeros(nodes, bool)
@@ -89,6 +92,10 @@ class Step:
         if self.carriers.take_stock(active, force):  # a kept tangent has identity rows for nodes without mass
             self.supports.check(active, self.cover, time)
             self.active, self.tangent_is_valid = active, False
+        self._lumped = np.zeros_like(self.mass) if self.consistent else self.mass
+        if self.ghost:
+            self.tangent_is_valid &= not self.ghost.begin(self)
+            self._lumped = self.ghost.lumped
         self.v, self.a = np.zeros((len(self.mass), D)), np.zeros((len(self.mass), D))
         self.v[self.active] = self._nodal[self.active, 1:1 + D] / self.mass[self.active, None]
         self.a[self.active] = self._nodal[self.active, 1 + D:] / self.mass[self.active, None]
@@ -155,10 +162,12 @@ class Step:
             part.residual(self, u, a, self._R)
         for held in self.penalties:
             held.residual(self, u, self._R)
+        if self.ghost:
+            self.ghost.residual(a, self._R)
         self.cover.accumulate(self._R)
         r[:] = self._R[:n] - self._load[:n]
-        if not self.consistent:
-            r += self.mass[:n, None] * a[:n]
+        if self.ghost or not self.consistent:
+            r += self._lumped[:n, None] * a[:n]
         r[self._idle] = self.idle_scale * (u[:n] - self._known[:n])[self._idle]
         self.lap("residual")
 
@@ -172,10 +181,12 @@ class Step:
             part.tangent(self, alpha)
         for held in self.penalties:
             held.tangent(self)
+        if self.ghost:
+            self.ghost.tangent(alpha, cover.facet_matrices)
         mass, nodes = total(self.comm, [self.mass[:n].sum(), np.count_nonzero(self.mass[:n])])
         self.idle_scale = alpha * mass / nodes  # idle rows of the size of the others keep the matrix well scaled
         inertia = alpha * self.mass[:n, None]
-        cover.fill_matrix(np.where(self._idle, self.idle_scale, 0.0 if self.consistent else inertia))
+        cover.fill_matrix(np.where(self._idle, self.idle_scale, alpha * self._lumped[:n, None]))
         stiffness = cover.matrix.getDiagonal().array.reshape(n, self.dim) - inertia
         self.stiffness2 = float(np.sum(stiffness[~self._idle] ** 2))
         norms = total(self.comm, [self.stiffness2, np.sum(inertia**2) * self.dim])

@@ -1,0 +1,160 @@
+"""Ghost penalty on inertia: consistent inertia for bodies whose rim would make it singular.
+
+In a cell with one or two points the consistent mass has rank one or two, and soil that bears no stress adds nothing. On
+facets between filled cells of which at least one is filled less than ``FULL`` the acceleration's gradient is held together
+(Burman 2010, doi 10.1016/j.crma.2010.10.006, here on the mass as in Sticko & Kreiss 2016, doi 10.1016/j.cma.2016.06.001):
+
+    sum over facets of  GAMMA rho h^3 integral of [grad a . n] [grad w . n],
+
+[.] being the jump over the facet: the inertia of fields that are linear, rigid motions among them, stays what it is.
+Cells from which no chain of filled cells leads to a full one (drops, single fliers) get lumped inertia.
+"""
+import numpy as np
+from numba import njit
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+GAMMA = 0.1
+FULL = 0.6  # of a cell's volume
+GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
+
+
+def check_inertia(inertia, ranks):
+    """ValueError for a kind of inertia that does not exist, or not on that many ranks."""
+    if inertia not in ("consistent", "lumped", "ghost"):
+        raise ValueError(f"inertia is {inertia!r}: choose consistent, lumped or ghost")
+    if inertia == "ghost" and ranks > 1:
+        raise ValueError(f"inertia is ghost on {ranks} ranks, over whose borders it does not reach: run on one rank, or "
+                         "choose lumped")
+
+
+def local_facets(D, K):
+    """Nodes of the facets of a cell, shape (facets, nodes of each)."""
+    if K == D + 1:
+        return np.array([[a for a in range(K) if a != b] for b in range(K)])
+    return np.array([[a for a in range(K) if (a >> i) & 1 == side] for i in range(D) for side in (0, 1)])
+
+
+@njit(cache=True)
+def add_residual(nodes, matrix, weight, a, R):
+    """Add the penalty's force [N] to R for accelerations a [m/s^2], both (nodes, D); nodes: (facets, M), matrix: (facets, M,
+    M), weight: (facets,)."""
+    for f in range(len(nodes)):
+        if weight[f] != 0.0:
+            for p in range(nodes.shape[1]):
+                for i in range(a.shape[1]):
+                    s = 0.0
+                    for q in range(nodes.shape[1]):
+                        s += matrix[f, p, q] * a[nodes[f, q], i]
+                    R[nodes[f, p], i] += weight[f] * s
+
+
+class Facets:
+    """Inner facets of a grid: ``cells`` (n, 2) on both sides, ``nodes`` (n, M) of both, and ``matrix`` (n, M, M), the
+    integral of the products of the jumps of the normal derivatives [m^(D-3)]; ``volume`` (m,) of the cells [m^D]."""
+
+    def __init__(self, background, shapes):
+        """shapes: the kernel of that name, see ``shape``."""
+        self._background, self._shapes, D = background, shapes, background.dim
+        K = background.cells.shape[1]
+        self.volume = 1.0 / np.abs(np.linalg.det(background.inverse)) / (1.0 if K == 2**D else [2.0, 6.0][D - 2])
+        local = local_facets(D, K)
+        facets = background.cells[:, local].reshape(-1, local.shape[1])
+        order = np.lexsort(np.sort(facets, axis=1).T)
+        same = np.flatnonzero((np.diff(np.sort(facets[order], axis=1), axis=0) == 0).all(axis=1))
+        first, second = order[same], order[same + 1]
+        self.cells = np.column_stack([first, second]) // len(local)
+        self._facet = facets[first]
+        self.nodes, place = self._all_nodes(background.cells[self.cells])
+        self.matrix = self._integrate(place)
+
+    def _all_nodes(self, cells):
+        """Nodes of both cells without repetition, shape (n, M), and the places of the cells' own among them; cells: (n, 2,
+        K)."""
+        n, _, K = cells.shape
+        both = np.sort(cells.reshape(n, 2 * K), axis=1)
+        new = np.column_stack([np.ones(n, bool), np.diff(both, axis=1) != 0])
+        nodes = both[new].reshape(n, -1)
+        place = (nodes[:, None, None, :] == cells[..., None]).argmax(axis=-1)
+        return nodes, place
+
+    def within(self, cover):
+        """Mask of the facets inside a cover, and their nodes in its numbering, shape (k, M)."""
+        inside = (cover.slot[self.cells] >= 0).all(axis=1)
+        local = np.full(len(self._background.x), -1)
+        local[cover.node] = np.arange(len(cover.node))
+        return inside, local[self.nodes[inside]]
+
+    def _points(self):
+        """Quadrature points [m], list of (n, D), and unit normals times the root of their weights, shape (n, D)."""
+        x = self._background.x[self._facet]
+        if x.shape[2] == 2:
+            along = x[:, 1] - x[:, 0]
+            normal, points = np.column_stack([-along[:, 1], along[:, 0]]), [x[:, 0] + s * along for s in GAUSS]
+            area = np.linalg.norm(along, axis=1)
+        else:
+            first, second = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
+            normal, triangle = np.cross(first, second), x.shape[1] == 3
+            points = [x.mean(axis=1)] if triangle else [x[:, 0] + s * first + t * second for s in GAUSS for t in GAUSS]
+            area = np.linalg.norm(normal, axis=1) * (0.5 if triangle else 1.0)
+        return points, normal / np.linalg.norm(normal, axis=1)[:, None] * np.sqrt(area / len(points))[:, None]
+
+    def _integrate(self, place):
+        b, n = self._background, len(self.cells)
+        K, D = b.cells.shape[1], b.dim
+        matrix, N, G = np.zeros((n, self.nodes.shape[1], self.nodes.shape[1])), np.empty((n, K)), np.empty((n, K, D))
+        points, normal = self._points()
+        for x in points:
+            jump = np.zeros(self.nodes.shape)
+            for side, sign in ((0, 1.0), (1, -1.0)):
+                cell = self.cells[:, side].astype(np.int32)
+                self._shapes(cell, np.ascontiguousarray(x), b.corner, b.inverse, N, G)
+                np.add.at(jump, (np.arange(n)[:, None], place[:, side]), sign * np.einsum("nki,ni->nk", G, normal))
+            matrix += jump[:, :, None] * jump[:, None, :]
+        return matrix
+
+
+class Ghost:
+    """The penalty in the cells of one cover. After ``begin``, ``lumped`` is the nodal mass [kg] of the cells that get lumped
+    inertia, shape (nodes,), and ``held`` a mask over the grid's cells with consistent inertia."""
+
+    def __init__(self, facets, cover, density, h):
+        """density: of the lightest body [kg/m^D]; h: size of a cell [m]."""
+        inside, self._nodes = facets.within(cover)
+        self._cells, self._matrix = facets.cells[inside], np.ascontiguousarray(facets.matrix[inside])
+        self._scale, self._volume = GAMMA * density * h**3, facets.volume
+        self._weight = np.zeros(len(self._cells))
+
+    def begin(self, step):
+        """Find the facets to hold; returns whether they are others than before."""
+        fill, nodal = np.zeros(len(self._volume)), np.zeros((len(step.mass), 1))
+        for part in step.parts:
+            p = part.points
+            fill += np.bincount(p.cell, p.V0 / part.thickness, len(fill))
+        fill /= self._volume
+        beside = fill[self._cells]
+        both = (beside > 0.0).all(axis=1)
+        weight = np.where(both & (beside.min(axis=1) < FULL), self._scale, 0.0)
+        changed, self._weight = not np.array_equal(weight, self._weight), weight
+        self.held = self._anchored(fill, self._cells[both])
+        for part in step.parts:
+            part.hold(step, self.held, nodal)
+        self.lumped = nodal[:, 0]
+        return changed
+
+    def _anchored(self, fill, linked):
+        """Mask of the cells that are full or linked to a full one, shape (cells,)."""
+        n = len(fill)
+        graph = coo_matrix((np.ones(len(linked), bool), (linked[:, 0], linked[:, 1])), shape=(n, n))
+        count, label = connected_components(graph, directed=False)
+        full = np.zeros(count, bool)
+        full[label[fill >= FULL]] = True
+        return full[label]
+
+    def residual(self, a, R):
+        """Add the forces for accelerations a [m/s^2] to R [N], both (nodes, D)."""
+        add_residual(self._nodes, self._matrix, self._weight, a, R)
+
+    def tangent(self, alpha, matrices):
+        """Fill ``matrices`` [N/m], shape (facets, D, M, M), each direction on its own."""
+        matrices[:] = (alpha * self._weight[:, None, None] * self._matrix)[:, None]

@@ -14,6 +14,7 @@ from mpi4py import MPI
 
 from coupling import Record, cli, count_windows, figure, frames, march
 from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, GridWall, Support
+from mpm_fenicsx.geostatic import at_rest
 
 PRESETS = {"paper": dict(h=0.005, dt=5e-5)}
 TIMES = 0.0, 0.10, 0.25, 0.30, 0.36, 0.40, 0.45  # [s] of the pictures, from the third on those of the paper
@@ -36,6 +37,8 @@ def main(
     cohesion: float = 0.0,  # [Pa]; of von_mises: its strength in shear
     tension: Optional[float] = None,  # greatest tension [Pa]; none: up to the apex of the yield surface
     g: float = 9.81,  # gravity [m/s^2]
+    initial: Literal["zero", "geostatic"] = "zero",  # stress at the start: none, or in equilibrium with the weight above
+    ratio: Optional[float] = None,  # of horizontal to vertical stress then [-]; none: 1 - sin phi
     floor: str = "stick",  # stick, slip, or a coefficient of friction
     h: float = 0.01,  # size of the background cells [m]
     cell: Optional[Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron"]] = None,  # of the grid
@@ -80,7 +83,7 @@ def make_column(p):
     kind = p.body_cell or ("triangle" if p.dim == 2 else "hexahedron")
     cells = tuple(n * (p.refine or (2 if p.dim == 2 else 1)) for n in Grid.counts(size, p.h))
     body = Body(Box((0.0,) * p.dim, tuple(size)), cells, p.points or POINTS[kind], make_law(p), p.rho, cell=kind,
-                f_bar=p.f_bar)
+                f_bar=p.f_bar, stress=initial_stress(p))
     supports, walls = make_floor(p.floor, p.h, p.dim)
     supports.append(Support.column("x", 0.0, grid, "x", name="the wall"))
     for z, there in ((0.0, True), (p.depth, not p.open_side)):
@@ -105,6 +108,13 @@ def make_grid(p, size):
     cells[:2] += cells[:2] == counts[:2]  # the flow needs a way out, and the column must not touch the top
     cells[2:] += (cells[2:] == counts[2:]) & p.open_side
     return Grid(Box((0.0,) * p.dim, tuple(cells * h)), tuple(cells), p.cell)
+
+
+def initial_stress(p):
+    """For the key ``initial``; without a given ratio that of Jaky (1944)."""
+    if p.initial == "zero":
+        return None
+    return at_rest(p.height, p.rho, p.g, 1.0 - math.sin(math.radians(p.phi)) if p.ratio is None else p.ratio)
 
 
 def make_law(p):

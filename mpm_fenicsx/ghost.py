@@ -2,7 +2,7 @@
 
 In a cell with one or two points the consistent mass has rank one or two, and soil that bears no stress adds nothing. On
 facets between filled cells of which at least one is filled less than ``FULL`` the acceleration's gradient is held together
-(Burman 2010, doi 10.1016/j.crma.2010.10.006, here on the mass as in Sticko & Kreiss 2016, doi 10.1016/j.cma.2016.06.001):
+(as on the mass of cut finite elements in Sticko, Ludvigsson & Kreiss 2020, doi 10.1007/s10444-020-09785-z):
 
     sum over facets of  GAMMA rho h^3 integral of [grad a . n] [grad w . n],
 

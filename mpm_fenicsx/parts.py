@@ -1,6 +1,7 @@
 """The bodies of a scene as parts of the partition: each with points, kernels of its law and work arrays of its own."""
 import numpy as np
 
+from .geostatic import put_stress
 from .kernels import compile_material
 from .points import Points, seed
 
@@ -27,6 +28,8 @@ class Part:
             gid=first + np.arange(n), cell=np.zeros(n, np.int32), x=x, v=self.velocity_at(x), a=a,
             mass=body.rho * volume, V0=volume,
             F=np.tile(np.eye(dim), (n, 1, 1)), F33=np.ones(n), state=np.zeros(n, body.law.state), **rest)
+        if body.stress is not None:
+            put_stress(self.points, body.law, np.asarray(body.stress(x), float))
 
     def compile(self, background, consistent):
         """Kernels of the law on the cells of ``background``, with consistent or lumped inertia."""
@@ -89,7 +92,8 @@ class Part:
         p = self.points
         self._mean_changes(step, u)
         self._material.residual(p.cell, step.cover.cells, step.cover.patch, self._volume, self.basis, self._G,
-                                self._inert, p.V0, p.F, p.F33, p.state, self._params, u, a, self._F, self._F33, self._state, R)
+                                self._inert, p.V0, p.F, p.F33, p.state, self._params, u, a, self._F, self._F33,
+                                self._state, R)
 
     def rest(self, step):
         """Before a tangent at the start of the step, without a residual."""

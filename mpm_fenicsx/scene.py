@@ -83,7 +83,9 @@ class Body:
     1, 4, 14, 15 or 24). stress_state: ``plane_stress`` or ``plane_strain`` (default) in the plane,
     ``three_dimensional``. thickness: of a plane body [m]. velocity: initial velocity [m/s], shape (dim,), or a function
     from positions (n, dim) to velocities (n, dim). f_bar: average the volume change over each cell of the background
-    grid, or over patches of its triangles and tetrahedra, against locking of bodies that keep their volume.
+    grid, or over patches of its triangles and tetrahedra, against locking of bodies that keep their volume. stress: normal stresses
+    along x, y and z at the start [Pa], shape (n, 3), as a function of positions (n, dim), see ``geostatic``; the body is
+    then at rest, not in free fall.
     """
 
     shape: object
@@ -96,6 +98,7 @@ class Body:
     cell: Optional[str] = None
     velocity: object = 0.0
     f_bar: bool = False
+    stress: Optional[Callable] = None
 
     def __post_init__(self):
         put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen

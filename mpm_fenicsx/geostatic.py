@@ -1,0 +1,30 @@
+"""Initial stress of soil, in equilibrium with its weight."""
+import math
+
+import numpy as np
+
+
+def at_rest(top, rho, gravity, ratio):
+    """Stress under a level surface at height ``top`` [m]: a function from positions [m], shape (n, dim), to the normal
+    stresses along x, y and z [Pa], shape (n, 3), for the field ``stress`` of ``Body``. gravity: downward [m/s^2]; ratio: of
+    horizontal to vertical stress, as 1 - sin phi (Jaky 1944) or nu / (1 - nu) (elastic, held at the sides)."""
+    if not (math.isfinite(ratio) and ratio >= 0.0):
+        raise ValueError(f"the ratio of horizontal to vertical stress is {ratio}: give 0 or a positive number")
+
+    def stress(x):
+        vertical = -rho * gravity * np.maximum(top - x[:, 1], 0.0)
+        return np.column_stack([ratio * vertical, vertical, ratio * vertical])
+
+    return stress
+
+
+def put_stress(points, law, stress):
+    """Give the material points the normal ``stress`` along x, y and z [Pa], shape (n, 3), as elastic strain of a law of
+    ``laws.hencky``, whose points as they are count as undeformed. ValueError for another law."""
+    if "plastic" not in law.state.names:
+        raise ValueError(f"the law {law.name} cannot start with a stress: take one of the plastic ones")
+    lam, mu = law.params.lam, law.params.mu
+    mean = lam / (3.0 * lam + 2.0 * mu) * stress.sum(axis=1)
+    strain = (stress - mean[:, None]) / (2.0 * mu)
+    points.state["plastic"] = np.expm1(2.0 * strain)[:, :, None] * np.eye(3)
+    points.a[:] = 0.0

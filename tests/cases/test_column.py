@@ -83,3 +83,29 @@ def test_flow_that_leaves_the_grid_keeps_its_results(collapse, tmp_path):
 def test_bad_input(collapse, keys, sentence):
     with pytest.raises(ValueError, match=sentence):
         collapse(**keys)
+
+
+@pytest.mark.mpi
+@pytest.mark.validation
+def test_three_ranks_do_as_one(collapse, run_ranks, tmp_path):
+    history = collapse(out=str(tmp_path / "one"))
+    words = [f"{key}={value}" for key, value in COARSE.items()]
+    done = run_ranks(3, "cases/column_collapse.py", *words, f"out={tmp_path / 'three'}")
+    assert done.returncode == 0, done.stderr
+    columns = read(tmp_path / "three" / "history.csv")
+    for name in PINNED:
+        assert columns[name] == pytest.approx(history[name], rel=1e-6), name
+
+
+@pytest.mark.validation
+def test_default_run(column, tmp_path):
+    """On cells of 1 cm; regression, within what the tolerance of Newton's method leaves open. The front is 14.2 +- 0.7,
+    26.6 +- 1.2, 33.3 +- 1.2 cm where prototype and paper's grid have it."""
+    history = column.main(out=str(tmp_path))
+    at = lambda name, time: history[name][round(time / 5e-4) - 1]  # noqa: E731
+    assert [at("front", t) for t in (0.1, 0.2, 0.25)] == pytest.approx([0.1425, 0.2574, 0.3204], rel=5e-3)
+    assert (at("potential", 0.3), at("kinetic", 0.3)) == pytest.approx((9.508, 3.448), rel=1e-2)
+    arrival = history["time"][np.argmax(history["x99"] >= 0.3)]
+    assert arrival == pytest.approx(0.253, abs=2e-3)
+    assert (np.diff(history["energy"]) < 0).all() and (history["substeps"] == 1).all()
+    assert abs(history["volume"] / 0.02 - 1).max() < 0.015 and history["speed"].max() < np.sqrt(2 * 9.81 * 0.2)

@@ -14,8 +14,9 @@ class Window(NamedTuple):
     ``resampled``: how the interface's points before the window became those in it, see ``resample``, or None.
 
     ``substeps`` of the DEM in it; ``iterations``: how often both partitions computed it, the attempts that were given up
-    left out: ``failed`` of them failed, ``refused`` were too long for the accuracy asked for; ``memory``: what the loop
-    goes on from besides.
+    left out: ``failed`` of them failed, ``refused`` were too long for the accuracy asked for; ``gain``: of the interface's
+    mean velocity from window to window [m/s^2], shape (n, dim), with weak coupling; ``memory``: what the loop goes on from
+    besides.
     """
 
     number: int
@@ -36,6 +37,7 @@ class Window(NamedTuple):
     iterations: int = 1
     failed: int = 0
     refused: int = 0
+    gain: np.ndarray = None
     memory: object = None
 
 
@@ -52,10 +54,12 @@ class Clock:
 
 
 class Weak:
-    """In each window the DEM goes first, with the wall carried on at the interface's mean velocity of the window before
-    plus its change since; its mean force then drives the MPM (momentum is exact: force times window is the impulse).
-    The mean is that of the displacement: velocity and motion of boundary particles differ by what the grid smooths
-    away, and a wall that follows the velocity jumps back in every window."""
+    """In each window the DEM goes first, with the wall carried on at the interface's mean velocity, extrapolated from those
+    of the last two windows; its mean force then drives the MPM (momentum is exact: force times window is the impulse).
+    The mean is that of the displacement. The velocity itself would not do: of boundary particles it differs from their
+    motion by what the grid smooths away, so that a wall that follows it jumps back in every window, and in windows longer
+    than the periods of the grid it jumps from window to window around its mean (Newmark's method keeps these periods at
+    full amplitude), which damping in the contact then feeds."""
 
     def __init__(self, solid, grains, mapping, last=None):
         self._solid, self._grains, self._mapping, self._last = solid, grains, mapping, last
@@ -75,8 +79,9 @@ class Weak:
         x, v = self._solid.advance(dt, force)
         check_finite(number, time, position_of_the_interface=x, velocity_of_the_interface=v)
         clock.lap("MPM")
-        return Window(number, time, dt, wall_x, wall_v, wall_force, force, x - self._x, x, v, self._v, particles,
-                      clock.seconds, self._change, substeps)
+        moved = x - self._x
+        return Window(number, time, dt, wall_x, wall_v, wall_force, force, moved, x, v, self._v, particles,
+                      clock.seconds, self._change, substeps, gain=self._gain(moved, dt))
 
     def resample(self, change):
         """The interface has other points from the coming window on."""
@@ -91,8 +96,16 @@ class Weak:
         last = self._last
         if last is None:
             return self._v
-        coming = last.moved / last.dt + (last.v - last.v_start) * (0.5 * (last.dt + dt) / last.dt)
+        coming = last.moved / last.dt + last.gain * (0.5 * (last.dt + dt))
         return coming if self._change is None else self._change.carry(coming)
+
+    def _gain(self, moved, dt):
+        """How fast the mean velocity has risen since the last window, or since the start [m/s^2], shape (n, dim)."""
+        last = self._last
+        before, between = (self._v, 0.5 * dt) if last is None else (last.moved / last.dt, 0.5 * (last.dt + dt))
+        if last is not None and self._change is not None:
+            before = self._change.carry(before)
+        return (moved / dt - before) / between
 
 
 def check_finite(number, time, **quantities):

@@ -25,7 +25,7 @@ def test_second_order_in_the_window():
         errors.append(np.abs((solid.u, solid.v, grains.y, grains.v) - reference).max())
     rates = np.diff(np.log(errors)) / np.diff(np.log(sizes))
     assert errors[-1] < 6e-5, errors  # of values of about 0.1 to 1
-    assert rates == pytest.approx([1.84, 1.93, 1.97], abs=0.02), (errors, rates)  # 1.99 with 10 substeps
+    assert rates == pytest.approx([2.33, 1.84, 1.94], abs=0.02), (errors, rates)  # 1.98 with 10 substeps
 
 
 @pytest.mark.parametrize("gravity", [0.0, WEIGHT])
@@ -45,7 +45,7 @@ def test_energy_error_is_made_at_the_interface_and_falls_with_the_window():
         assert books["energy_grains"][0] + books["energy_solid"][0] == pytest.approx(energy, rel=1e-3)
         assert books["interface_error"] * energy == pytest.approx(books["work_solid"] - books["work_wall"], rel=1e-12)
         assert books["interface_error"][-1] == pytest.approx(books["energy_error"][-1], rel=0.05)
-    assert abs(coarse["energy_error"]).max() < 2e-3
+    assert abs(coarse["energy_error"]).max() < 2.5e-3
     assert abs(fine["energy_error"]).max() < abs(coarse["energy_error"]).max() / 6.0
     assert abs(fine["interface_error"][-1]) < abs(coarse["interface_error"][-1]) / 6.0
 
@@ -78,7 +78,8 @@ def test_windows_tell_what_happened():
     for before, after in zip(windows, windows[1:]):
         assert (after.wall_x == before.x).all() and (after.v_start == before.v).all()
         assert (after.moved == after.x - before.x).all()
-        assert after.wall_v == pytest.approx(before.moved / before.dt + before.v - before.v_start)
+    for first, second, third in zip(windows, windows[1:], windows[2:]):
+        assert third.wall_v == pytest.approx((2 * second.moved - first.moved) / third.dt)
     assert set(windows[0].seconds) == {"DEM", "mapping", "MPM"}
 
 

@@ -38,8 +38,8 @@ class Ledger:
         self._start, self._scale = sum(parts), max(map(abs, parts))
 
     def _momentum_of(self, particles):
-        """Vertical momentum [kg m/s]. That of a cluster is its mass times the velocity of its centre of mass: the shares
-        of its spheres have the same sum only where their own centre is there, too."""
+        """Vertical momentum [kg m/s]. That of a cluster is its mass times the velocity of its centre of mass: the
+        shares of its spheres have the same sum only where their own centre is there, too."""
         single = particles[self._single]
         momentum = float(single["mass"] @ single["v"][:, self._up])
         if self._clusters:

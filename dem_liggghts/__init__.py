@@ -1,14 +1,15 @@
 """Spheres and rigid clusters of spheres against a deforming wall: one protocol, two back ends (built-in and
 LIGGGHTS)."""
-from .checks import check_start, warn_if_too_long
+from .checks import check_start, warn_if_too_long, warn_if_window_too_long
 from .clusters import Cluster
-from .contact import critical_step
+from .contact import critical_step, longest_window
 from .energy import contact_energy, kinetic_energy, potential_energy
 from .protocol import BODY, DEM, PARTICLE
 from .scene import Interaction, Material, Scene, Spheres, Wall
 
-__all__ = ["BODY", "Cluster", "DEM", "PARTICLE", "Interaction", "Material", "Scene", "Spheres", "Wall", "check_start",
-           "contact_energy", "critical_step", "kinetic_energy", "open_dem", "potential_energy"]
+__all__ = ["BODY", "Cluster", "DEM", "Interaction", "Material", "PARTICLE", "Scene", "Spheres", "Wall", "check_start",
+           "contact_energy", "critical_step", "kinetic_energy", "longest_window", "open_dem", "potential_energy",
+           "warn_if_window_too_long"]
 
 
 def open_dem(backend, scene, dt, comm=None):

@@ -4,7 +4,7 @@ import warnings
 import numpy as np
 
 from . import parts
-from .contact import critical_step
+from .contact import critical_step, longest_window
 from .near import near_spheres, nothing
 from .wall import RIM, at_rest, closest, compiled, normal_and_angle, place
 
@@ -131,6 +131,17 @@ def warn_if_too_long(scene, dt):
     if dt > min(limit):
         warnings.warn(f"DEM time step {dt:.3g} s exceeds the limit {min(limit):.3g} s (Rayleigh {limit.rayleigh:.3g} "
                       f"s, Hertz {limit.hertz:.3g} s): use more substeps per window or a smaller window", stacklevel=3)
+
+
+def warn_if_window_too_long(scene, dt, mass):
+    """One warning when the coupling window ``dt`` [s] exceeds what the contact of the moving wall allows, carried by
+    nodes of ``mass`` [kg]."""
+    limit = longest_window(scene, mass)
+    if dt > limit:
+        modulus = scene.materials[scene.wall.material].E
+        warnings.warn(f"the window of {dt:.3g} s exceeds 2 sqrt(m/k) = {limit:.3g} s of the contact with the moving "
+                      f"wall, whose modulus is {modulus:.3g} Pa, on nodes of m = {mass:.3g} kg: the force may blow up; use a "
+                      "smaller window or modulus, or iterate", stacklevel=3)
 
 
 def check_window(steps, x, v, scene):

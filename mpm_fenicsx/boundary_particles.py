@@ -1,4 +1,4 @@
-"""The interface's boundary particles: shared out over the ranks, put together in order, renewed where the body flows."""
+"""The interface's boundary particles: shared out over the ranks, put together in order, renewed where it flows."""
 from dataclasses import replace
 
 import numpy as np
@@ -66,8 +66,8 @@ class BoundaryParticles:
         change = outline.resample(x, old.elements, old.resampling, force.any(axis=1), has_mass, changed)
         if change is not None:
             if not len(change.x):
-                raise MPMError(f"nothing is left of the outline at t = {time:.6g} s: no boundary particle has a material "
-                               "point near it; give it a smaller spacing, or more inset")
+                raise MPMError(f"nothing is left of the outline at t = {time:.6g} s: no boundary particle has a "
+                               "material point near it; give it a smaller spacing, or more inset")
             n = len(change.x)
             self.interface = replace(old, x=change.carry(np.asarray(old.x, float)), elements=change.elements)
             self.points.restore(dict(gid=np.arange(n), cell=np.zeros(n, np.int32), x=change.x, v=change.carry(v),

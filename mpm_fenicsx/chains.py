@@ -1,7 +1,7 @@
 """Chains of particles in the plane, linked by segments a→b: what is removed from them, where they cross.
 
-``following`` and ``before``, shape (n,), link each particle with its neighbours in its chain: NONE beyond an end; both are
-NONE for a particle that is gone. A chain may be open or closed; the outside is on its left.
+``following`` and ``before``, shape (n,), link each particle with its neighbours in its chain: NONE beyond an end; both
+are NONE for a particle that is gone. A chain may be open or closed; the outside is on its left.
 """
 import numpy as np
 from numba import njit
@@ -52,8 +52,8 @@ def folded(x, a, i, c):
 
 @njit(cache=True)
 def thin_out(x, following, before, stays, shortest):
-    """Remove particles that do not ``stay``, that are folds, or that bound segments below ``shortest`` [m]: of these the
-    one that changes the shape less. Ends of open chains remain. Returns whether any is gone."""
+    """Remove particles that do not ``stay``, that are folds, or that bound segments below ``shortest`` [m]: of these
+    the one that changes the shape less. Ends of open chains remain. Returns whether any is gone."""
     changed = False
     for i in range(len(x)):
         if not stays[i] and following[i] != NONE and before[i] != NONE:
@@ -119,8 +119,9 @@ def crossing(x, following):
 def _sides(x, a, b, c, d):
     """Whether c and d lie on different sides of the line a b."""
     ux, uy = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1]
-    return (ux * (x[c, 1] - x[a, 1]) - uy * (x[c, 0] - x[a, 0])) * (ux * (x[d, 1] - x[a, 1]) - uy * (x[d, 0] - x[a, 0])) \
-        < 0.0
+    of_c = ux * (x[c, 1] - x[a, 1]) - uy * (x[c, 0] - x[a, 0])
+    of_d = ux * (x[d, 1] - x[a, 1]) - uy * (x[d, 0] - x[a, 0])
+    return of_c * of_d < 0.0
 
 
 @njit(cache=True)
@@ -160,7 +161,7 @@ def drop_loops(x, following, before, touched, smallest):
 
 @njit(cache=True)
 def in_order(following, before):
-    """Particles chain by chain, open ones first, shape (k,), and the place of each one's follower in that order or NONE.
+    """Particles chain by chain, open ones first, shape (k,), and the place of each follower in that order or NONE.
     Closed chains of less than three are left out."""
     n, count = len(following), 0
     order, after, seen = np.empty(n, np.int64), np.empty(n, np.int64), np.zeros(n, np.bool_)

@@ -30,8 +30,8 @@ class Resampling:
         if not (np.isfinite(self.spacing) and self.spacing > 0):
             raise ValueError(f"the spacing of the outline is {self.spacing} m: it must be positive")
         if not 0 <= self.shortest < 0.5 * self.longest < np.inf:
-            raise ValueError(f"the outline's shortest segment is {self.shortest} spacings and its longest {self.longest}: "
-                             "a longest one, divided, must stay longer than the shortest")
+            raise ValueError(f"the outline's shortest segment is {self.shortest} spacings and its longest "
+                             f"{self.longest}: a longest one, divided, must stay longer than the shortest")
         for foot in self.feet:
             if foot is not None and foot[0] not in SIDES:
                 raise ValueError(f"a foot of the outline is on side {foot[0]!r}: choose one of {', '.join(SIDES)}")
@@ -52,8 +52,8 @@ class Interface:
         """Outline of a plane body whose shape is a box, resampled as the body flows.
 
         spacing: of the boundary particles [m]; None: half a body cell. inset: how far inside the body they lie, in body
-        cells (the paper's delta). open_sides: those without boundary particles ("x-", "x+", "y-", "y+"), where a wall or
-        the floor is; floor: the one of them on which the body sticks. rule: further fields of ``Resampling``.
+        cells (the paper's delta). open_sides: those without boundary particles ("x-", "x+", "y-", "y+"), where a wall
+        or the floor is; floor: the one of them on which the body sticks. rule: further fields of ``Resampling``.
         """
         if body.dim != 2 or not isinstance(body.shape, Box):
             raise ValueError("an outline goes around a plane body whose shape is a Box: give other interfaces their "

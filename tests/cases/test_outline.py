@@ -1,4 +1,6 @@
 """Soil that flows against clusters: the outline is resampled, the wall of both back ends follows, nothing is lost."""
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -139,3 +141,33 @@ def test_a_wall_with_nodes_of_its_own_is_refused():
     grains = open_dem("reference", scene(solid, [block(True)]), DT / SUBSTEPS)
     with pytest.raises(ValueError, match="the interface is resampled, but the wall has nodes of its own"):
         couple(solid, grains, nearest(x, x + 1e-4), dt=DT, t_end=5 * DT, substeps=SUBSTEPS)
+
+
+RANKS = """
+import sys
+import numpy as np
+sys.path.insert(0, sys.argv[2])
+import test_outline as scenes
+from dem_liggghts import open_dem
+solid, sizes = scenes.heap(), []
+grains = open_dem(sys.argv[3], scenes.scene(solid, [scenes.block(True)]), scenes.DT / scenes.SUBSTEPS)
+solid.balance_every = 10
+scenes.run(solid, grains, 66, on_window=[lambda w: sizes.append(len(w.x))])
+(x, v), block = solid.surface(), grains.bodies()["x"]
+if solid.comm.rank == 0:
+    np.savez(sys.argv[1], x=x, v=v, sizes=sizes, elements=solid.interface.elements, block=block, shared=solid.comm.size)
+"""
+
+
+@pytest.mark.mpi
+def test_two_ranks_give_what_one_gives(run_ranks, liggghts, tmp_path):
+    found = []
+    for ranks in (1, 2):
+        done = run_ranks(ranks, "-c", RANKS, tmp_path / f"{ranks}.npz", Path(__file__).parent, "liggghts")
+        assert done.returncode == 0, done.stderr[-2000:]
+        found.append(np.load(tmp_path / f"{ranks}.npz"))
+    one, two = found
+    assert two["shared"] == 2 and np.array_equal(one["sizes"], two["sizes"]) and len(set(one["sizes"])) > 3
+    assert np.array_equal(one["elements"], two["elements"])
+    for name in ("x", "v", "block"):
+        np.testing.assert_allclose(two[name], one[name], rtol=0, atol=1e-6 * abs(one[name]).max(), err_msg=name)

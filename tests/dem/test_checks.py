@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from dem_liggghts import (Interaction, Material, Scene, Spheres, Wall, check_start, contact_energy, critical_step,
-                          open_dem)
+                          longest_window, open_dem, warn_if_window_too_long)
 
 STEEL = Material(2.1e11, 0.3)
 
@@ -142,3 +142,19 @@ def test_contact_energy_is_the_integral_of_the_force(sheet, dim):
     assert contact_energy(balls, balls.spheres.x - d * up, nodes) == pytest.approx(wall, rel=1e-9)
     assert contact_energy(balls, [0.01 * up, (0.03 - d) * up], nodes) == pytest.approx(pair, rel=1e-9)
     assert contact_energy(balls, balls.spheres.x + d * up, nodes) == pytest.approx(0.0, abs=1e-30)
+
+
+@pytest.mark.parametrize("radius", [0.01, 0.02])
+def test_window_against_the_contact_of_the_moving_wall(sheet, radius):
+    """A mass on a spring of the Hertz stiffness at an overlap of one radius, by hand; steel on both sides."""
+    one, mass = scene(sheet(), x=((0.0, radius),), radius=radius), 0.3
+    stiffness = 2.0 * STEEL.E / (2 * (1 - 0.3**2)) * radius
+    limit = 2.0 * np.sqrt(mass / stiffness)
+    assert longest_window(one, mass) == pytest.approx(limit, rel=1e-12)
+    assert longest_window(Scene(wall=sheet(), wall_material=STEEL), mass) == np.inf
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_if_window_too_long(one, 0.99 * limit, mass)
+    text = r"the window of .* s exceeds 2 sqrt\(m/k\) = .* modulus is 2.1e\+11 Pa, on nodes of m = 0.3 kg"
+    with pytest.warns(UserWarning, match=text):
+        warn_if_window_too_long(one, 1.01 * limit, mass)

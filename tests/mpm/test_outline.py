@@ -228,7 +228,8 @@ FOOT = Resampling(S, longest=6.0, feet=(None, ("y-", 0.01)), reach=4.0)
 
 def front(*toe):
     """Upper side down to the right, the toe, and the foot at x = 1."""
-    return chain([(0.0, 1.0), (0.2, 0.9), (0.4, 0.8), (0.6, 0.75), (0.8, 0.7), (1.0, 0.6), (1.15, 0.5), *toe, (1.0, 0.01)])
+    return chain([(0.0, 1.0), (0.2, 0.9), (0.4, 0.8), (0.6, 0.75), (0.8, 0.7), (1.0, 0.6), (1.15, 0.5), *toe,
+                  (1.0, 0.01)])
 
 
 def test_foot_goes_beneath_the_nose_and_what_was_overrun_is_cut():

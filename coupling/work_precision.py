@@ -12,7 +12,7 @@ of the tool:
                      only runs that are not finished are made (remove the folder after a change of the program)
     repeat=N         every run N times, of which the fastest counts (1)
     timeout=SECONDS  of one run; then it is stopped, and a failed row (none)
-    show=NAME,NAME   error measures in the figure (the case's first three)
+    show=NAME,NAME   error measures in table and figure, three at most there (unless given: all, and the first three)
     overlay=FILE     results of others: a CSV with the columns label, time_s and error_NAME, comments start with #
     peer=PYTHON script=FILE peer_KEY=value,value
                      another program on the same beam, measured here, see coupling/peer.py
@@ -107,9 +107,9 @@ def write(out, title, swept, results, others=(), show=None):
     shown = show.split(",") if show else names[:3]
     if unknown := set(shown) - set(names):
         raise cli.UsageError(f"show={','.join(sorted(unknown))}: the case has the errors {', '.join(names)}")
-    (out / "work_precision.md").write_text(markdown(swept, results, others, shown, names), encoding="utf-8")
+    (out / "work_precision.md").write_text(markdown(swept, results, others, shown if show else names), encoding="utf-8")
     panels = {f"error: {name}": [series for label, rows in _series(title, good, others, swept)
-                                 if (series := _points(label, rows, name))] for name in shown}
+                                 if (series := _points(label, rows, name))] for name in shown[:3]}
     figure.draw_work(out / "work_precision.png", "time in coupling windows [s]", panels)
 
 
@@ -130,10 +130,10 @@ def _points(label, rows, name):
     return (label, *zip(*rows)) if rows else None
 
 
-def markdown(swept, results, others, shown, names):
-    """The table of all runs, fastest first; bold: on the Pareto front of the first error that is shown."""
+def markdown(swept, results, others, names):
+    """The table of all runs with the errors ``names``, fastest first; bold: the Pareto front of the first of them."""
     good = sorted((r for r in results if r.status == "ok"), key=lambda r: r.window_s)
-    best = set(figure.front([r.window_s for r in good], [r.errors[shown[0]] for r in good]))
+    best = set(figure.front([r.window_s for r in good], [r.errors[names[0]] for r in good]))
     lines = [_row([*swept, "windows [s]", "whole run [s]", "memory [MB]", *names]),
              _row(["---"] * (len(swept) + 3 + len(names)))]
     for number, r in enumerate(good):
@@ -145,7 +145,7 @@ def markdown(swept, results, others, shown, names):
         lines += ["", _row(["others", "time [s]", *names]), _row(["---"] * (2 + len(names)))]
         lines += [_row([row["label"], f"{row['time_s']:.3g}",
                         *(_shown(row[f"error_{n}"]) if f"error_{n}" in row else "" for n in names)]) for row in others]
-        lines += _comparison(good, others, shown[0])
+        lines += _comparison(good, others, names[0])
     return "\n".join(lines) + "\n"
 
 

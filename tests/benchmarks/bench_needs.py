@@ -2,8 +2,8 @@
 
     python tests/benchmarks/bench_needs.py [repeat=3] [parts=needs,start]
 
-Every number is the CPU time of a process of its own, the least of ``repeat``, so that other work on the machine does not
-count for much; "with" and "without" take turns. Prints Markdown; nothing passes or fails here.
+Every number is the CPU time of a process of its own, the least of ``repeat``, so that other work on the machine does
+not count for much; "with" and "without" take turns. Prints Markdown; nothing passes or fails here.
 """
 import json
 import os
@@ -161,8 +161,8 @@ def needs(repeat):
         pairs = [(run_scene(without), run_scene(having)) for _ in range(repeat)]
         rows.append([what, *compared(pairs)])
     print("With and without, CPU time per window (of the last rows: per MPM step), memory, whole process\n")
-    table(["what", "without [ms]", "with [ms]", "ratio", "without [MB]", "with [MB]", "without [CPU s]", "with [CPU s]"],
-          rows)
+    table(["what", "without [ms]", "with [ms]", "ratio", "without [MB]", "with [MB]", "without [CPU s]",
+           "with [CPU s]"], rows)
 
 
 def compared(pairs):

@@ -2,9 +2,9 @@
 
     python tests/benchmarks/bench_solvers.py [scenes=plane,space,…] [solvers=direct,lu,…] [out=FILE]
 
-Each scene is a few windows of a case, each run a process of its own. Prints a Markdown table per scene; nothing passes or
-fails here. The times are those of PETSc's events: "factor" is the set-up of the preconditioner, "solve" the Krylov method
-or the two triangular solves. Options of the table's last rows are what a user can type.
+Each scene is a few windows of a case, each run a process of its own. Prints a Markdown table per scene; nothing passes
+or fails here. The times are those of PETSc's events: "factor" is the set-up of the preconditioner, "solve" the Krylov
+method or the two triangular solves. Options of the table's last rows are what a user can type.
 """
 import json
 import os

@@ -21,8 +21,7 @@ PRESETS = {"paper": dict(cells=(62, 13), body=(120, 8), points=4, segments=(60,)
 BODY, SEGMENTS = {2: (120, 8), 3: (80, 5, 5)}, {2: (60,), 3: (77, 10)}  # unless others are asked for
 HEIGHT = WIDTH = 0.01  # of the beam [m]
 PLAIN = dict(wall_segments=None, mapping="linear", plane="stress", law="linear", restitution=1.0, friction=0.0,
-             rho_sphere=None,
-             shift=0.0, gap=0.0, rebalance=1.2)
+             rho_sphere=None, shift=0.0, gap=0.0, rebalance=1.2, f_bar=False)
 SCHEME = "dt", "t_end", "substeps", "iterate", "tol", "relax", "adapt"  # keys that go on to couple()
 
 
@@ -52,6 +51,7 @@ def main(
     t_end: float = 4e-4,  # end of the run [s]
     plane: Literal["stress", "strain"] = "stress",  # plane state of the beam, which is 1 cm thick (dim=2)
     law: Literal["linear", "neo_hooke"] = "linear",  # of the beam
+    f_bar: bool = False,  # average the volume change over patches, against locking of triangles and tetrahedra
     restitution: float = 1.0,  # coefficient of the contact, 0.05 to 1 [-]; the reference has 1
     friction: float = 0.0,  # coefficient of the contact [-]
     solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
@@ -110,7 +110,8 @@ def solid_scene(p):
     box = Box((-p.length / 2, -HEIGHT, -WIDTH / 2)[:p.dim], (p.length / 2, 0.0, WIDTH / 2)[:p.dim])
     grid = background(box, p.cells, p.h, p.cell)
     state, thickness = (f"plane_{p.plane}", WIDTH) if p.dim == 2 else (None, 1.0)
-    beam = Body(box, p.body or BODY[p.dim], p.points, LAWS[p.law](p.E, p.nu), p.rho, state, thickness, p.cell)
+    beam = Body(box, p.body or BODY[p.dim], p.points, LAWS[p.law](p.E, p.nu), p.rho, state, thickness, p.cell,
+                f_bar=p.f_bar)
     supports = [Support.column("x", x, grid, "y", name=f"support of the {side} end")
                 for x, side in zip((box.lower[0], box.upper[0]), ("left", "right"))]
     segments = SEGMENTS[p.dim] if p.segments is None else p.segments

@@ -45,6 +45,15 @@ def test_variants(run, keys, peak, u_beam):
     assert history["u_beam"][-1] == pytest.approx(u_beam, rel=2e-5)
 
 
+def test_f_bar_unlocks_triangles(run, tmp_path):
+    """The errors, with and without: on cells of 3.3, 2.5 and 2 mm they fall to about a half."""
+    errors = []
+    for f_bar in (False, True):
+        run(cell="triangle", points=3, f_bar=f_bar, h=2.5e-3, body=(120, 8))
+        errors.append(json.loads((tmp_path / "report.json").read_text())["errors"])
+    assert errors[1]["u_beam"] < 0.5 * errors[0]["u_beam"] and errors[1]["force"] < 0.7 * errors[0]["force"]
+
+
 def test_gap_delays_the_impact(run):
     """1e-7 m at 0.01 m/s are 2.5 windows: the rest of the run is that much shorter and the peak stays."""
     plain, late = only(run()), only(run(gap=1e-7))

@@ -57,7 +57,7 @@ def main(
 ) -> dict:
     """Collapse of a granular column: front, energies and volume over time, pictures at the paper's times."""
     keys = dict(locals())
-    p = SimpleNamespace(**keys, height=aspect * width)
+    p = SimpleNamespace(**keys, height=aspect * width, thickness=1.0)
     steps = count_windows(t_end, dt)
     solid = make_column(p)
     flow = Flow(solid, p)
@@ -72,8 +72,8 @@ def main(
     return record.history
 
 
-def make_column(p):
-    """The MPM of the keys ``p``: grid, soil, floor and walls."""
+def make_column(p, surface=None):
+    """The MPM of the keys ``p``: grid, soil, floor and walls; surface: from the ``Body`` to its ``Interface``."""
     if not (p.aspect > 0 and np.isfinite(p.height) and p.width > 0):
         raise ValueError(f"width is {p.width} m and aspect {p.aspect}: both must be positive")
     if not p.g > 0:
@@ -83,14 +83,14 @@ def make_column(p):
     kind = p.body_cell or ("triangle" if p.dim == 2 else "hexahedron")
     cells = tuple(n * (p.refine or (2 if p.dim == 2 else 1)) for n in Grid.counts(size, p.h))
     body = Body(Box((0.0,) * p.dim, tuple(size)), cells, p.points or POINTS[kind], make_law(p), p.rho, cell=kind,
-                f_bar=p.f_bar, stress=initial_stress(p))
+                thickness=p.thickness, f_bar=p.f_bar, stress=initial_stress(p))
     supports, walls = make_floor(p.floor, p.h, p.dim)
     supports.append(Support.column("x", 0.0, grid, "x", name="the wall"))
     for z, there in ((0.0, True), (p.depth, not p.open_side)):
         if p.dim == 3 and there:
             supports.append(Support.column("z", z, grid, "z", name=f"the side wall at z = {z} m"))
-    return MPM(grid, body, supports, gravity=(0.0, -p.g, 0.0)[:p.dim], inertia=p.inertia, penalties=walls,
-               rebalance=p.rebalance, halvings=HALVINGS, solver=p.solver)
+    return MPM(grid, body, supports, surface and surface(body), gravity=(0.0, -p.g, 0.0)[:p.dim], inertia=p.inertia,
+               penalties=walls, rebalance=p.rebalance, halvings=HALVINGS, solver=p.solver)
 
 
 def make_grid(p, size):

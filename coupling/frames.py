@@ -2,19 +2,22 @@
 import numpy as np
 
 
-def draw(path, frames, label):
+def draw(path, frames, label, shapes=()):
     """Save the pictures seen along z, at one scale; y points upward.
 
     frames: (title, x, values) each, with positions x of material points [m], shape (n, 2 or 3), in the colours of
-    ``values``, shape (n,), called ``label``.
+    ``values``, shape (n,), called ``label``; shapes: for each frame the polygons in it [m], shape (m, corners, 2).
     """
     import matplotlib
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.collections import PolyCollection
 
     low = np.min([x[:, :2].min(axis=0) for _, x, _ in frames], axis=0)
     high = np.max([np.quantile(x[:, :2], 0.9995, axis=0) for _, x, _ in frames], axis=0)  # fliers would shrink the rest
+    for corners in shapes:
+        low, high = np.minimum(low, corners.min(axis=(0, 1))), np.maximum(high, corners.max(axis=(0, 1)))
     span = 1.05 * (high - low)
     columns = 1 if len(frames) < 4 or span[0] > 6 * span[1] else 2
     rows, width = -(-len(frames) // columns), 9.0 / columns
@@ -22,7 +25,9 @@ def draw(path, frames, label):
     figure, axes = plt.subplots(rows, columns, sharex=True, sharey=True, squeeze=False, layout="constrained",
                                 figsize=(10.0, rows * (height + 0.1) + 0.5))
     most = max(values.max() for _, _, values in frames) or 1.0
-    for axis, (title, x, values) in zip(axes.ravel(), frames):
+    for number, (axis, (title, x, values)) in enumerate(zip(axes.ravel(), frames)):
+        if len(shapes):
+            axis.add_collection(PolyCollection(100 * shapes[number], facecolor="burlywood", edgecolor="saddlebrown"))
         dots = axis.scatter(100 * x[:, 0], 100 * x[:, 1], c=values, s=2, cmap="viridis", vmin=0, vmax=most, linewidth=0)
         axis.set(xlim=(100 * low[0], 100 * (low[0] + span[0])), ylim=(100 * low[1], 100 * (low[1] + span[1])),
                  aspect="equal")

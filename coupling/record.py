@@ -116,9 +116,9 @@ class Record:
             self._write_report([report.peak_mb()], {"errors": {}, "error": f"{kind.__name__}: {error}"})
         self._timing.end()
 
-    def finish(self, errors, draw=None):
-        """Write report.json with ``errors`` (name → number), the figure by ``draw(path)``, and five lines to the
-        terminal; returns the report. Call it last inside the ``with``."""
+    def finish(self, errors, draw=None, **more):
+        """Write report.json with ``errors`` (name → number) and ``more`` entries, the figure by ``draw(path)``, and
+        five lines to the terminal; returns the report. Call it last inside the ``with``."""
         self._bar.close()
         for option in self.solid.unused_options():
             warnings.warn(f"nobody used the option {option}: is it spelt right?", stacklevel=2)
@@ -126,7 +126,7 @@ class Record:
         if draw is not None and self._first:
             draw(figure)
         entries = self._write_report(MPI.COMM_WORLD.allgather(report.peak_mb()),
-                                     {**self.solid.describe(), "errors": errors})
+                                     {**self.solid.describe(), "errors": errors, **more})
         if self._first:
             print("\n".join(self._summary(entries, figure)), flush=True)
         return entries

@@ -16,6 +16,7 @@ from .verlet import Balls, Lists, Loads, Scratch, build_lists, forces, run
 from .wall import COLUMNS, MovingWall, at_rest
 
 MOVING = ("x", "v", "omega", "force", "torque")
+LARGE = 2000  # elements of a wall
 BODY_MOVING = ("x", "v", "omega", "spin", "force", "torque", "q", "axes")
 
 
@@ -58,9 +59,11 @@ class ReferenceDEM:
         return np.concatenate([fixed, in_space(own)]) if self._fixed else in_space(own)
 
     def _build_lists(self, wall, t):
-        """The skin is a tenth of the smallest radius, or what lasts some ten steps at the speeds of now."""
+        """The skin is a tenth of the smallest radius, or what lasts some ten steps at the speeds of now, some fifty
+        where the wall is large and new lists are dear."""
         speed = sum(np.sqrt((v**2).sum(axis=1).max(initial=0.0)) for v in (self._balls.v, wall.v))
-        skin = max(0.1 * self._balls.radius.min(initial=np.inf), 20.0 * self.dt * speed)
+        steps = 20.0 if len(wall.elements) < LARGE else 100.0
+        skin = max(0.1 * self._balls.radius.min(initial=np.inf), steps * self.dt * speed)
         self._lists = build_lists(self._balls, self._start.body, wall, t, skin, self._lists, *self._keep)
 
     def advance(self, steps, x, v):

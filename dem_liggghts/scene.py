@@ -99,7 +99,7 @@ class Wall:
         elements = np.array(self.elements, dtype=np.int32, ndmin=2)
         if elements.shape[1] != (nodes.shape[1] if self.radius is None else 1):
             raise ValueError(f"wall elements have {elements.shape[1]} nodes in {nodes.shape[1]} dimensions: give "
-                             "segments (2 nodes) in a plane, triangles (3 nodes) in space, discs (1 node) with a radius")
+                             "segments (2 nodes) in a plane, triangles (3 nodes), or discs (1 node) with a radius")
         if self.radius is not None and not 0.0 < self.radius < np.inf:
             raise ValueError(f"radius of the discs of the wall is {self.radius} m: it must be positive")
         if elements.size and not (0 <= elements.min() and elements.max() < len(nodes)):

@@ -49,6 +49,12 @@ def column():
     return load("column_collapse")
 
 
+@pytest.fixture(scope="session")
+def blocks():
+    """The module ``cases/granular_blocks.py``."""
+    return load("granular_blocks")
+
+
 @pytest.fixture
 def run(case, tmp_path):
     """``run(key=value, …)`` runs the coarse beam, results in ``tmp_path``; returns its histories."""

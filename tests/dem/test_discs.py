@@ -94,8 +94,8 @@ def test_history_outlives_new_lists(dem):
 
 
 def test_energy_and_momentum_of_a_bounce(dem, dim):
-    """Without damping and friction a sphere that falls between two discs keeps its energy, and what it loses in momentum
-    is the impulse on the discs."""
+    """Without damping and friction a sphere that falls between two discs keeps its energy, and what it loses in
+    momentum is the impulse on the discs."""
     along, up = np.eye(dim)[0], np.eye(dim)[-1]
     start, v = 0.02 * up + 0.001 * along, -0.5 * up
     ball = dem(scene_of([-0.006 * along, 0.006 * along], start, v), 1e-6)

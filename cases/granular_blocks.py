@@ -1,0 +1,129 @@
+"""A column of dry soil collapses against three wooden blocks: the third example of Singer et al. 2022.
+
+    python cases/granular_blocks.py                               a minute, with cells of 1 cm
+    python cases/granular_blocks.py contact=points                material points as small discs instead of an outline
+    python cases/granular_blocks.py dem=liggghts preset=paper     the paper's grid and time step
+"""
+import inspect
+import math
+import warnings
+from types import SimpleNamespace
+from typing import Literal, Optional, Tuple
+
+import column_collapse
+from beam_impact import SCHEME
+from blocks_history import Obstacles, draw, events, miss
+from coupling import Record, cli, count_windows, couple, nearest
+from dem_liggghts import Cluster, Interaction, Material, Scene, Wall, open_dem
+from mpm_fenicsx import SOLVERS, Interface, of_points
+
+PRESETS = {"paper": dict(h=0.005, dt=5e-5, substeps=5)}
+WOOD, WOOD_RHO = Material(50e6, 0.5), 500.0  # table 1 of the paper [kg/m^3]
+
+
+def main(
+    h: float = 0.01,  # size of the background cells [m]
+    dt: float = 5e-4,  # coupling window and MPM time step [s]
+    substeps: int = 50,  # DEM steps per window [-]
+    iterate: int = 0,  # most repetitions of a window until both sides agree [-]; 0: weak coupling
+    tol: float = 1e-4,  # how well they agree, as a part of the force [-]
+    relax: Literal["aitken", "constant", "iqn"] = "aitken",  # how the force is corrected in a repetition
+    adapt: Optional[float] = None,  # shorter windows; none: never, 0: where one fails, 0.01: also for that error [-]
+    t_end: float = 0.5,  # end of the run [s]
+    law: Literal["mohr_coulomb", "drucker_prager"] = "mohr_coulomb",  # of the soil
+    E: float = 50e3,  # Young's modulus of the soil [Pa]
+    phi: float = 22.0,  # friction angle of the soil [degrees]
+    contact: Literal["outline", "points"] = "outline",  # particles around the soil, or its points as discs
+    wall_E: float = 0.5e6,  # modulus of the soil in contact with its outline [Pa]
+    inset: float = 0.05,  # of the outline into the soil, the paper's delta [body cells]
+    spacing: Optional[float] = None,  # of the outline's boundary particles [m]; none: half a body cell
+    disc_E: float = 10e6,  # modulus of the discs [Pa]
+    disc: float = 0.5,  # radius of the discs [mean spacings of the material points]
+    friction: float = 0.3,  # of soil on blocks [-]
+    soil_restitution: float = 1.0,  # of soil on blocks; below 1 the windows must be short, see docs/blocks.md [-]
+    restitution: float = 0.05,  # of blocks with each other and the floor [-]
+    adhesion: float = 30.0,  # of blocks with each other; with the floor it is twice that [Pa]
+    blocks: int = 3,  # in the stack, of which the lowest is fixed [-]
+    block: Tuple[float, float] = (0.02, 0.018),  # width and height of one [m]
+    spheres: int = 8,  # in a block along each side [-]
+    at: float = 0.30,  # left faces of the blocks [m]
+    depth: float = 0.198,  # of soil and blocks [m]
+    box: Tuple[float, float] = (0.8, 0.5),  # size of the grid, which the jet along the blocks must not leave [m]
+    solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
+    dem: Literal["reference", "liggghts", "compare"] = "reference",  # back end; compare runs both
+    out: str = "out/granular_blocks",  # folder of the results
+    paraview: int = 0,  # windows from one ParaView file to the next [-]; 0: none
+    animation: int = 0,  # windows from one picture to the next of an animated GIF [-]; 0: none
+) -> dict:
+    """Granular flow against three blocks: their places and rotation over time, pictures at the paper's times."""
+    keys, runs = dict(locals()), {}
+    soil = {name: key.default for name, key in inspect.signature(column_collapse.main).parameters.items()}
+    p = SimpleNamespace(**{**soil, **keys, "height": soil["aspect"] * soil["width"], "thickness": depth})
+    windows = count_windows(t_end, dt, substeps)
+    for backend in ("liggghts", "reference") if dem == "compare" else (dem,):
+        label = "liggghts" if (dem, backend) == ("compare", "liggghts") else ""
+        solid = column_collapse.make_column(p, of_points if contact == "points" else lambda body: outline(p, body))
+        scene = make_scene(p, solid.interface)
+        warn_if_too_long(p, solid.count, scene)
+        grains = open_dem(backend, scene, dt / substeps)
+        flow = Obstacles(solid, grains, p)
+        with Record("granular_blocks", keys, out, solid, grains, windows=windows, columns=flow.columns(),
+                    gravity=-p.g, paraview=paraview, label=label) as record:
+            try:
+                x = solid.interface.x
+                couple(solid, grains, nearest(x, x), **{key: keys[key] for key in SCHEME}, on_window=[flow, record])
+            finally:
+                flow.show(out, "granular_blocks", label)
+            runs[backend] = record.history
+            table = events(record.history, p)
+            record.finish(miss(table, runs), lambda path: draw(path, runs, p), events=table)
+        solid.close(), grains.close()
+    return runs
+
+
+def outline(p, body):
+    """Boundary particles around the soil, but for the wall and the floor."""
+    return Interface.around(body, p.spacing, p.inset, ("x-", "y-"), "y-")
+
+
+def make_scene(p, interface):
+    """Blocks, floor and the surface of the soil for the DEM."""
+    if p.blocks < 1 or p.spheres < 2:
+        raise ValueError(f"blocks is {p.blocks} and spheres {p.spheres}: give at least 1 block, of at least 2 spheres")
+    stack = [Cluster.box(p.block, (p.spheres, p.spheres), (p.at + p.block[0] / 2, (k + 0.5) * p.block[1]), WOOD_RHO,
+                         p.depth, free=k > 0, material="wood") for k in range(p.blocks)]
+    soil, modulus = surface_of(p, interface)
+    floor = Wall([[0.0, 0.0], [p.box[0], 0.0]], [[0, 1]], material="floor")
+    meet = {("wood", "wood"): Interaction(p.restitution, 0.6, p.adhesion),
+            ("wood", "floor"): Interaction(p.restitution, 0.3, 2 * p.adhesion),
+            ("wood", "soil"): Interaction(p.soil_restitution, p.friction)}
+    return Scene(wall=soil, clusters=stack, walls=[floor], gravity=(0.0, -p.g), interactions=meet,
+                 materials={"wood": WOOD, "floor": WOOD, "soil": Material(modulus, p.nu)})
+
+
+def surface_of(p, interface):
+    """The wall of the soil and its modulus [Pa]; an outline pushes outwards only, as deep as a sphere is wide."""
+    if p.contact == "points":
+        mean = math.sqrt(p.width * p.height / len(interface.x))
+        return Wall.discs(interface.x, p.disc * mean, "soil"), p.disc_E
+    return Wall(interface.x, interface.elements, max(p.block) / p.spheres, "soil"), p.wall_E
+
+
+def warn_if_too_long(p, count, scene):
+    """One warning when the window is longer than 2 sqrt(m / k), beyond which an exchange that lags by one window rings:
+    m the mass of one of ``count`` material points, k Hertz's stiffness where a sphere bears the flow's pressure rho v^2
+    at the speed v of free fall. A disc loads its own point, spheres along an outline load the same light node."""
+    sphere, disc, E = scene.clusters[0].radii[0], scene.wall.radius, scene.materials["soil"].E
+    radius = sphere if disc is None else sphere * disc / (sphere + disc)
+    effective = 1.0 / ((1.0 - p.nu**2) / E + (1.0 - WOOD.nu**2) / WOOD.E)
+    force = p.rho * 2.0 * p.g * p.height * 2.0 * sphere * p.depth
+    overlap = (force / (4.0 / 3.0 * effective * math.sqrt(radius))) ** (2.0 / 3.0)
+    stiffness = 1.5 * force / overlap * (max(1.0, 0.5 * p.h / sphere) if disc is None else 1.0)
+    longest = 2.0 * math.sqrt(p.rho * p.width * p.height * p.depth / count / stiffness)
+    if p.dt > longest:
+        warnings.warn(f"the window of {p.dt:.3g} s is long for a contact modulus of {E:.3g} Pa: beyond about "
+                      f"{longest:.2g} s the exchange rings; use shorter windows, iterate=10 or a softer contact")
+
+
+if __name__ == "__main__":
+    cli.run(main, PRESETS)

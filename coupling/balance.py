@@ -16,6 +16,12 @@ COLUMNS = {
                           "without damping, friction and moving supports: the error"),
 }
 
+MADE = 0.25  # energy out of nothing, relative to the largest so far, beyond which a closed system is stopped
+
+
+class Unstable(RuntimeError):
+    """A closed system has gained energy."""
+
 
 class Ledger:
     """Books what the interface exchanges; call it with each ``Window``. The entries are those of ``COLUMNS``.
@@ -76,3 +82,12 @@ class Ledger:
                 "work_solid": self._work_solid, "energy_grains": grains, "energy_solid": solid,
                 "interface_error": (self._work_solid - self._work_wall) / scale,
                 "energy_error": (grains + solid - self._start) / scale}
+
+
+def check_closed(entries, time):
+    """Raise Unstable when the ``entries`` of a ledger at ``time`` [s] show more energy than a closed system can have."""
+    total, interface = entries["energy_error"], entries["interface_error"]
+    if max(total, interface) > MADE:
+        raise Unstable(f"the coupled run has gained energy until t = {time:.6g} s, {total:.0%} of the largest so far, {interface:.0%} "
+                       "at the interface: it is unstable or far too coarse, repeat the windows (iterate=20) or take a smaller "
+                       "dt, 10 or more to a contact")

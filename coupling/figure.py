@@ -2,6 +2,8 @@
 
 STYLES = {"run": dict(linewidth=2), "under": dict(linewidth=6, alpha=0.35),
           "reference": dict(color="black", linewidth=1, linestyle=(0, (4, 3)), zorder=3)}
+MATRIX = {"right": ("tab:green", "o"), "inaccurate": ("tab:orange", "D"), "stopped": ("tab:blue", "s"),
+          "wrong": ("tab:red", "X")}
 
 
 def draw(path, xlabel, panels):
@@ -56,6 +58,34 @@ def draw_work(path, xlabel, panels):
         axis.legend(frameon=False, fontsize="small")
     figure.tight_layout()
     figure.savefig(path, dpi=120)
+    plt.close(figure)
+
+
+def draw_matrix(path, rows):
+    """Save a picture of the error of many runs over the bound of each. rows: (group, name, class, error over bound), the
+    class one of MATRIX; without an error (NaN) a run stands at the right."""
+    plt = _pyplot()
+    figure, axis = plt.subplots(figsize=(9, 1.2 + 0.17 * len(rows)))
+    known = [ratio for *_, ratio in rows if ratio > 0]
+    least, most = min([0.1, *known]) / 2, max([10.0, *known]) * 4
+    for number, (_, _, found, ratio) in enumerate(rows):
+        colour, marker = MATRIX[found]
+        axis.plot(ratio if ratio > 0 else least if ratio == 0 else most / 2, number, marker, color=colour, markersize=5)
+    starts = [i for i in range(len(rows)) if not i or rows[i][0] != rows[i - 1][0]]
+    for i, end in zip(starts, [*starts[1:], len(rows)]):
+        axis.axhspan(i - 0.5, end - 0.5, color="black", alpha=0.04 * (starts.index(i) % 2), linewidth=0)
+        axis.text(most, (i + end - 1) / 2, f" {rows[i][0]}", fontsize=7, verticalalignment="center")
+    for found, (colour, marker) in MATRIX.items():
+        if count := sum(row[2] == found for row in rows):
+            axis.plot([], [], marker, color=colour, label=f"{found}: {count}")
+    axis.axvline(1.0, color="black", linewidth=1)
+    axis.set(xscale="log", xlim=(least, most), ylim=(len(rows) - 0.5, -0.5), xlabel="error over its bound; without a number: "
+             "stopped, at the right")
+    axis.set_yticks(range(len(rows)), [name for _, name, *_ in rows], fontsize=6)
+    axis.grid(alpha=0.3, axis="x")
+    axis.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize="small")
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
     plt.close(figure)
 
 

@@ -27,11 +27,13 @@ class Record:
     case, parameters: name and keyword arguments of the run; out: folder; grains: None for a solid alone (``march``),
     which has no balance; columns: name → (unit, meaning, function of the ``Window``) of the case's own quantities;
     gravity: vertical component on the particles [m/s^2]; paraview: every how many windows the state is written, 0 for
-    never; label: goes into the file names when a case runs more than once. Collective; files are written by rank 0, the
+    never; label: goes into the file names when a case runs more than once; closed: nothing but the two exchanges energy, so
+    that a run which gains some is stopped (``balance.Unstable``). Collective; files are written by rank 0, the
     ParaView files of points and grid by every rank. An error inside leaves the history so far and a report that names it. Raises ValueError for a negative ``paraview`` and OSError when ``out`` cannot be written.
     """
 
-    def __init__(self, case, parameters, out, solid, grains, *, windows, columns, gravity=0.0, paraview=0, label=""):
+    def __init__(self, case, parameters, out, solid, grains, *, windows, columns, gravity=0.0, paraview=0, label="",
+                 closed=False):
         if paraview < 0:
             raise ValueError(f"paraview is {paraview}: give the number of windows from file to file, or 0 for none")
         self.solid, self.grains, self.out = solid, grains, Path(out)
@@ -39,7 +41,7 @@ class Record:
         self._first, self._suffix = MPI.COMM_WORLD.rank == 0, f"_{label}" if label else ""
         self._ledger = None if grains is None else balance.Ledger(solid, grains, gravity)
         self._newton, self._counts, self._substeps = 0, np.zeros(3, int), parameters.get("substeps", 1)
-        self._every, self._pieces = paraview, ParaView(self.out, self._suffix, MPI.COMM_WORLD)
+        self._closed, self._every, self._pieces = closed, paraview, ParaView(self.out, self._suffix, MPI.COMM_WORLD)
         own = ALONE if grains is None else {**WINDOW, **balance.COLUMNS}
         self._open({"time": ("s", "end of the window"),
                     **{name: (unit, meaning) for name, (unit, meaning, _) in columns.items()}, **own})
@@ -68,9 +70,12 @@ class Record:
         return self
 
     def __call__(self, window):
+        self._last = self._coupling(window) if self._ledger else {}
         self.history.add({"time": window.time, **{name: of(window) for name, (_, _, of) in self._columns.items()},
-                          "newton": self.solid.iterations, **(self._coupling(window) if self._ledger else {})})
+                          "newton": self.solid.iterations, **self._last})
         self._newton += self.solid.iterations
+        if self._closed:
+            balance.check_closed(self._last, window.time)
         self._counts += window.iterations, window.failed, window.refused
         if self._every and window.number % self._every == 0:
             self._paraview(window.time, window)

@@ -7,19 +7,20 @@ import shutil
 import signal
 import subprocess
 import sys
-import threading
 from pathlib import Path
 from typing import NamedTuple
 
-from .cli import UsageError
+from .cli import EXPECTED, UsageError
 
 TUPLE = re.compile(r"-?[\d.]+(e[+-]?\d+)?(x-?[\d.]+(e[+-]?\d+)?)+")  # 62x13: one value of several numbers
 DONE = "run.json"  # last file of a finished run
+PATIENCE = 10.0  # [s] for a run that was told to end
 
 
 class Result(NamedTuple):
     """One run: its swept ``keys`` (name → text); ``status``, "ok" or why not; seconds in windows and in all, largest
-    memory of a rank [MB], None where the run failed; ``errors``: name → number."""
+    memory of a rank [MB], None where the run failed; ``errors``: name → number; ``sentence``: whether the run itself said
+    why it failed."""
 
     keys: dict
     status: str
@@ -27,6 +28,7 @@ class Result(NamedTuple):
     wall_s: float = None
     peak_mb: float = None
     errors: dict = {}
+    sentence: bool = False
 
 
 def parse(words, own=()):
@@ -80,8 +82,8 @@ def run(case, keys, fixed, folder, *, repeat=1, timeout=None):
     for _ in range(repeat):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
-        status = _start([*words, f"out={folder}"], folder, timeout)
-        result = _read(folder, keys, status)
+        status, sentence = _start([*words, f"out={folder}"], folder, timeout)
+        result = _read(folder, keys, status)._replace(sentence=sentence)
         if result.status != "ok":
             best = result
             break
@@ -97,30 +99,33 @@ def environment():
 
 
 def _start(words, folder, timeout):
-    """Run the script and wait; "ok" or one sentence why it failed."""
+    """Run the script and wait; "ok" or one sentence why it failed, and whether the script itself said so."""
     with open(folder / "stdout.txt", "w") as out, open(folder / "stderr.txt", "w") as err:
         process = subprocess.Popen([sys.executable, *words], stdout=out, stderr=err, env=environment())
-        clock = threading.Timer(timeout or threading.TIMEOUT_MAX, process.send_signal, [signal.SIGTERM])
-        clock.daemon = True
         try:
-            if timeout:
-                clock.start()
-            process.wait()
+            process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            return f"stopped after {timeout:g} s", False
         finally:
-            in_time = not timeout or clock.is_alive()
-            clock.cancel()
-            if process.poll() is None:  # interrupted ourselves
-                process.terminate()
-                process.wait()
+            _stop(process)  # interrupted ourselves, or too late
     if process.returncode == 0:
-        return "ok"
-    if not in_time:
-        return f"stopped after {timeout:g} s"
+        return "ok", False
     if process.returncode < 0:
-        return f"killed by {signal.Signals(-process.returncode).name}"
+        return f"killed by {signal.Signals(-process.returncode).name}", False
     lines = [line for line in (folder / "stderr.txt").read_text(errors="replace").splitlines() if line.strip()]
-    return next((line[len("error: "):] for line in lines if line.startswith("error: ")),
-                lines[-1] if lines else f"exit status {process.returncode}")
+    said = [line[len("error: "):] for line in lines if line.startswith("error: ")]
+    return (said or lines[-1:] or [f"exit status {process.returncode}"])[0], bool(said)
+
+
+def _stop(process):
+    """End a process that still runs, by force if it does not listen."""
+    if process.poll() is None:
+        process.terminate()
+        try:
+            process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
 
 
 def _read(folder, keys, status):
@@ -133,3 +138,15 @@ def _read(folder, keys, status):
         return Result(keys, "ok", window_s, report["wall_s"], max(report["peak_mb"]), report["errors"])
     except (OSError, ValueError, KeyError) as error:
         return Result(keys, f"no usable report.json ({type(error).__name__}: {error})")
+
+
+def end(main):
+    """Call ``main`` with the words of the command line, and end as it ends: a tool's last line."""
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except UsageError as error:
+        sys.exit(print(f"error: {error}", file=sys.stderr) or 2)
+    except EXPECTED as error:
+        sys.exit(print(f"error: {error}", file=sys.stderr) or 1)
+    except KeyboardInterrupt:
+        sys.exit(print("interrupted; the same command goes on from here", file=sys.stderr) or 130)

@@ -22,7 +22,6 @@ error measure), which grows with every run, and at the end work_precision.md and
 time in coupling windows, without start-up and pictures. A run that fails is a row with its reason.
 """
 import csv
-import sys
 from math import inf
 from pathlib import Path
 
@@ -183,14 +182,4 @@ def speed_up(times, errors, other_times, other_errors):
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main(sys.argv[1:]))
-    except cli.UsageError as error:
-        print(f"error: {error}", file=sys.stderr)
-        sys.exit(2)
-    except cli.EXPECTED as error:
-        print(f"error: {error}", file=sys.stderr)
-        sys.exit(1)
-    except KeyboardInterrupt:
-        print("interrupted; the same command goes on from here", file=sys.stderr)
-        sys.exit(130)
+    sweep.end(main)

@@ -9,6 +9,8 @@ from .near import near_spheres, nothing
 from .wall import RIM, at_rest, closest, compiled, normal_and_angle, place
 
 TOUCHING = 1e-9  # overlap at the start, as a fraction of the radius, that still counts as touching
+GONE = ("is going through the wall: Hertz's law does not stop it before its centre is there; take a stiffer contact (E), a "
+        "smaller speed, more substeps, or a wall with a depth, which pushes outwards on both sides")  # shim/wall.h too
 CONNECTED = 1e-6  # gap, as a fraction of the radius, over which the spheres of a cluster still hang together
 
 
@@ -159,3 +161,12 @@ def check_finite(x, time):
         bad = int(np.flatnonzero(~np.isfinite(x).all(axis=1))[0])
         raise FloatingPointError(f"particle {bad + 1} is at {x[bad]} m at t = {time:.6g} s: its contact is too stiff "
                                  "for the DEM time step, or the wall passed through it; use more substeps per window")
+
+
+class PerforatedError(RuntimeError):
+    """A sphere goes through the wall."""
+
+
+def through_the_wall(name, time):
+    """What is said of the sphere ``name`` in the window that starts at ``time`` [s]."""
+    return f"{name} {GONE} (in the window from t = {time:.6g} s)"

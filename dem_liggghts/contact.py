@@ -136,8 +136,9 @@ def critical_step(scene):
 
     ``rayleigh``: 0.2 of the time a surface wave needs around the smallest sphere, pi R sqrt(rho/G) / (0.163 nu +
     0.8766) (Thornton and Randall 1988; Li, Xu and Thornton 2005). ``hertz``: 1/20 of the shortest elastic contact,
-    2.87 (m*^2 / (R* E*^2 v))^(1/5) at the largest speed at the start (Johnson 1985); infinite at rest. A sphere of a
-    cluster counts with its share of the mass.
+    2.87 (m*^2 / (R* E*^2 v))^(1/5) at the largest speed at the start (Johnson 1985), or a twentieth of the smallest radius at
+    that speed, so that no sphere jumps over a wall; infinite at rest. A sphere of a cluster counts with its share of the
+    mass.
     """
     balls = parts.grains(scene)
     if not len(balls.x):
@@ -154,6 +155,7 @@ def critical_step(scene):
         with np.errstate(divide="ignore"):
             shortest = 2.87 * min(hertz(balls.mass, balls.radius, largest(at_wall), speed).min(),
                                   hertz(balls.mass / 2, balls.radius / 2, largest(between), 2 * speed).min()) ** 0.2
+        shortest = min(shortest, balls.radius.min() / speed)
     return CriticalStep(0.2 * rayleigh.min(), shortest / 20.0)
 
 

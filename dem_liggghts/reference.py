@@ -6,7 +6,7 @@ import numpy as np
 from . import parts, quaternion
 from .arrays import in_space
 from .carry import carry_force, with_wall
-from .checks import check_finite, check_window
+from .checks import PerforatedError, check_finite, check_window, through_the_wall
 from .contact import field, laws
 from .energy import contact_energy, kinetic_energy, potential_energy
 from .near import Near, nothing, renumber
@@ -81,6 +81,8 @@ class ReferenceDEM:
                        *near.elements, near.x, near.wall, *self._laws)
             if done == steps:
                 break
+            if done < -1:
+                raise PerforatedError(through_the_wall(f"sphere {-1 - done}", self.time))
             if done < 0:
                 raise FloatingPointError(f"the wall given at t = {self.time:.6g} s contains NaN or infinity: "
                                          "look at the motion of the body")

@@ -7,7 +7,11 @@ from .contact import area_at_wall, area_of_spheres, contact_force, law_of, radiu
 from .hierarchy import find_contacts
 from .near import Near, hand_over, near_elements, near_spheres
 from .rigid import Bodies, carry_spheres, drift_bodies, gather_forces, kick_bodies, speed_bound
-from .wall import DISTANCE, KIND, PAIR, POINT, RADIUS, WEIGHT, MovingWall, compiled
+from .wall import DEPTH, DISTANCE, KIND, PAIR, POINT, RADIUS, WEIGHT, MovingWall, compiled
+
+# Distance of a centre from a wall with two sides, as a fraction of the radius, at which the force of now must be enough
+# to stop it before the wall
+THROUGH = 0.05
 
 # x, v, omega, force, torque, shape (n, 3); radius; mass: the one that counts in a contact; kind: number of the
 # material, (n,); gravity (3,); the first ``single`` spheres are no cluster's: SI units
@@ -60,9 +64,10 @@ def add_sphere_forces(b, near, between, dt, scratch):
 @compiled
 def add_wall_forces(b, wall, t, near, at_wall, dt, weight, last, loads, scratch):
     """Add force and torque of the walls at time t [s] of the window; their nodes collect ``weight`` [s] times minus the
-    force in ``loads.impulse``, and in the ``last`` step minus the force itself."""
+    force in ``loads.impulse``, and in the ``last`` step minus the force itself. Returns the number of a sphere, from 1,
+    whose centre is about to go through a wall, or 0."""
     n, v, spin, shear, vt, force = scratch.n, scratch.v, scratch.spin, scratch.shear, scratch.vt, scratch.force
-    found, history = scratch.found, len(near.shear) > 0
+    found, history, through = scratch.found, len(near.shear) > 0, 0
     for i in range(len(b.x)):
         if near.start[i] == near.start[i + 1]:
             continue
@@ -85,6 +90,10 @@ def add_wall_forces(b, wall, t, near, at_wall, dt, weight, last, loads, scratch)
             law = law_of(at_wall, b.kind[i], int(wall.traits[e, KIND]))
             contact_force(n, overlap, v, spin, radius, b.mass[i], area_at_wall(radius - overlap, radius), law, dt,
                           history, shear, vt, force)
+            if r < THROUGH * b.radius[i] and wall.traits[e, DEPTH] < 0.0 and wall.traits[e, RADIUS] == 0.0:
+                vn = min(v[0] * n[0] + v[1] * n[1] + v[2] * n[2], 0.0)
+                if 0.5 * b.mass[i] * vn**2 > (force[0] * n[0] + force[1] * n[1] + force[2] * n[2]) * r:
+                    through = i + 1
             for k in range(3):
                 b.force[i, k] += force[k]
                 b.torque[i, k] -= arm * (n[(k + 1) % 3] * force[(k + 2) % 3] - n[(k + 2) % 3] * force[(k + 1) % 3])
@@ -92,11 +101,14 @@ def add_wall_forces(b, wall, t, near, at_wall, dt, weight, last, loads, scratch)
                     loads.impulse[nodes[a], k] -= weight * found[c, WEIGHT + a] * force[k]
                     if last:
                         loads.force[nodes[a], k] -= found[c, WEIGHT + a] * force[k]
+    return through
 
 
 @compiled
 def forces(b, bodies, wall, t, lists, between, at_wall, dt, weight, last, loads, scratch):
-    """All forces at the positions now; a step dt = 0 leaves the tangential history alone."""
+    """All forces at the positions now; a step dt = 0 leaves the tangential history alone. Returns what
+    ``add_wall_forces`` does."""
+    through = 0
     for i in range(len(b.x)):
         for k in range(3):
             b.force[i, k] = b.mass[i] * b.gravity[k] if i < b.single else 0.0
@@ -104,9 +116,10 @@ def forces(b, bodies, wall, t, lists, between, at_wall, dt, weight, last, loads,
     if len(lists.spheres.partner):  # a call with so many arrays costs more than a short loop
         add_sphere_forces(b, lists.spheres, between, dt, scratch)
     if len(lists.elements.partner):
-        add_wall_forces(b, wall, t, lists.elements, at_wall, dt, weight, last, loads, scratch)
+        through = add_wall_forces(b, wall, t, lists.elements, at_wall, dt, weight, last, loads, scratch)
     if bodies is not None:
         gather_forces(Bodies(*bodies), b.x, b.force, b.torque, b.gravity)
+    return through
 
 
 @compiled
@@ -185,7 +198,8 @@ def run(first, steps, dt, skin, fresh, bodies, *fields):
     ``fields`` are those of `Balls`, `Loads`, `Scratch`, `MovingWall`, both `Near` of the lists, the places they were
     built at, and the two tables of laws, in one row: numba recognises that in a call much faster than nested tuples.
     ``bodies`` is None in a scene without clusters, which compiles to a loop without them. Returns the number of steps
-    done: fewer when the lists became too old (at least one when they are ``fresh``), -1 when the wall holds NaN.
+    done: fewer when the lists became too old (at least one when they are ``fresh``), -1 when the wall holds NaN,
+    -1 - i when sphere i is about to go through a wall.
     """
     b, loads, scratch = Balls(*fields[:10]), Loads(*fields[10:12]), Scratch(*fields[12:22])
     wall, lists = MovingWall(*fields[22:26]), Lists(Near(*fields[26:30]), Near(*fields[30:34]), *fields[34:36], skin)
@@ -200,8 +214,10 @@ def run(first, steps, dt, skin, fresh, bodies, *fields):
             return step
         kick_and_drift(b, bodies, dt, scratch)
         last = step + 1 == steps
-        forces(b, bodies, wall, (step + 1) * dt, lists, between, at_wall, dt, 0.5 * dt if last else dt, last, loads,
-               scratch)
+        through = forces(b, bodies, wall, (step + 1) * dt, lists, between, at_wall, dt, 0.5 * dt if last else dt, last,
+                         loads, scratch)
+        if through:
+            return -1 - through
         last_kick(b, bodies, 0.5 * dt)
     return steps
 

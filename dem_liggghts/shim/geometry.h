@@ -125,6 +125,10 @@ inline Vec outward(const Vec *node, int corners, const double *weight, double &a
     return 1 / std::sqrt(dot(n, n)) * n;
 }
 
+// Distance of a centre from a wall with two sides, as a fraction of the radius, at which it must stop before
+// the wall under the force of now.
+static const double THROUGH = 0.05;
+
 // Distance, as a fraction of the radius, below which the element's own normal tells the direction.
 static const double on_surface = 1e-8;
 

@@ -339,6 +339,13 @@ private:
         return std::find_first_of(p, p + 3, q, q + 3) != p + 3;
     }
 
+    std::string through_the_wall(int i) const  // what checks.py says
+    {
+        return "sphere " + std::to_string(atom->tag[i]) + " is going through the wall: Hertz's law does not stop it before its "
+               "centre is there; take a stiffer contact (E), a smaller speed, more substeps, or a wall with a depth, which "
+               "pushes outwards on both sides";
+    }
+
     // The library's own contact model; what it adds to the particle's force goes to the nodes with the opposite sign.
     void apply(int i, int contact)
     {
@@ -365,6 +372,11 @@ private:
         Vec().copy_to(atom->f[i]);
         impl->compute_force(this, data, true, v_wall);
         const Vec force(atom->f[i]);
+        if (c.distance < THROUGH * radius && elements_[c.element].depth < 0 && !(disc > 0)) {
+            const double closing = std::max(dot(Vec(atom->v[i]) - Vec(v_wall), c.offset) / c.distance, 0.0);
+            if (0.5 * atom->rmass[i] * closing * closing > -dot(force, c.offset))
+                error->one(FLERR, through_the_wall(i).c_str());
+        }
         (others + force).copy_to(atom->f[i]);
         (torque + arm * Vec(atom->torque[i])).copy_to(atom->torque[i]);
         spin.copy_to(atom->omega[i]);

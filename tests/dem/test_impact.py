@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from dem_liggghts import Interaction, Material, Scene, Spheres
+from dem_liggghts import Interaction, Material, Scene, Spheres, critical_step
 
 ALUMINIUM, GLASS = Material(7e10, 0.3), Material(4.8e10, 0.2)
 RIGID = Material(7e19, 0.3)
@@ -114,3 +114,20 @@ def test_free_fall_is_exact(dem, sheet):
     assert p["x"] == pytest.approx([0.15 * t**2, 0.51 - 0.4 * t - 4.905 * t**2, 0.0], rel=1e-12)
     energy = ball.energy()
     assert energy["kinetic"] + energy["potential"] == pytest.approx(p["mass"] * (0.08 + 9.81 * 0.51), rel=1e-12)
+
+
+@pytest.mark.parametrize("deep", [0.9, 2.0, 300.0])
+def test_a_sphere_that_goes_through_the_wall_is_said_to(dem, sheet, dim, deep):
+    """Hertz's overlap ``deep`` times the radius: less than one comes back, more is an error, however fast."""
+    soft, radius, rho = Material(1e6, 0.3), 0.01, 2700.0
+    mass, E = rho * 4 / 3 * np.pi * radius**3, 1e6 / (2 * (1 - 0.3**2))
+    v = np.sqrt(16 * E * np.sqrt(radius) * (deep * radius) ** 2.5 / (15 * mass))
+    scene = drop(sheet(dim), v, radius, rho, soft, soft)
+    ball = dem(scene, 0.5 * min(critical_step(scene)))
+    nodes, steps = np.array(scene.wall.nodes), int(4 * max(deep, 1.0) * radius / v / ball.dt) + 100
+    if deep < 1:
+        ball.advance(steps, nodes, 0 * nodes)
+        assert ball.particles()["v"][0, dim - 1] == pytest.approx(v, rel=1e-3)
+        return
+    with pytest.raises(RuntimeError, match="sphere 1 is going through the wall: .* stiffer contact"):
+        ball.advance(steps, nodes, 0 * nodes)

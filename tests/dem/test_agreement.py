@@ -45,6 +45,6 @@ def test_tumbling_spheres(both, tumble, dim, record_property, capsys):
 
 
 def report(capsys, record_property, what, difference):
-    record_property("relative difference of the back ends", difference)
+    record_property("relative difference of the back ends", float(difference))
     with capsys.disabled():
         print(f"\n{what}: the back ends differ by {difference:.1e} of the largest force")

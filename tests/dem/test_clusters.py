@@ -139,7 +139,7 @@ def test_slope_below_and_above_the_friction_angle(dem, slope, sliding, record_pr
     v, time = resting.bodies()["v"][0, 0], resting.time
     run(resting, 10000)
     gained = (resting.bodies()["v"][0, 0] - v) / (resting.time - time)
-    record_property("acceleration", gained)
+    record_property("acceleration", float(gained))
     if sliding:
         assert gained == pytest.approx(G * (np.sin(t) - mu * np.cos(t)), rel=1e-4)
     else:
@@ -154,7 +154,7 @@ def test_stack_does_not_creep(dem, record_property):
     run(stack, 20000)
     now = stack.bodies()
     creep = np.abs(now["x"] - before["x"]).max()
-    record_property("creep in 0.2 s", creep)
+    record_property("creep in 0.2 s", float(creep))
     assert creep < 1e-12 and np.abs(now["v"]).max() < 1e-9 and np.abs(now["quaternion"][:, 3]).max() < 1e-10
 
 
@@ -178,5 +178,5 @@ def test_toppling_block_follows_housner(dem, record_property):
     expected = np.arccosh(1 / (1 - tilt / alpha)) / p
     while quaternion.angle(rocking.bodies()["quaternion"][0]) < 0.0 and rocking.time < 2 * expected:
         run(rocking, 20)
-    record_property("time to upright over Housner", rocking.time / expected)
+    record_property("time to upright over Housner", float(rocking.time / expected))
     assert rocking.time / expected == pytest.approx(1.0, abs=0.03)

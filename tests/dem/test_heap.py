@@ -26,7 +26,7 @@ def test_back_ends_agree_on_a_heap(both, heap, dim, record_property, capsys):
     state = max(np.abs(a[name] - b[name]).max() / np.abs(a[name]).max() for name in ("x", "v", "omega", "quaternion"))
     energies = [dem.energy() for dem in dems]
     dems[1].close()
-    record_property("relative difference of the back ends", difference)
+    record_property("relative difference of the back ends", float(difference))
     with capsys.disabled():
         print(f"\nheap, {dim}D: the back ends differ by {difference:.1e} of the largest force, {state:.1e} of the "
               "state")

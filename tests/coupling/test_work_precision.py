@@ -133,10 +133,14 @@ def test_runs_that_crash_or_hang_are_rows(pendulum, tmp_path):
 
 
 def test_an_interrupt_ends_the_run_below(pendulum, tmp_path):
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores the signal
     threading.Timer(0.5, os.kill, [os.getpid(), signal.SIGINT]).start()
     begin = time.monotonic()
-    with pytest.raises(KeyboardInterrupt):
-        sweep.run(pendulum, {"scheme": "sleep"}, [], tmp_path / "runs")
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            sweep.run(pendulum, {"scheme": "sleep"}, [], tmp_path / "runs")
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert time.monotonic() - begin < 5 and not list(tmp_path.rglob(sweep.DONE))
 
 

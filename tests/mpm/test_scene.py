@@ -95,7 +95,7 @@ def test_boundary_particle_outside_the_grid():
 
 
 def test_unknown_inertia(make_mpm):
-    with pytest.raises(ValueError, match="inertia is 'none': choose consistent or lumped"):
+    with pytest.raises(ValueError, match="inertia is 'none': choose consistent, lumped or ghost"):
         make_mpm(inertia="none")
 
 

@@ -6,10 +6,10 @@ stability matrix (``stability.py``).
     python cases/extreme.py scene=rest windows=10000              a sphere lies on a block, under its weight
     python cases/extreme.py unit=1e-6,1e-3,1e-9                   the beam in micrometres, milliseconds, micrograms
 
-Scenes: ``beam``, supported at its ends; ``block``, held at its bottom; ``free``, held by nothing; ``layers``, a block on
-another one of the modulus E / contrast, held at its bottom; ``rest``, the block with a sphere laid on it; ``swing``, the
-beam alone in its first mode; ``flight``, the free block alone, flying and vibrating. ``extreme_references.py`` says what
-each is compared with.
+Scenes: ``beam``, supported at its ends; ``block``, held at its bottom; ``free``, held by nothing; ``layers``, a block
+on another one of the modulus E / contrast, held at its bottom; ``rest``, the block with a sphere laid on it; ``swing``,
+the beam alone in its first mode; ``flight``, the free block alone, flying and vibrating. ``extreme_references.py`` says
+what each is compared with.
 """
 from types import SimpleNamespace
 from typing import Literal, Optional, Tuple
@@ -173,9 +173,10 @@ def interface_on(p, counts):
         top = Interface.top(box, across)
         return Interface(top.x - [0.0, p.shift, 0.0][:p.dim], top.elements)
     (x0, y0), (x1, y1) = box.lower, box.upper
-    sides = [Interface.line(a, b, n).x for a, b, n in (((x0, y0), (x0, y1), 2 * counts[1]), ((x0, y1), (x1, y1), across[0]),
-                                                       ((x1, y1), (x1, y0), 2 * counts[1]))]
-    x = np.concatenate([sides[0], sides[1][1:-1], sides[2]])
+    up, along = 2 * counts[1], across[0]
+    left, top, right = (Interface.line(a, b, n).x for a, b, n in (
+        ((x0, y0), (x0, y1), up), ((x0, y1), (x1, y1), along), ((x1, y1), (x1, y0), up)))
+    x = np.concatenate([left, top[1:-1], right])
     i = np.arange(len(x) - 1)
     return Interface(x, np.column_stack([i, i + 1]))
 

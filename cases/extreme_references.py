@@ -130,9 +130,10 @@ def of_beam(p, history):
     end = p.windows * p.dt
     known = analytic.impact(p.length, p.height, p.width, p.radius, p.v0, E, nu, p.rho, end, shear=shear(p),
                             sphere=(p.E_ball, p.nu, p.rho_ball))
-    at_end, at_middle = known.at(history["time"]), known.at(np.maximum(history["time"] - p.dt / 2, 0.0))
-    return {"force": report.relative_l2(history["force"], at_middle.force),
-            "u_beam": report.relative_l2(history["u_beam"], at_end.u_beam),
+    lengths = history["window"]
+    at_end, at_middle = (known.at(np.clip(history["time"] - lag, 0.0, end)) for lag in (0.0, lengths / 2))
+    return {"force": report.relative_l2(history["force"], at_middle.force, lengths),
+            "u_beam": report.relative_l2(history["u_beam"], at_end.u_beam, lengths),
             "v_end": abs(history["v_sphere"][-1] - at_end.v_sphere[-1]) / p.v0}
 
 
@@ -190,8 +191,8 @@ def of_rest(p, history):
 
 
 def of_swing(p, history):
-    """The first mode, as it is and as Newmark's method makes it: with 2 arctan(omega dt/2) / dt for the frequency, at the
-    same amplitude; and the amplitude alone, after half a period."""
+    """The first mode, as it is and as Newmark's method makes it: with 2 arctan(omega dt/2) / dt for the frequency, at
+    the same amplitude; and the amplitude alone, after half a period."""
     omega = first_mode(p)
     size, t = p.v0 / omega, history["time"]
     slower = 2 * np.arctan(0.5 * omega * p.dt) / p.dt

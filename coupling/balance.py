@@ -85,9 +85,9 @@ class Ledger:
 
 
 def check_closed(entries, time):
-    """Raise Unstable when the ``entries`` of a ledger at ``time`` [s] show more energy than a closed system can have."""
+    """Raise Unstable when a ledger's ``entries`` at ``time`` [s] show more energy than a closed system can have."""
     total, interface = entries["energy_error"], entries["interface_error"]
     if max(total, interface) > MADE:
-        raise Unstable(f"the coupled run has gained energy until t = {time:.6g} s, {total:.0%} of the largest so far, {interface:.0%} "
-                       "at the interface: it is unstable or far too coarse, repeat the windows (iterate=20) or take a smaller "
-                       "dt, 10 or more to a contact")
+        raise Unstable(f"the coupled run has gained energy until t = {time:.6g} s, {total:.0%} of the largest so far, "
+                       f"{interface:.0%} at the interface: it is unstable or far too coarse, repeat the windows "
+                       "(iterate=20) or take a smaller dt, 10 or more to a contact")

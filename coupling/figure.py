@@ -62,8 +62,8 @@ def draw_work(path, xlabel, panels):
 
 
 def draw_matrix(path, rows):
-    """Save a picture of the error of many runs over the bound of each. rows: (group, name, class, error over bound), the
-    class one of MATRIX; without an error (NaN) a run stands at the right."""
+    """Save a picture of the error of many runs over the bound of each. rows: (group, name, class, error over bound),
+    the class one of MATRIX; without an error (NaN) a run stands at the right."""
     plt = _pyplot()
     figure, axis = plt.subplots(figsize=(9, 1.2 + 0.17 * len(rows)))
     known = [ratio for *_, ratio in rows if ratio > 0]
@@ -79,8 +79,8 @@ def draw_matrix(path, rows):
         if count := sum(row[2] == found for row in rows):
             axis.plot([], [], marker, color=colour, label=f"{found}: {count}")
     axis.axvline(1.0, color="black", linewidth=1)
-    axis.set(xscale="log", xlim=(least, most), ylim=(len(rows) - 0.5, -0.5), xlabel="error over its bound; without a number: "
-             "stopped, at the right")
+    axis.set(xscale="log", xlim=(least, most), ylim=(len(rows) - 0.5, -0.5),
+             xlabel="error over its bound; without a number: stopped, at the right")
     axis.set_yticks(range(len(rows)), [name for _, name, *_ in rows], fontsize=6)
     axis.grid(alpha=0.3, axis="x")
     axis.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, fontsize="small")

@@ -3,9 +3,9 @@
     python -m coupling.stability                       the whole matrix, cases/stability.py
     python -m coupling.stability units mass_1e3 jobs=2 these groups and rows, two at a time
 
-Keys: out=DIR, folder of the results (out/stability); jobs=N, runs at a time (as many as processors); timeout=SECONDS of one run (120);
-matrix=FILE (cases/stability.py). Every run has a process of its own. A matrix that was stopped goes on where it was
-(remove the folder after a change of the program).
+Keys: out=DIR, folder of the results (out/stability); jobs=N, runs at a time (as many as processors); timeout=SECONDS of
+one run (120); matrix=FILE (cases/stability.py). Every run has a process of its own. A matrix that was stopped goes on
+where it was (remove the folder after a change of the program).
 
 A matrix is a Python file that defines CASE, the script beside it that runs a row, and ROWS, a list of tuples
 
@@ -21,8 +21,8 @@ otherwise. Each run is
     stopped      it ended with one sentence that says why,
     wrong        anything else: a crash, a hang, a number that is not finite, energy out of nothing.
 
-It leaves stability.csv, stability.md and stability.png, written anew after every run; the exit status is 1 when a run is
-wrong.
+It leaves stability.csv and stability.md, written anew after every run, and stability.png; the exit status is 1 when a run
+is wrong.
 """
 import csv
 import difflib
@@ -84,7 +84,9 @@ def main(words):
     out = Path(own.get("out", "out/stability"))
     out.mkdir(parents=True, exist_ok=True)
     outcomes = run(case, rows, out, jobs, timeout)
-    print(f"{summary(outcomes)}; {sum(o.found != o.row.expected for o in outcomes)} not as expected; table and figure in {out}")
+    figure.draw_matrix(out / "stability.png", [(o.row.group, o.row.name, o.found, o.error / o.bound) for o in outcomes])
+    surprises = sum(one.found != one.row.expected for one in outcomes)
+    print(f"{summary(outcomes)}; {surprises} not as expected; table and figure in {out}")
     return int(any(o.found == "wrong" for o in outcomes))
 
 
@@ -110,13 +112,13 @@ def choose(rows, names):
     for name in names:
         if name not in known:
             close = difflib.get_close_matches(name, known, 3)
-            raise cli.UsageError(f"there is no row or group {name!r}" + (f": did you mean {' or '.join(close)}?" if close
-                                                                         else f"; groups: {', '.join(known[:12])}"))
+            hint = f": did you mean {' or '.join(close)}?" if close else f"; groups: {', '.join(known[:12])}"
+            raise cli.UsageError(f"there is no row or group {name!r}{hint}")
     return [row for row in rows if not names or {row.name, row.group} & set(names)]
 
 
 def run(case, rows, out, jobs, timeout):
-    """Outcomes of the rows in their order; table and figure are written after each."""
+    """Outcomes of the rows in their order; the table is written after each."""
     found = {}
     with ThreadPoolExecutor(jobs) as pool:
         waiting = {pool.submit(outcome, case, row, out / "runs", timeout): row for row in rows}
@@ -172,23 +174,22 @@ def shown(one):
 
 
 def write(out, outcomes):
-    """CSV, Markdown table and figure into the folder ``out``."""
+    """CSV and Markdown table into the folder ``out``."""
     with open(out / "stability.csv", "w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
         table.writerow(HEAD)
         for o in outcomes:
             numbers = ("" if math.isnan(n) else f"{n:.4g}" for n in (o.error, o.bound, o.energy_gain, o.window_s))
             error, bound, gain, window_s = numbers
-            table.writerow([o.row.group, o.row.name, o.row.words, o.row.expected, o.found, o.measure, error, bound, gain,
-                            window_s, o.says, o.row.why])
-    lines = [f"{len(outcomes)} runs: {summary(outcomes)}. Bold: not what was expected.", "", "| row | words | expected, because | found | error (bound) | energy gain | says |", "|" + " --- |" * 7]
+            table.writerow([*o.row[:4], o.found, o.measure, error, bound, gain, window_s, o.says, o.row.why])
+    lines = [f"{len(outcomes)} runs: {summary(outcomes)}. Bold: not what was expected.", "",
+             "| row | words | expected, because | found | error (bound) | energy gain | says |", "|" + " --- |" * 7]
     for o in outcomes:
         found = o.found if o.found == o.row.expected else f"**{o.found}**"
         gain = "" if math.isnan(o.energy_gain) else f"{o.energy_gain:.1e}"
         lines.append("| " + " | ".join(cell.replace("|", "/") for cell in (
             o.row.name, o.row.words, f"{o.row.expected}: {o.row.why}", found, shown(o), gain, o.says)) + " |")
     (out / "stability.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    figure.draw_matrix(out / "stability.png", [(o.row.group, o.row.name, o.found, o.error / o.bound) for o in outcomes])
 
 
 if __name__ == "__main__":

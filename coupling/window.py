@@ -13,10 +13,10 @@ class Window(NamedTuple):
     (n, dim); ``particles``: the grains at its end; ``seconds``: run time of the DEM, the mapping and the MPM;
     ``resampled``: how the interface's points before the window became those in it, see ``resample``, or None.
 
-    ``substeps`` of the DEM in it; ``iterations``: how often both partitions computed it, the attempts that were given up
-    left out: ``failed`` of them failed, ``refused`` were too long for the accuracy asked for; ``gain``: of the interface's
-    mean velocity from window to window [m/s^2], shape (n, dim), with weak coupling; ``memory``: what the loop goes on from
-    besides.
+    ``substeps`` of the DEM in it; ``iterations``: how often both partitions computed it, the attempts that were given
+    up left out: ``failed`` of them failed, ``refused`` were too long for the accuracy asked for; ``gain``: of the
+    interface's mean velocity from window to window [m/s^2], shape (n, dim), with weak coupling; ``memory``: what the
+    loop goes on from besides.
     """
 
     number: int
@@ -54,12 +54,12 @@ class Clock:
 
 
 class Weak:
-    """In each window the DEM goes first, with the wall carried on at the interface's mean velocity, extrapolated from those
-    of the last two windows; its mean force then drives the MPM (momentum is exact: force times window is the impulse).
-    The mean is that of the displacement. The velocity itself would not do: of boundary particles it differs from their
-    motion by what the grid smooths away, so that a wall that follows it jumps back in every window, and in windows longer
-    than the periods of the grid it jumps from window to window around its mean (Newmark's method keeps these periods at
-    full amplitude), which damping in the contact then feeds."""
+    """In each window the DEM goes first, with the wall carried on at the interface's mean velocity, extrapolated from
+    those of the last two windows; its mean force then drives the MPM (momentum is exact: force times window is the
+    impulse). The mean is that of the displacement. The velocity itself would not do: of boundary particles it differs
+    from their motion by what the grid smooths away, so that a wall that follows it jumps back in every window, and in
+    windows longer than the periods of the grid it jumps from window to window around its mean (Newmark's method keeps
+    these periods at full amplitude), which damping in the contact then feeds."""
 
     def __init__(self, solid, grains, mapping, last=None):
         self._solid, self._grains, self._mapping, self._last = solid, grains, mapping, last

@@ -9,8 +9,8 @@ from .near import near_spheres, nothing
 from .wall import RIM, at_rest, closest, compiled, normal_and_angle, place
 
 TOUCHING = 1e-9  # overlap at the start, as a fraction of the radius, that still counts as touching
-GONE = ("is going through the wall: Hertz's law does not stop it before its centre is there; take a stiffer contact (E), a "
-        "smaller speed, more substeps, or a wall with a depth, which pushes outwards on both sides")  # shim/wall.h too
+GONE = ("is going through the wall: Hertz's law does not stop it before its centre is there; take a stiffer contact "
+        "(E), a smaller speed, more substeps, or a wall with a depth, which pushes outwards on both sides")  # also wall.h
 CONNECTED = 1e-6  # gap, as a fraction of the radius, over which the spheres of a cluster still hang together
 
 

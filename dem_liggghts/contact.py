@@ -135,10 +135,10 @@ def critical_step(scene):
     """Longest sensible time steps of ``scene`` [s].
 
     ``rayleigh``: 0.2 of the time a surface wave needs around the smallest sphere, pi R sqrt(rho/G) / (0.163 nu +
-    0.8766) (Thornton and Randall 1988; Li, Xu and Thornton 2005). ``hertz``: 1/20 of the shortest elastic contact,
-    2.87 (m*^2 / (R* E*^2 v))^(1/5) at the largest speed at the start (Johnson 1985), or a twentieth of the smallest radius at
-    that speed, so that no sphere jumps over a wall; infinite at rest. A sphere of a cluster counts with its share of the
-    mass.
+    0.8766) (Thornton and Randall 1988; Li, Xu and Thornton 2005). ``hertz``: 1/20 of the shortest elastic contact, 2.87
+    (m*^2 / (R* E*^2 v))^(1/5) at the largest speed at the start (Johnson 1985), or a twentieth of the smallest radius
+    at that speed, so that no sphere jumps over a wall; infinite at rest. A sphere of a cluster counts with its share of
+    the mass.
     """
     balls = parts.grains(scene)
     if not len(balls.x):

@@ -46,11 +46,12 @@ def find_contacts(p, radius, near, i, wall, t, corner, found):
 
 @compiled
 def drop_shared(found, first, end, radius, partner, elements):
-    """Of the candidates ``first``..``end`` drop those whose closest point lies on an element that comes nearer elsewhere:
-    the surface goes on towards the sphere there. Returns the end of those kept.
+    """Of the candidates ``first``..``end`` drop those whose closest point lies on an element that comes nearer
+    elsewhere: the surface goes on towards the sphere there. Returns the end of those kept.
 
-    Without this a large overlap with a surface that is bent inwards ever so little, as below a sphere that presses on it,
-    would make a contact of every vertex in reach. partner: elements of the list, by ``PAIR``; elements: their nodes.
+    Without this a large overlap with a surface that is bent inwards ever so little, as below a sphere that presses on
+    it, would make a contact of every vertex in reach. partner: elements of the list, by ``PAIR``; elements: their
+    nodes.
     """
     for q in range(first, end):
         for g in range(first, end):

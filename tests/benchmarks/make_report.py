@@ -52,7 +52,7 @@ PARTS = {
                     [*WORK, "cases/beam_impact.py", "dim=3", "h=5e-3,3.3333e-3,2e-3", "dt=8e-6,4e-6,2e-6",
                      "show=force,u_beam"], limit=400.0),
     "three_impacts": Part("Error against run time: three impacts",
-                          [*WORK, "cases/multiple_impact.py", "h=2.5e-3,2e-3,1e-3", "dt=4e-6,2e-6",
+                          [*WORK, "cases/multiple_impact.py", "h=5e-3,2.5e-3,2e-3", "dt=4e-6,2e-6",
                            "show=force,u_beam,peak_1,peak_2,peak_3"], limit=400.0),
     "needs": Part("What a scene does not need", bench("bench_needs", "repeat=2", "parts=needs")),
     "start": Part("Start-up", bench("bench_needs", "repeat=2", "parts=start")),

@@ -29,7 +29,8 @@ public:
     bool any() const { return fix_; }
     int count() const { return fix_ ? fix_->n_body() : 0; }
 
-    // The sphere with local number i belongs to the body with this tag, at ``arm`` along its principal axes.
+    // The sphere with local number i belongs to the body with this tag, at ``arm`` along its principal axes; -1: to none,
+    // which has to be said too, because LIGGGHTS packs its arm with the sphere and never sets it.
     void join(int i, int tag, const double *arm)
     {
         double place[3] = {arm[0], arm[1], arm[2]};

@@ -216,8 +216,8 @@ int dem_add_spheres(void *handle, int n, const double *data)
             }
             for (int f = 0; f < lmp->modify->nfix; f++)
                 if (lmp->modify->fix[f]->create_attribute) lmp->modify->fix[f]->set_arrays(m);
-            if (data[12] > 0) bodies.join(m, int(data[12]), data + 13);
-            else if (single >= 0) atom->mask[m] |= lmp->group->bitmask[single];
+            if (bodies.any()) bodies.join(m, data[12] > 0 ? int(data[12]) : -1, data + 13);
+            if (data[12] == 0 && single >= 0) atom->mask[m] |= lmp->group->bitmask[single];
         }
         atom->natoms = n;
         atom->tag_extend();

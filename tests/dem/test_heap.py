@@ -1,4 +1,5 @@
 """Clusters, single spheres and walls together: agreement of the back ends, balance, states, ranks."""
+import ctypes
 import os
 import shutil
 import subprocess
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 DT = 1.5e-5
+PERTURB = -6  # M_PERTURB of malloc.h
 
 
 def run(dem, window, windows, steps=20):
@@ -77,6 +79,24 @@ def test_restored_state_continues_bit_for_bit(dem, heap, dim):
         assert np.array_equal(other.particles(), particles) and np.array_equal(other.bodies(), bodies)
         assert other.energy() == energy
     assert all(np.array_equal(kept[name], state[name]) for name in state)  # a state is not changed by its use
+
+
+def test_a_state_holds_no_memory_that_nobody_set(dem, heap, dim):
+    """The same state whatever the allocator hands out."""
+    allocator = ctypes.CDLL(None)
+    states = []
+    try:
+        for byte in (0x55, 0xAA):
+            allocator.mallopt(PERTURB, byte)  # glibc fills what it hands out
+            scene, window = heap(dim)
+            grains = dem(scene, DT)
+            states.append(grains.get_state())
+            run(grains, window, 60)
+            states.append(grains.get_state())
+    finally:
+        allocator.mallopt(PERTURB, 0)
+    for a, b in zip(states[:2], states[2:]):
+        assert all(a[name].tobytes() == b[name].tobytes() for name in a)
 
 
 def test_ids_and_shares(dem, heap, dim):

@@ -10,14 +10,14 @@ gradient: (patches, M, D) derivative of the first by the displacements of the pa
 derivative of the forces by ln j_mean [N].
 """
 import numpy as np
-from numba import njit
 
 from .laws.algebra import cofactor, determinant
+from .specialise import inlined
 
 D, K = 2, 4
 
 
-@njit(inline="always")
+@inlined
 def displacement_gradient(c, q, cells, G, u, D, K, H):
     """du/dx at point q into H (D, D)."""
     for i in range(D):
@@ -33,7 +33,7 @@ def displacement_gradient(c, q, cells, G, u, D, K, H):
             H[i, D - 1] = h2
 
 
-@njit(inline="always")
+@inlined
 def volume_change(H, D):
     """j = det(I + H)."""
     if D == 2:
@@ -43,7 +43,7 @@ def volume_change(H, D):
             + H[0, D - 1] * (H[1, 0] * H[D - 1, 1] - b * H[D - 1, 0]))
 
 
-@njit(inline="always")
+@inlined
 def by_mean_volume(P, A, F, F_old, weight, D, half, S):
     """S = weight (P + A:F) F_old^T, the change of T with ln r."""
     for i in range(D):

@@ -5,13 +5,14 @@ parallelepipeds: the map to the reference cell is linear). basix tabulates the s
 the oracle of the tests.
 """
 import numpy as np
-from numba import njit
+
+from .specialise import inlined
 
 D, K, AFFINE = 2, 4, True  # fixed by specialise
 to_reference = None
 
 
-@njit(inline="always")
+@inlined
 def basis(xi, D, K, value, gradient):
     """Values (K,) and gradients (K, D) of the basis functions at the reference coordinates xi (D,)."""
     for a in range(K):
@@ -36,7 +37,7 @@ def basis(xi, D, K, value, gradient):
         value[a] = v
 
 
-@njit(inline="always")
+@inlined
 def invert(J, D, inverse):
     """Inverse of the D x D matrix J."""
     if D == 2:

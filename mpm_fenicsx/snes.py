@@ -102,7 +102,8 @@ class Newton:
     def _function(self, snes, u, r):
         out = r.array_w.reshape(self._shape)
         try:
-            self._residual(u.array_r.reshape(self._shape), out)
+            # A copy: numba compiles every kernel anew for an array that is read-only, as a locked vector's is.
+            self._residual(np.array(u.array_r).reshape(self._shape), out)
         except Exception as error:
             self._fail(error)
             out[:] = np.nan

@@ -16,11 +16,11 @@ F_old, F (n, D, D) and F33_old, F33 (n,) deformation at the start and the end of
 p the law's parameters; u (nodes, D) [m], a (nodes, D) [m/s^2].
 """
 import numpy as np
-from numba import njit
 
 from .f_bar import by_mean_volume, displacement_gradient, volume_change
 from .laws.algebra import determinant
 from .shape import invert
+from .specialise import inlined
 
 D, K = 2, 4
 CONSISTENT, FBAR = True, False
@@ -66,7 +66,7 @@ def residual(cell, cells, patch, volume, N, G, mass, V0, F_old, F33_old, old, p,
                 R[cells[c, b], i] += force
 
 
-@njit(inline="always")
+@inlined
 def _pull(A, F_old, weight, D, half, B):
     """B = weight F_old A F_old^T on the second and fourth index, one after the other."""
     for i in range(D):

@@ -11,8 +11,7 @@ is the choice.
 import math
 from typing import NamedTuple
 
-from numba import njit
-
+from ..specialise import inlined
 from . import ELASTIC_STATE, Law, lame
 
 
@@ -26,7 +25,7 @@ class Params(NamedTuple):
 D = 2  # fixed by specialise
 
 
-@njit(inline="always")
+@inlined
 def _green_lagrange(F, i, j, D):
     """Component ij of the Green–Lagrange strain."""
     s = -1.0 if i == j else 0.0
@@ -35,7 +34,7 @@ def _green_lagrange(F, i, j, D):
     return 0.5 * s
 
 
-@njit(inline="always")
+@inlined
 def _trace(F, D):
     """Trace of the in-plane (or three-dimensional) Green–Lagrange strain."""
     s = 0.0

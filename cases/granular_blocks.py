@@ -6,7 +6,6 @@
 """
 import inspect
 import math
-import warnings
 from types import SimpleNamespace
 from typing import Literal, Optional, Tuple
 
@@ -14,7 +13,7 @@ import column_collapse
 from beam_impact import SCHEME
 from blocks_history import Obstacles, draw, events, miss
 from coupling import Record, cli, count_windows, couple, nearest
-from dem_liggghts import Cluster, Interaction, Material, Scene, Wall, open_dem
+from dem_liggghts import Cluster, Interaction, Material, Scene, Wall, open_dem, warn_if_window_too_long
 from mpm_fenicsx import SOLVERS, Interface, of_points
 
 PRESETS = {"paper": dict(h=0.005, dt=5e-5, substeps=5)}
@@ -110,19 +109,14 @@ def surface_of(p, interface):
 
 
 def warn_if_too_long(p, count, scene):
-    """One warning when the window is longer than 2 sqrt(m / k), beyond which an exchange that lags by one window rings:
-    m the mass of one of ``count`` material points, k Hertz's stiffness where a sphere bears the flow's pressure rho v^2
-    at the speed v of free fall. A disc loads its own point, spheres along an outline load the same light node."""
-    sphere, disc, E = scene.clusters[0].radii[0], scene.wall.radius, scene.materials["soil"].E
-    radius = sphere if disc is None else sphere * disc / (sphere + disc)
-    effective = 1.0 / ((1.0 - p.nu**2) / E + (1.0 - WOOD.nu**2) / WOOD.E)
-    force = p.rho * 2.0 * p.g * p.height * 2.0 * sphere * p.depth
-    overlap = (force / (4.0 / 3.0 * effective * math.sqrt(radius))) ** (2.0 / 3.0)
-    stiffness = 1.5 * force / overlap * (max(1.0, 0.5 * p.h / sphere) if disc is None else 1.0)
-    longest = 2.0 * math.sqrt(p.rho * p.width * p.height * p.depth / count / stiffness)
-    if p.dt > longest:
-        warnings.warn(f"the window of {p.dt:.3g} s is long for a contact modulus of {E:.3g} Pa: beyond about "
-                      f"{longest:.2g} s the exchange rings; use shorter windows, iterate=10 or a softer contact")
+    """One warning when the window is too long for the mass of one of ``count`` material points, where a sphere bears the
+    flow's pressure rho v^2 at the speed v of free fall. A disc loads its own point; spheres along an outline load the same
+    light node."""
+    sphere = scene.clusters[0].radii[0]
+    mass = p.rho * p.width * p.height * p.depth / count
+    if scene.wall.radius is None:
+        mass /= max(1.0, 0.5 * p.h / sphere)
+    warn_if_window_too_long(scene, p.dt, mass, force=p.rho * 2.0 * p.g * p.height * 2.0 * sphere * p.depth)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,8 @@ import numpy as np
 
 from . import parts
 from .arrays import in_space
-from .wall import at_rest, closest, compiled, place
+from .compiled import compiled
+from .wall import at_rest, closest, place
 
 
 def with_wall(scene, wall):

@@ -4,9 +4,10 @@ import warnings
 import numpy as np
 
 from . import parts
+from .compiled import compiled
 from .contact import critical_step, longest_window
 from .near import near_spheres, nothing
-from .wall import RIM, at_rest, closest, compiled, normal_and_angle, place
+from .wall import RIM, at_rest, closest, normal_and_angle, place
 
 TOUCHING = 1e-9  # overlap at the start, as a fraction of the radius, that still counts as touching
 GONE = ("is going through the wall: Hertz's law does not stop it before its centre is there; take a stiffer contact "
@@ -41,7 +42,7 @@ def _name(balls, i):
 
 def _check_one_piece(cluster, number):
     x, n = cluster.arms(), len(cluster.radii)
-    near = near_spheres(x, cluster.radii, np.full(n, -1), CONNECTED * cluster.radii.min(), nothing(n), False)
+    near = near_spheres(x, np.array(cluster.radii), np.full(n, -1), CONNECTED * cluster.radii.min(), nothing(n), False)
     reached, follow = {0}, [0]
     neighbours = {i: [] for i in range(n)}
     for i in range(n):
@@ -135,15 +136,15 @@ def warn_if_too_long(scene, dt):
                       f"s, Hertz {limit.hertz:.3g} s): use more substeps per window or a smaller window", stacklevel=3)
 
 
-def warn_if_window_too_long(scene, dt, mass):
-    """One warning when the coupling window ``dt`` [s] exceeds what the contact of the moving wall allows, carried by
-    nodes of ``mass`` [kg]."""
-    limit = longest_window(scene, mass)
+def warn_if_window_too_long(scene, dt, mass, force=None):
+    """One warning when the coupling window ``dt`` [s] exceeds what the contact of the moving wall under ``force`` [N]
+    allows, carried by nodes of ``mass`` [kg], see `longest_window`."""
+    limit = longest_window(scene, mass, force)
     if dt > limit:
         modulus = scene.materials[scene.wall.material].E
         warnings.warn(f"the window of {dt:.3g} s exceeds 2 sqrt(m/k) = {limit:.3g} s of the contact with the moving "
-                      f"wall, whose modulus is {modulus:.3g} Pa, on nodes of m = {mass:.3g} kg: the force may blow up; use a "
-                      "smaller window or modulus, or iterate", stacklevel=3)
+                      f"wall, whose modulus is {modulus:.3g} Pa, on nodes of m = {mass:.3g} kg: the force rings and may blow "
+                      "up; use shorter windows, a softer contact, or iterate=10", stacklevel=3)
 
 
 def check_window(steps, x, v, scene):

@@ -3,10 +3,11 @@ import numpy as np
 
 from . import parts, quaternion
 from .arrays import in_space
+from .compiled import compiled
 from .contact import law_of, laws, radius_at_wall
 from .hierarchy import find_contacts
 from .near import near_elements, near_spheres, nothing
-from .wall import COLUMNS, DISTANCE, KIND, PAIR, RADIUS, MovingWall, compiled
+from .wall import COLUMNS, DISTANCE, KIND, PAIR, RADIUS, MovingWall
 
 
 _last = []  # the scene asked for last, and what ``_prepared`` made of it

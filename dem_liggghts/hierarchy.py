@@ -4,7 +4,8 @@ Geometry only, no contact law. All points have three components; a plane scene l
 """
 import numpy as np
 
-from .wall import (COLUMNS, DEPTH, DISTANCE, FEATURE, GROUP, PAIR, POINT, RADIUS, RIM, SIDE, WEIGHT, closest, compiled,
+from .compiled import compiled
+from .wall import (COLUMNS, DEPTH, DISTANCE, FEATURE, GROUP, PAIR, POINT, RADIUS, RIM, SIDE, WEIGHT, closest,
                    normal_and_angle, place)
 
 COPLANAR = np.cos(np.radians(1.0))  # two contacts whose normals differ by less than this are one contact

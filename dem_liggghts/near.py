@@ -3,7 +3,8 @@ from collections import namedtuple
 
 import numpy as np
 
-from .wall import DEPTH, PAIR, RADIUS, closest, compiled, place
+from .compiled import compiled
+from .wall import DEPTH, PAIR, RADIUS, closest, place
 
 # Per sphere i the partners start[i]..start[i+1], rising: partner (p,), whether they touched in the last step (p,),
 # and the tangential displacement shear [m], shape (p, 3), or (0, 3) when there is no friction and so nothing to

@@ -7,7 +7,7 @@ from collections import namedtuple
 
 import numpy as np
 
-from .wall import compiled
+from .compiled import compiled
 
 # x, v, omega, spin (angular momentum), force, torque (n, 3); q: quaternion of the principal axes (n, 4); axes: these
 # axes as columns (n, 3, 3); mass (n,), inertia: principal moments (n, 3); free (n, 6); first: their first spheres (n

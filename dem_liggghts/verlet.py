@@ -3,11 +3,12 @@ from collections import namedtuple
 
 import numpy as np
 
+from .compiled import compiled
 from .contact import area_at_wall, area_of_spheres, contact_force, law_of, radius_at_wall
 from .hierarchy import find_contacts
 from .near import Near, hand_over, near_elements, near_spheres
 from .rigid import Bodies, carry_spheres, drift_bodies, gather_forces, kick_bodies, speed_bound
-from .wall import DEPTH, DISTANCE, KIND, PAIR, POINT, RADIUS, WEIGHT, MovingWall, compiled
+from .wall import DEPTH, DISTANCE, KIND, PAIR, POINT, RADIUS, WEIGHT, MovingWall
 
 # Distance of a centre from a wall with two sides, as a fraction of the radius, at which the force of now must be enough
 # to stop it before the wall

@@ -5,12 +5,8 @@ Geometry only, no contact law. All points have three components; a plane scene l
 from collections import namedtuple
 
 import numpy as np
-from numba import njit
 
-# A division by zero gives NaN, which `advance` reports with its place. numba's cache does not see that a function
-# called from another file has changed: after editing this file, hierarchy.py, near.py, contact.py or rigid.py, touch
-# verlet.py.
-compiled = njit(cache=True, error_model="numpy")
+from .compiled import compiled
 
 # nodes x [m] and v [m/s], shape (n, 3), at the start of the window; elements, shape (m, 2) or (m, 3), a disc names its
 # node that often; traits of each element, shape (m, 7): number of its material, of its wall, depth [m] as in

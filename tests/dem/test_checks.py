@@ -152,6 +152,9 @@ def test_window_against_the_contact_of_the_moving_wall(sheet, radius):
     limit = 2.0 * np.sqrt(mass / stiffness)
     assert longest_window(one, mass) == pytest.approx(limit, rel=1e-12)
     assert longest_window(Scene(wall=sheet(), wall_material=STEEL), mass) == np.inf
+    force = 1e4
+    overlap = (0.75 * force / (STEEL.E / (2 * (1 - 0.3**2)) * np.sqrt(radius))) ** (2 / 3)
+    assert longest_window(one, mass, force) == pytest.approx(2.0 * np.sqrt(mass / (1.5 * force / overlap)), rel=1e-12)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warn_if_window_too_long(one, 0.99 * limit, mass)

@@ -1,6 +1,8 @@
 """Animated GIF of a flow, made by matplotlib and Pillow, which are loaded only then."""
 import numpy as np
 
+from .figure import pyplot
+
 COLOURS = 64  # of the palette: half the file of 256
 
 
@@ -10,10 +12,7 @@ def save(path, frames, label, seconds=0.08, width=640):
     frames: (title, x, values, shapes) each, with positions x of material points [m], shape (n, 2), in the colours of
     ``values``, shape (n,), called ``label``, and polygons [m], shape (m, corners, 2).
     """
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+    plt = pyplot()
     from matplotlib.collections import PolyCollection
     from PIL import Image
 

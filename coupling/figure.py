@@ -12,7 +12,7 @@ def draw(path, xlabel, panels):
     panels: label of the vertical axis → curves (x, y, label, style), arrays of shape (n,). Styles: "run"; "under", a
     broad pale line that stays visible below another run, in the same colours; "reference", thin and black.
     """
-    plt = _pyplot()
+    plt = pyplot()
     figure, axes = plt.subplots(len(panels), 1, sharex=True, figsize=(7, 3 * len(panels)), squeeze=False)
     for axis, (ylabel, curves) in zip(axes[:, 0], panels.items()):
         drawn = dict.fromkeys(STYLES, 0)
@@ -34,7 +34,7 @@ def draw_work(path, xlabel, panels):
     panels: label of the vertical axis → series (label, times [s], errors, notes); times and errors of shape (n,),
     notes: texts at the points, "" for none. A line joins the points of a series that none beats in both.
     """
-    plt = _pyplot()
+    plt = pyplot()
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     figure, axes = plt.subplots(1, len(panels), figsize=(6 * len(panels), 5), squeeze=False)
@@ -64,7 +64,7 @@ def draw_work(path, xlabel, panels):
 def draw_matrix(path, rows):
     """Save a picture of the error of many runs over the bound of each. rows: (group, name, class, error over bound),
     the class one of MATRIX; without an error (NaN) a run stands at the right."""
-    plt = _pyplot()
+    plt = pyplot()
     figure, axis = plt.subplots(figsize=(9, 1.2 + 0.17 * len(rows)))
     known = [ratio for *_, ratio in rows if ratio > 0]
     least, most = min([0.1, *known]) / 2, max([10.0, *known]) * 4
@@ -98,7 +98,8 @@ def front(times, errors):
     return best
 
 
-def _pyplot():
+def pyplot():
+    """matplotlib.pyplot, drawing without a display."""
     import matplotlib
 
     matplotlib.use("Agg")

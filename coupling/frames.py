@@ -1,6 +1,8 @@
 """Pictures of a flow at several times, side by side, made by matplotlib, which is loaded only then."""
 import numpy as np
 
+from .figure import pyplot
+
 
 def draw(path, frames, label, shapes=()):
     """Save the pictures seen along z, at one scale; y points upward.
@@ -8,10 +10,7 @@ def draw(path, frames, label, shapes=()):
     frames: (title, x, values) each, with positions x of material points [m], shape (n, 2 or 3), in the colours of
     ``values``, shape (n,), called ``label``; shapes: for each frame the polygons in it [m], shape (m, corners, 2).
     """
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+    plt = pyplot()
     from matplotlib.collections import PolyCollection
 
     low = np.min([x[:, :2].min(axis=0) for _, x, _ in frames], axis=0)

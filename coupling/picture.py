@@ -3,6 +3,8 @@ from itertools import product
 
 import numpy as np
 
+from .figure import pyplot
+
 
 def draw(path, solid, grid, wall, spheres, values, label):
     """Save a picture; y points upward.
@@ -11,10 +13,7 @@ def draw(path, solid, grid, wall, spheres, values, label):
     grid: vertices [m], shape (m, dim), and cells with their corners around them, shape (k, corners); wall: nodes [m],
     shape (w, dim), and elements; spheres: centres [m], shape (s, dim), and radii [m], shape (s,).
     """
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+    plt = pyplot()
 
     figure = plt.figure(figsize=(10, 4))
     make = _plane if solid.shape[1] == 2 else _space

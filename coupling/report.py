@@ -73,6 +73,11 @@ def write(path, entries):
         file.write("\n")
 
 
+def table_row(cells):
+    """One line of a table in Markdown."""
+    return "| " + " | ".join(str(cell).replace("|", "/") for cell in cells) + " |"
+
+
 def relative_l2(values, reference, windows=1.0):
     """Relative L2 difference of two curves on the same times, ``windows`` [s] apart (one number, or one for each time);
     the difference itself where the reference is zero throughout."""

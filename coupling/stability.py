@@ -34,7 +34,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import NamedTuple
 
-from . import cli, figure, sweep
+from . import cli, figure, report, sweep
 
 CLASSES = ("right", "inaccurate", "stopped", "wrong")
 ENERGY = 0.05
@@ -187,8 +187,8 @@ def write(out, outcomes):
     for o in outcomes:
         found = o.found if o.found == o.row.expected else f"**{o.found}**"
         gain = "" if math.isnan(o.energy_gain) else f"{o.energy_gain:.1e}"
-        lines.append("| " + " | ".join(cell.replace("|", "/") for cell in (
-            o.row.name, o.row.words, f"{o.row.expected}: {o.row.why}", found, shown(o), gain, o.says)) + " |")
+        lines.append(report.table_row([o.row.name, o.row.words, f"{o.row.expected}: {o.row.why}", found, shown(o), gain,
+                                       o.says]))
     (out / "stability.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

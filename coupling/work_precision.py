@@ -25,7 +25,7 @@ import csv
 from math import inf
 from pathlib import Path
 
-from . import cli, figure, peer, sweep
+from . import cli, figure, peer, report, sweep
 
 OWN = ("out", "repeat", "timeout", "show", "overlay", "peer", "script", "peer_")
 
@@ -133,16 +133,16 @@ def markdown(swept, results, others, names):
     """The table of all runs with the errors ``names``, fastest first; bold: the Pareto front of the first of them."""
     good = sorted((r for r in results if r.status == "ok"), key=lambda r: r.window_s)
     best = set(figure.front([r.window_s for r in good], [r.errors[names[0]] for r in good]))
-    lines = [_row([*swept, "windows [s]", "whole run [s]", "memory [MB]", *names]),
-             _row(["---"] * (len(swept) + 3 + len(names)))]
+    lines = [report.table_row([*swept, "windows [s]", "whole run [s]", "memory [MB]", *names]),
+             report.table_row(["---"] * (len(swept) + 3 + len(names)))]
     for number, r in enumerate(good):
         cells = [*r.keys.values(), f"{r.window_s:.3g}", f"{r.wall_s:.3g}", f"{r.peak_mb:.0f}",
                  *(_shown(r.errors[n]) if n in r.errors else "" for n in names)]
-        lines.append(_row([f"**{cell}**" for cell in cells] if number in best else cells))
-    lines += [_row([*r.keys.values(), r.status]) for r in results if r.status != "ok"]
+        lines.append(report.table_row([f"**{cell}**" for cell in cells] if number in best else cells))
+    lines += [report.table_row([*r.keys.values(), r.status]) for r in results if r.status != "ok"]
     if others:
-        lines += ["", _row(["others", "time [s]", *names]), _row(["---"] * (2 + len(names)))]
-        lines += [_row([row["label"], f"{row['time_s']:.3g}",
+        lines += ["", report.table_row(["others", "time [s]", *names]), report.table_row(["---"] * (2 + len(names)))]
+        lines += [report.table_row([row["label"], f"{row['time_s']:.3g}",
                         *(_shown(row[f"error_{n}"]) if f"error_{n}" in row else "" for n in names)]) for row in others]
         lines += _comparison(good, others, names[0])
     return "\n".join(lines) + "\n"
@@ -164,10 +164,6 @@ def _comparison(good, others, name):
 def _shown(error):
     """An error as a percentage; whole numbers are counts, and stay."""
     return f"{error:.0f}" if error == int(error) else f"{error:.2%}"
-
-
-def _row(cells):
-    return "| " + " | ".join(str(cell).replace("|", "/") for cell in cells) + " |"
 
 
 def speed_up(times, errors, other_times, other_errors):

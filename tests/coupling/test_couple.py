@@ -108,7 +108,9 @@ def test_large_numbers_are_not_lost():
     balls = grains.particles()
     balls["x"] = 1.5e308  # their sum overflows
     grains.particles = lambda: balls
-    couple(Oscillator(), grains, COPY, dt=INNER, t_end=INNER)
+    windows = []
+    couple(Oscillator(), grains, COPY, dt=INNER, t_end=INNER, on_window=[windows.append])
+    assert len(windows) == 1 and (windows[0].particles["x"] == 1.5e308).all()
 
 
 @pytest.mark.parametrize("t_end, dt, substeps, start, count", [

@@ -13,14 +13,14 @@ class Cover:
     """Numbering, vectors and matrix of the covered cells.
 
     cells: (all local cells, K) nodes in the cover's local numbering (owned first, then ghosts), -1 outside; slot: (all
-    local cells,) row of an owned covered cell in the element matrices, -1 else; node: (n,) the grid node behind each
+    local cells,) row of an owned covered cell in the element matrices, -1 else; covered: (all local cells,) mask; node: (n,) the grid node behind each
     local number; fixed: (n, D) mask of supported directions; element_matrices: (slots, K, D, D, K) [N/m], derivative by
     (node, direction) of (direction, node).
 
     For F-bar: patch: (all local cells,) row of an owned covered cell's patch in patch_matrices, shape (patches, M, D, D,
     M); place: (all local cells, K) places of its nodes among the M of the patch. A quadrilateral or a hexahedron is its own
-    patch, and these matrices are the element matrices. For ghost inertia: facet_matrices, shape (facets, D, M, M), by
-    direction, node and node. Collective.
+    patch, and these matrices are the element matrices. For ghost inertia: nodes_of_facets (facets, M) and facet_matrices,
+    shape (facets, D, M, M), by direction, node and node. Collective.
     """
 
     def __init__(self, background, filled, fixed, symmetric=True, averaged=False, facets=None):
@@ -30,16 +30,16 @@ class Cover:
         self._vectors, self._symmetric = {}, symmetric
         grid_vec = self._ghosted(background.node_map, background.nodes_owned, 1)
         near = self._flags(grid_vec, background, background.cells[filled])  # nodes of filled cells, on any rank
-        owned_cells = background.cells[:background.cells_owned]
-        covered = np.flatnonzero(near[owned_cells].any(axis=1)).astype(np.int32)
+        self.covered = near[background.cells].any(axis=1)
+        covered = np.flatnonzero(self.covered[:background.cells_owned]).astype(np.int32)
         needed = self._flags(grid_vec, background, background.cells[covered])
-        self._number(background, grid_vec, needed, covered)
+        beside = np.zeros((0, 1), np.int32) if facets is None else facets.nodes[facets.within(self.covered)]
+        self._number(background, grid_vec, needed, covered, beside)
         grid_vec.destroy()
         self.slot = np.full(len(background.cells), -1, np.int32)
         self.slot[covered] = np.arange(len(covered))
         self.fixed = fixed[self.node]
         self._make_patches(background, covered, averaged)
-        self._facets = None if facets is None else facets.within(self)[1]
         self._make_matrix(covered)
 
     def _ghosted(self, index_map, owned, block):
@@ -59,7 +59,7 @@ class Cover:
         vec.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
         vec.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
 
-    def _number(self, background, vec, needed, covered):
+    def _number(self, background, vec, needed, covered, beside):
         own = np.flatnonzero(needed[:background.nodes_owned])
         first = self.comm.scan(len(own)) - len(own)
         with vec.localForm() as local:
@@ -68,7 +68,7 @@ class Cover:
         vec.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
         with vec.localForm() as local:
             number = local.array_r.astype(PETSc.IntType)
-        mine = np.unique(background.cells[covered])
+        mine = np.unique(np.append(background.cells[covered], beside))
         ghosts = mine[mine >= background.nodes_owned]
         self.owned = len(own)
         self.node = np.concatenate([own, ghosts]).astype(np.int32)
@@ -77,6 +77,7 @@ class Cover:
         local_of[self.node] = np.arange(len(self.node))
         self.cells = np.full_like(background.cells, -1)
         self.cells[covered] = local_of[background.cells[covered]]
+        self.nodes_of_facets = local_of[beside]
 
     def vector(self, block):
         """New ghosted vector with ``block`` values per node."""
@@ -137,11 +138,10 @@ class Cover:
         rows = [np.broadcast_to(block.transpose(0, 2, 1)[:, None, None], shape).ravel()
                 for block, shape in zip(blocks, shapes)]
         columns = [np.broadcast_to(block[:, :, :, None, None], shape).ravel() for block, shape in zip(blocks, shapes)]
-        if self._facets is not None:  # each direction on its own
-            facet = dof[self._facets].transpose(0, 2, 1)  # (facets, D, M)
-            shapes.append((*facet.shape, facet.shape[-1]))
-            rows.append(np.broadcast_to(facet[..., None], shapes[-1]).ravel())
-            columns.append(np.broadcast_to(facet[:, :, None], shapes[-1]).ravel())
+        facet = dof[self.nodes_of_facets].transpose(0, 2, 1)  # (facets, D, M), each direction on its own
+        shapes.append((*facet.shape, facet.shape[-1]))
+        rows.append(np.broadcast_to(facet[..., None], shapes[-1]).ravel())
+        columns.append(np.broadcast_to(facet[:, :, None], shapes[-1]).ravel())
         size = (self.owned * D, PETSc.DETERMINE)
         self.matrix = PETSc.Mat().create(self.comm)
         self.matrix.setSizes((size, size), bsize=D)

@@ -11,21 +11,21 @@ Cells from which no chain of filled cells leads to a full one (drops, single fli
 """
 import numpy as np
 from numba import njit
+from petsc4py import PETSc
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+
+from .collective import somewhere
 
 GAMMA = 0.1
 FULL = 0.6  # of a cell's volume
 GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 
 
-def check_inertia(inertia, ranks):
-    """ValueError for a kind of inertia that does not exist, or not on that many ranks."""
+def check_inertia(inertia):
+    """ValueError for a kind of inertia that does not exist."""
     if inertia not in ("consistent", "lumped", "ghost"):
         raise ValueError(f"inertia is {inertia!r}: choose consistent, lumped or ghost")
-    if inertia == "ghost" and ranks > 1:
-        raise ValueError(f"inertia is ghost on {ranks} ranks, over whose borders it does not reach: run on one rank, or "
-                         "choose lumped")
 
 
 def local_facets(D, K):
@@ -50,11 +50,12 @@ def add_residual(nodes, matrix, weight, a, R):
 
 
 class Facets:
-    """Inner facets of a grid: ``cells`` (n, 2) on both sides, ``nodes`` (n, M) of both, and ``matrix`` (n, M, M), the
-    integral of the products of the jumps of the normal derivatives [m^(D-3)]; ``volume`` (m,) of the cells [m^D]."""
+    """Inner facets of a grid, each on the rank of one of its cells: ``cells`` (n, 2) on both sides, ``nodes`` (n, M) of both,
+    and ``matrix`` (n, M, M), the integral of the products of the jumps of the normal derivatives [m^(D-3)]. ``links`` (k,
+    2): the cells beside all facets that touch a cell of this rank; ``volume`` (m,) of the cells [m^D]."""
 
     def __init__(self, background, shapes):
-        """shapes: the kernel of that name, see ``shape``."""
+        """shapes: the kernel of that name, see ``shape``. Collective."""
         self._background, self._shapes, D = background, shapes, background.dim
         K = background.cells.shape[1]
         self.volume = 1.0 / np.abs(np.linalg.det(background.inverse)) / (1.0 if K == 2**D else [2.0, 6.0][D - 2])
@@ -63,10 +64,28 @@ class Facets:
         order = np.lexsort(np.sort(facets, axis=1).T)
         same = np.flatnonzero((np.diff(np.sort(facets[order], axis=1), axis=0) == 0).all(axis=1))
         first, second = order[same], order[same + 1]
-        self.cells = np.column_stack([first, second]) // len(local)
-        self._facet = facets[first]
+        cells = np.column_stack([first, second]) // len(local)
+        owned = cells < background.cells_owned
+        self.links = cells[owned.any(axis=1)]
+        number = background.original_cell[cells]  # the same on every rank
+        mine = np.where(number[:, 0] < number[:, 1], owned[:, 0], owned[:, 1])
+        self.cells, self._facet = cells[mine], facets[first[mine]]
         self.nodes, place = self._all_nodes(background.cells[self.cells])
         self.matrix = self._integrate(place)
+        self._values = None
+        if background.comm.size > 1:
+            cell_map = background.cell_map
+            size = background.cells_owned, PETSc.DETERMINE
+            self._values = PETSc.Vec().createGhost(cell_map.ghosts.astype(PETSc.IntType), size, comm=background.comm)
+
+    def with_ghosts(self, values):
+        """Values of this rank's cells, shape (m,), those of ghosts from the ranks that own them. Collective."""
+        if self._values is None:
+            return values
+        self._values.array_w[:] = values[:self._background.cells_owned]
+        self._values.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+        with self._values.localForm() as local:
+            return local.array_r.astype(values.dtype)
 
     def _all_nodes(self, cells):
         """Nodes of both cells without repetition, shape (n, M), and the places of the cells' own among them; cells: (n, 2,
@@ -74,16 +93,13 @@ class Facets:
         n, _, K = cells.shape
         both = np.sort(cells.reshape(n, 2 * K), axis=1)
         new = np.column_stack([np.ones(n, bool), np.diff(both, axis=1) != 0])
-        nodes = both[new].reshape(n, -1)
+        nodes = both[new].reshape(n, 2 * K - self._facet.shape[1])
         place = (nodes[:, None, None, :] == cells[..., None]).argmax(axis=-1)
         return nodes, place
 
-    def within(self, cover):
-        """Mask of the facets inside a cover, and their nodes in its numbering, shape (k, M)."""
-        inside = (cover.slot[self.cells] >= 0).all(axis=1)
-        local = np.full(len(self._background.x), -1)
-        local[cover.node] = np.arange(len(cover.node))
-        return inside, local[self.nodes[inside]]
+    def within(self, covered):
+        """Mask of the facets between cells of the mask ``covered``, shape (m,)."""
+        return covered[self.cells].all(axis=1)
 
     def _points(self):
         """Quadrature points [m], list of (n, D), and unit normals times the root of their weights, shape (n, D)."""
@@ -120,36 +136,43 @@ class Ghost:
 
     def __init__(self, facets, cover, density, h):
         """density: of the lightest body [kg/m^D]; h: size of a cell [m]."""
-        inside, self._nodes = facets.within(cover)
+        inside = facets.within(cover.covered)
+        self._nodes, self._facets, self._comm = cover.nodes_of_facets, facets, cover.comm
         self._cells, self._matrix = facets.cells[inside], np.ascontiguousarray(facets.matrix[inside])
         self._scale, self._volume = GAMMA * density * h**3, facets.volume
         self._weight = np.zeros(len(self._cells))
 
     def begin(self, step):
-        """Find the facets to hold; returns whether they are others than before."""
+        """Find the facets to hold; returns whether they are others than before. Collective."""
         fill, nodal = np.zeros(len(self._volume)), np.zeros((len(step.mass), 1))
         for part in step.parts:
             p = part.points
             fill += np.bincount(p.cell, p.V0 / part.thickness, len(fill))
-        fill /= self._volume
+        fill = self._facets.with_ghosts(fill / self._volume)
         beside = fill[self._cells]
-        both = (beside > 0.0).all(axis=1)
-        weight = np.where(both & (beside.min(axis=1) < FULL), self._scale, 0.0)
-        changed, self._weight = not np.array_equal(weight, self._weight), weight
-        self.held = self._anchored(fill, self._cells[both])
+        weight = np.where((beside.min(axis=1) < FULL) & (beside > 0.0).all(axis=1), self._scale, 0.0)
+        changed, self._weight = somewhere(self._comm, not np.array_equal(weight, self._weight))[0], weight
+        self.held = self._anchored(fill)
         for part in step.parts:
             part.hold(step, self.held, nodal)
+        step.cover.accumulate(nodal)
         self.lumped = nodal[:, 0]
         return changed
 
-    def _anchored(self, fill, linked):
-        """Mask of the cells that are full or linked to a full one, shape (cells,)."""
-        n = len(fill)
-        graph = coo_matrix((np.ones(len(linked), bool), (linked[:, 0], linked[:, 1])), shape=(n, n))
+    def _anchored(self, fill):
+        """Mask of the cells that are full or linked to a full one, shape (cells,). Rank by rank, until nothing more
+        comes over a border."""
+        n, links = len(fill), self._facets.links
+        links = links[(fill[links] > 0.0).all(axis=1)]
+        graph = coo_matrix((np.ones(len(links), bool), (links[:, 0], links[:, 1])), shape=(n, n))
         count, label = connected_components(graph, directed=False)
-        full = np.zeros(count, bool)
-        full[label[fill >= FULL]] = True
-        return full[label]
+        held, more = fill >= FULL, True
+        while more:
+            anchored = np.zeros(count, bool)
+            anchored[label[held]] = True
+            reached = self._facets.with_ghosts(anchored[label])
+            held, more = reached, somewhere(self._comm, (reached != held).any())[0]
+        return held
 
     def residual(self, a, R):
         """Add the forces for accelerations a [m/s^2] to R [N], both (nodes, D)."""

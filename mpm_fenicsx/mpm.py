@@ -41,7 +41,7 @@ class MPM:
 
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
                  rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto", halvings=0):
-        check_inertia(inertia, comm.size)
+        check_inertia(inertia)
         if not rebalance >= 1.0:
             raise ValueError(f"rebalance is {rebalance}: an imbalance is never below 1, give a larger number")
         self.comm, self.dim, self.grid = comm, grid.box.dim, grid
@@ -55,9 +55,8 @@ class MPM:
         check_inside(grid, x, "the body reaches out of the grid: a material point")
         self._support_scene, self.rebalance, self.balance, self._solver = tuple(supports), rebalance, [], solver
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
-        self._consistent = inertia != "lumped"
+        self._consistent, self._ghost = inertia != "lumped", inertia == "ghost"
         self.kernels = compile_transfers(self.background)
-        self._facets = Facets(self.background, self.kernels.shapes) if inertia == "ghost" else None
         self._make_conditions(interface, loads, penalties, Start(self.parts, self.gravity, body_force))
         for part in self.parts:
             part.compile(self.background, self._consistent)
@@ -153,6 +152,8 @@ class MPM:
     def _make_step(self, filled):
         if self.step is not None:
             self.step.destroy()
+        if self._ghost and self._facets is None:
+            self._facets = Facets(self.background, self.kernels.shapes)
         self.step = Step(self.background, filled, self.supports, self.parts, self.gravity, self.kernels,
                          self._consistent, self.phases, self.loads, self.penalties, self._solver, self._facets)
         self._attach()
@@ -186,7 +187,7 @@ class MPM:
         self.supports = Supports(self._support_scene, self.background.x)
         self._router = Router(self.comm, self.background.neighbours)
         self._no_slot = np.full(len(self.background.cells), -1, np.int32)
-        self.step = None
+        self.step = self._facets = None
 
     @property
     def points(self):

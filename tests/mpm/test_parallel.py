@@ -95,6 +95,7 @@ def run(run_ranks, tmp_path):
     ("quadrilateral", "linear", "lumped", "one"), ("triangle", "neo_hooke", "lumped", "one"),
     ("hexahedron", "linear", "lumped", "one"), ("tetrahedron", "neo_hooke", "lumped", "one"),
     ("quadrilateral", "neo_hooke", "lumped", "two"), ("tetrahedron", "neo_hooke", "lumped", "two"),
+    ("quadrilateral", "neo_hooke", "ghost", "two"), ("tetrahedron", "linear", "ghost", "one"),
     ("triangle", "neo_hooke", "lumped", "f_bar"), ("tetrahedron", "neo_hooke", "lumped", "f_bar")])
 def test_two_ranks_give_what_one_gives(run, cell, law, inertia, bodies):
     """To round-off for one body. With two bodies the grid is partitioned anew on the way, which makes a new tangent on two

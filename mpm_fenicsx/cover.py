@@ -13,19 +13,20 @@ class Cover:
     """Numbering, vectors and matrix of the covered cells.
 
     cells: (all local cells, K) nodes in the cover's local numbering (owned first, then ghosts), -1 outside; slot: (all
-    local cells,) row of an owned covered cell in the element matrices, -1 else; covered: (all local cells,) mask; node: (n,) the grid node behind each
-    local number; fixed: (n, D) mask of supported directions; element_matrices: (slots, K, D, D, K) [N/m], derivative by
-    (node, direction) of (direction, node).
+    local cells,) row of an owned covered cell in the element matrices, -1 else; covered: (all local cells,) mask; node:
+    (n,) the grid node behind each local number; fixed: (n, D) mask of supported directions; element_matrices: (slots,
+    K, D, D, K) [N/m], derivative by (node, direction) of (direction, node).
 
-    For F-bar: patch: (all local cells,) row of an owned covered cell's patch in patch_matrices, shape (patches, M, D, D,
-    M); place: (all local cells, K) places of its nodes among the M of the patch. A quadrilateral or a hexahedron is its own
-    patch, and these matrices are the element matrices. For ghost inertia: nodes_of_facets (facets, M) and facet_matrices,
-    shape (facets, D, M, M), by direction, node and node. Collective.
+    For F-bar: patch: (all local cells,) row of an owned covered cell's patch in patch_matrices, shape (patches, M, D,
+    D, M); place: (all local cells, K) places of its nodes among the M of the patch. A quadrilateral or a hexahedron is
+    its own patch, and these matrices are the element matrices. For ghost inertia: nodes_of_facets (facets, M) and
+    facet_matrices, shape (facets, D, M, M), by direction, node and node. Collective.
     """
 
     def __init__(self, background, filled, fixed, symmetric=True, averaged=False, facets=None):
         """filled: numbers of this rank's cells that hold points; fixed: (grid nodes, D) mask; symmetric: so
-        is the matrix; averaged: whether a body needs the patches; facets: None, or ``ghost.Facets`` that need matrices."""
+        is the matrix; averaged: whether a body needs the patches; facets: None, or ``ghost.Facets`` that need
+        matrices."""
         self.comm, self.dim = background.comm, background.dim
         self._vectors, self._symmetric = {}, symmetric
         grid_vec = self._ghosted(background.node_map, background.nodes_owned, 1)

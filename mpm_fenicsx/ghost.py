@@ -1,8 +1,8 @@
 """Ghost penalty on inertia: consistent inertia for bodies whose rim would make it singular.
 
 In a cell with one or two points the consistent mass has rank one or two, and soil that bears no stress adds nothing. On
-facets between filled cells of which at least one is filled less than ``FULL`` the acceleration's gradient is held together
-(as on the mass of cut finite elements in Sticko, Ludvigsson & Kreiss 2020, doi 10.1007/s10444-020-09785-z):
+facets between filled cells of which at least one is filled less than ``FULL`` the acceleration's gradient is held
+together (as on the mass of cut finite elements in Sticko, Ludvigsson & Kreiss 2020, doi 10.1007/s10444-020-09785-z):
 
     sum over facets of  GAMMA rho h^3 integral of [grad a . n] [grad w . n],
 
@@ -37,8 +37,8 @@ def local_facets(D, K):
 
 @njit(cache=True)
 def add_residual(nodes, matrix, weight, a, R):
-    """Add the penalty's force [N] to R for accelerations a [m/s^2], both (nodes, D); nodes: (facets, M), matrix: (facets, M,
-    M), weight: (facets,)."""
+    """Add the penalty's force [N] to R for accelerations a [m/s^2], both (nodes, D); nodes: (facets, M), matrix:
+    (facets, M, M), weight: (facets,)."""
     for f in range(len(nodes)):
         if weight[f] != 0.0:
             for p in range(nodes.shape[1]):
@@ -50,9 +50,9 @@ def add_residual(nodes, matrix, weight, a, R):
 
 
 class Facets:
-    """Inner facets of a grid, each on the rank of one of its cells: ``cells`` (n, 2) on both sides, ``nodes`` (n, M) of both,
-    and ``matrix`` (n, M, M), the integral of the products of the jumps of the normal derivatives [m^(D-3)]. ``links`` (k,
-    2): the cells beside all facets that touch a cell of this rank; ``volume`` (m,) of the cells [m^D]."""
+    """Inner facets of a grid, each on the rank of one of its cells: ``cells`` (n, 2) on both sides, ``nodes`` (n, M) of
+    both, and ``matrix`` (n, M, M), the integral of the products of the jumps of the normal derivatives [m^(D-3)].
+    ``links`` (k, 2): the cells beside all facets that touch a cell of this rank; ``volume`` (m,) of the cells [m^D]."""
 
     def __init__(self, background, shapes):
         """shapes: the kernel of that name, see ``shape``. Collective."""
@@ -88,8 +88,8 @@ class Facets:
             return local.array_r.astype(values.dtype)
 
     def _all_nodes(self, cells):
-        """Nodes of both cells without repetition, shape (n, M), and the places of the cells' own among them; cells: (n, 2,
-        K)."""
+        """Nodes of both cells without repetition, shape (n, M), and the places of the cells' own among them; cells: (n,
+        2, K)."""
         n, _, K = cells.shape
         both = np.sort(cells.reshape(n, 2 * K), axis=1)
         new = np.column_stack([np.ones(n, bool), np.diff(both, axis=1) != 0])
@@ -131,8 +131,9 @@ class Facets:
 
 
 class Ghost:
-    """The penalty in the cells of one cover. After ``begin``, ``lumped`` is the nodal mass [kg] of the cells that get lumped
-    inertia, shape (nodes,), and ``held`` a mask over the grid's cells with consistent inertia."""
+    """The penalty in the cells of one cover. After ``begin``, ``lumped`` is the nodal mass [kg] of the cells that get
+    lumped inertia, shape (nodes,), ``held`` a mask over the grid's cells with consistent inertia, and ``weight`` that of
+    each facet, shape (facets,), never changed in place."""
 
     def __init__(self, facets, cover, density, h):
         """density: of the lightest body [kg/m^D]; h: size of a cell [m]."""
@@ -140,7 +141,7 @@ class Ghost:
         self._nodes, self._facets, self._comm = cover.nodes_of_facets, facets, cover.comm
         self._cells, self._matrix = facets.cells[inside], np.ascontiguousarray(facets.matrix[inside])
         self._scale, self._volume = GAMMA * density * h**3, facets.volume
-        self._weight = np.zeros(len(self._cells))
+        self.weight = np.zeros(len(self._cells))
 
     def begin(self, step):
         """Find the facets to hold; returns whether they are others than before. Collective."""
@@ -151,7 +152,7 @@ class Ghost:
         fill = self._facets.with_ghosts(fill / self._volume)
         beside = fill[self._cells]
         weight = np.where((beside.min(axis=1) < FULL) & (beside > 0.0).all(axis=1), self._scale, 0.0)
-        changed, self._weight = somewhere(self._comm, not np.array_equal(weight, self._weight))[0], weight
+        changed, self.weight = somewhere(self._comm, not np.array_equal(weight, self.weight))[0], weight
         self.held = self._anchored(fill)
         for part in step.parts:
             part.hold(step, self.held, nodal)
@@ -176,8 +177,8 @@ class Ghost:
 
     def residual(self, a, R):
         """Add the forces for accelerations a [m/s^2] to R [N], both (nodes, D)."""
-        add_residual(self._nodes, self._matrix, self._weight, a, R)
+        add_residual(self._nodes, self._matrix, self.weight, a, R)
 
     def tangent(self, alpha, matrices):
         """Fill ``matrices`` [N/m], shape (facets, D, M, M), each direction on its own."""
-        matrices[:] = (alpha * self._weight[:, None, None] * self._matrix)[:, None]
+        matrices[:] = (alpha * self.weight[:, None, None] * self._matrix)[:, None]

@@ -1,4 +1,5 @@
-"""One implicit step on one cover: nodal fields, loads, residual and tangent for the SNES (the paper's phases I to III)."""
+"""One implicit step on one cover: nodal fields, loads, residual and tangent for the SNES (the paper's phases I to
+III)."""
 from time import perf_counter, time_ns
 
 import numpy as np
@@ -17,8 +18,8 @@ PHASES = ("search", "to grid", "tangent", "residual", "solve", "to points")
 class Step:
     """Advances the points of ``parts`` and ``boundary`` by one step, as often as they stay in the cells of ``cover``.
 
-    phases: seconds per phase, added to. After ``begin``: ``mass`` (nodes,) [kg], ``v``, ``a`` (nodes, D) at the start of
-    the step, and ``applied`` (D,), the sum of the loads [N] that reached the nodes. cell_mass: of a cell full of the
+    phases: seconds per phase, added to. After ``begin``: ``mass`` (nodes,) [kg], ``v``, ``a`` (nodes, D) at the start
+    of the step, and ``applied`` (D,), the sum of the loads [N] that reached the nodes. cell_mass: of a cell full of the
     lightest body [kg]. Collective.
     """
 
@@ -229,6 +230,8 @@ class Step:
         if self.tangent_is_valid:
             state.update(matrix=self._kept_matrix(),
                          tangent_data=np.array([self.tangent_dt, self.idle_scale, self.stiffness2, self.stiff]))
+        if self.ghost:
+            state.update(ghost=self.ghost.weight)
         return state
 
     def _kept_matrix(self):
@@ -247,6 +250,8 @@ class Step:
             if made != self._tangent_made or not self.tangent_is_valid:
                 self.cover.set_values(state["matrix"])
         self._tangent_made, self.tangent_is_valid = made, valid
+        if self.ghost:
+            self.ghost.weight = state["ghost"]
 
     def destroy(self):
         self.newton.destroy()

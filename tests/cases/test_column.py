@@ -97,6 +97,18 @@ def test_three_ranks_do_as_one(collapse, run_ranks, tmp_path):
         assert columns[name] == pytest.approx(history[name], rel=1e-6), name
 
 
+@pytest.mark.mpi
+def test_ghost_penalty_goes_over_the_borders_of_the_ranks(run_ranks, tmp_path):
+    """Of a dry column: facets, and chains of cells to a full one."""
+    for ranks in (1, 3):
+        done = run_ranks(ranks, "cases/column_collapse.py", "h=0.02", "dt=1e-3", "t_end=0.1", "inertia=ghost",
+                         f"out={tmp_path / str(ranks)}")
+        assert done.returncode == 0, done.stderr
+    one, three = (read(tmp_path / ranks / "history.csv") for ranks in "13")
+    for name in PINNED:
+        assert three[name] == pytest.approx(one[name], rel=1e-8), name
+
+
 @pytest.mark.validation
 def test_default_run(column, tmp_path):
     """On cells of 1 cm; regression, within what the tolerance of Newton's method leaves open. The front is 14.2 +- 0.7,

@@ -186,8 +186,8 @@ class Flow:
 
 
 def compare(history, p):
-    """Largest rise of the energy from step to step and growth of the volume, relative to the start; largest speed over that
-    of free fall from the top; arrival of the 99 % quantile at x = 30 cm after the paper's 0.25 s, relative."""
+    """Largest rise of the energy from step to step and growth of the volume, relative to the start; largest speed over
+    that of free fall from the top; arrival of the 99 % quantile at x = 30 cm after the paper's 0.25 s, relative."""
     start = p.rho * p.g * p.width * p.height**2 / 2 * (1.0 if p.dim == 2 else p.depth)
     volume = p.width * p.height * (1.0 if p.dim == 2 else p.depth)
     energy = np.concatenate([[start], history["energy"]])

@@ -109,9 +109,9 @@ def surface_of(p, interface):
 
 
 def warn_if_too_long(p, count, scene):
-    """One warning when the window is too long for the mass of one of ``count`` material points, where a sphere bears the
-    flow's pressure rho v^2 at the speed v of free fall. A disc loads its own point; spheres along an outline load the same
-    light node."""
+    """One warning when the window is too long for the mass of one of ``count`` material points, where a sphere bears
+    the flow's pressure rho v^2 at the speed v of free fall. A disc loads its own point; spheres along an outline load
+    the same light node."""
     sphere = scene.clusters[0].radii[0]
     mass = p.rho * p.width * p.height * p.depth / count
     if scene.wall.radius is None:

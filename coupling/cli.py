@@ -77,7 +77,8 @@ def _show(message, category, filename, lineno, file=None, line=None):
 
 
 def _stop(message, status, patience=None):
-    """End all ranks; those that do not share the error wait somewhere for this one and are aborted after ``patience``."""
+    """End all ranks; those that do not share the error wait somewhere for this one and are aborted after
+    ``patience``."""
     comm, sentence = MPI.COMM_WORLD, " ".join(str(message).split())
     sys.stdout.flush()
     if comm.rank == 0:

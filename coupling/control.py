@@ -33,8 +33,8 @@ class StepControl:
         return True
 
     def refuses(self, error, taken):
-        """Is the ``error`` of a step of ``taken`` units, which falls with its square, too large? It then counts as given
-        up. Otherwise the next step is chosen, not more than twice as long."""
+        """Is the ``error`` of a step of ``taken`` units, which falls with its square, too large? It then counts as
+        given up. Otherwise the next step is chosen, not more than twice as long."""
         if self._tolerance and error > 2.0 * self._tolerance and self.shorten(taken):
             return True
         self._good += 1

@@ -22,8 +22,8 @@ class Memory(NamedTuple):
 class Iterated:
     """In each window the MPM goes first, under the force predicted from the last ones, and the wall moves linearly to
     where the interface then is. The residual is what the DEM answers less that force. Both partitions are set back and
-    the window is repeated with a corrected force, at most ``iterate`` times, until the residual is at most ``tol`` times
-    the force in this window plus the mean force of the run so far.
+    the window is repeated with a corrected force, at most ``iterate`` times, until the residual is at most ``tol``
+    times the force in this window plus the mean force of the run so far.
 
     Both sides move alike to the last bit. Their forces differ by the residual, which the solid gets in the next window:
     its impulse is short of that of one residual at any time. NotConverged when it takes more repetitions.
@@ -47,8 +47,8 @@ class Iterated:
         self._memory, self._change, self._x, self._v = window.memory.scheme, None, window.x, window.v
 
     def __call__(self, number, time, dt, substeps, rewind, trend):
-        """The ``Window`` of ``dt`` [s] that ends at ``time`` [s]. rewind: sets both partitions back to its start; trend:
-        of the force so far."""
+        """The ``Window`` of ``dt`` [s] that ends at ``time`` [s]. rewind: sets both partitions back to its start;
+        trend: of the force so far."""
         force, clock, repeated = trend.predict(dt), Clock(), 0
         force = np.zeros_like(self._x) if force is None else force
         self._relax.set_state(self._memory.relax)

@@ -1,9 +1,9 @@
 """Motion from the solid's interface points to the wall nodes (eq. 22) and forces back by the transpose (eq. 23).
 
 Each rank keeps and multiplies a block of rows of the matrix H and a block of rows of its transpose, and the results are
-put together in the order of the ranks. A product with the transpose of a distributed matrix, as libraries offer it, adds
-what other ranks contribute in the order in which it arrives; with the transpose in rows of its own, every sum runs over
-ascending columns on one rank, and the result is the same to the last bit on any number of ranks.
+put together in the order of the ranks. A product with the transpose of a distributed matrix, as libraries offer it,
+adds what other ranks contribute in the order in which it arrives; with the transpose in rows of its own, every sum runs
+over ascending columns on one rank, and the result is the same to the last bit on any number of ranks.
 """
 import numpy as np
 from mpi4py import MPI
@@ -11,7 +11,8 @@ from scipy.sparse import coo_matrix, csr_matrix
 
 
 def share(n, comm):
-    """The rows, of n in all, that this rank keeps: a slice; and where the ranks' shares begin and end, shape (ranks + 1,)."""
+    """The rows, of n in all, that this rank keeps: a slice; and where the ranks' shares begin and end, shape (ranks +
+    1,)."""
     bounds = n * np.arange(comm.size + 1) // comm.size
     return slice(bounds[comm.rank], bounds[comm.rank + 1]), bounds
 
@@ -80,8 +81,8 @@ def nearest(x_solid, x_wall, comm=MPI.COMM_WORLD):
 
 
 def linear(x_solid, elements, x_wall, comm=MPI.COMM_WORLD):
-    """Each wall node follows the closest point of the interface's ``elements``, segments of shape (k, 2) or triangles of
-    shape (k, 3), by linear interpolation between their corners. ValueError for an element without extent."""
+    """Each wall node follows the closest point of the interface's ``elements``, segments of shape (k, 2) or triangles
+    of shape (k, 3), by linear interpolation between their corners. ValueError for an element without extent."""
     elements, p = np.asarray(elements), np.asarray(x_wall, float)[share(len(x_wall), comm)[0], None]
     corner = np.asarray(x_solid, float)[elements]
     _check_extent(corner)

@@ -8,8 +8,9 @@ from .couple import count_windows
 
 
 class Step(NamedTuple):
-    """What happened in one step. ``number`` counts from 1, ``time`` [s] is its end, ``dt`` [s] its length; ``x``, ``v``:
-    interface of the solid, shape (n, dim); ``seconds``: run time of the solid. The rest is as of a coupled window."""
+    """What happened in one step. ``number`` counts from 1, ``time`` [s] is its end, ``dt`` [s] its length; ``x``,
+    ``v``: interface of the solid, shape (n, dim); ``seconds``: run time of the solid. The rest is as of a coupled
+    window."""
 
     number: int
     time: float

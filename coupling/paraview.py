@@ -6,8 +6,8 @@ import numpy as np
 
 
 class ParaView:
-    """The time series of one run in ``folder``, by name; ``suffix`` ends their names. Every rank of ``comm`` writes what
-    it has, rank 0 lists the files. On one rank they are called NAME_TIME.vtu, on several NAME_TIME_RANK.vtu."""
+    """The time series of one run in ``folder``, by name; ``suffix`` ends their names. Every rank of ``comm`` writes
+    what it has, rank 0 lists the files. On one rank they are called NAME_TIME.vtu, on several NAME_TIME_RANK.vtu."""
 
     def __init__(self, folder, suffix, comm):
         self._folder, self._suffix, self._comm, self._series = folder, suffix, comm, {}

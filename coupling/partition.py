@@ -9,8 +9,8 @@ import numpy as np
 
 
 class Solid(Protocol):
-    """The continuum as the loop sees it: takes forces, answers with motion (eq. 26). It may have a method ``resample()``
-    that renews the points of its interface between two steps, see ``resampling``."""
+    """The continuum as the loop sees it: takes forces, answers with motion (eq. 26). It may have a method
+    ``resample()`` that renews the points of its interface between two steps, see ``resampling``."""
 
     time: float  # [s]
 
@@ -54,8 +54,8 @@ class BookedSolid(Solid, Protocol):
         """Kinds of energy now [J], name → number."""
 
     def snapshot(self) -> dict:
-        """For ParaView, this rank's piece: name → (positions, {cell type: connectivity}, data); "interface" is among them
-        on rank 0. The one method whose answer differs from rank to rank."""
+        """For ParaView, this rank's piece: name → (positions, {cell type: connectivity}, data); "interface" is among
+        them on rank 0. The one method whose answer differs from rank to rank."""
 
     def describe(self) -> dict:
         """Entries of report.json that only the solid knows."""

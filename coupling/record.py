@@ -27,10 +27,10 @@ class Record:
     case, parameters: name and keyword arguments of the run; out: folder; grains: None for a solid alone (``march``),
     which has no balance; columns: name → (unit, meaning, function of the ``Window``) of the case's own quantities;
     gravity: vertical component on the particles [m/s^2]; paraview: every how many windows the state is written, 0 for
-    never; label: goes into the file names when a case runs more than once; closed: nothing but the two exchanges energy,
-    so that a run which gains some is stopped (``balance.Unstable``). Collective; files are written by rank 0, the
-    ParaView files of points and grid by every rank. An error inside leaves the history so far and a report that names
-    it. Raises ValueError for a negative ``paraview`` and OSError when ``out`` cannot be written.
+    never; label: goes into the file names when a case runs more than once; closed: nothing but the two exchanges
+    energy, so that a run which gains some is stopped (``balance.Unstable``). Collective; files are written by rank 0,
+    the ParaView files of points and grid by every rank. An error inside leaves the history so far and a report that
+    names it. Raises ValueError for a negative ``paraview`` and OSError when ``out`` cannot be written.
     """
 
     def __init__(self, case, parameters, out, solid, grains, *, windows, columns, gravity=0.0, paraview=0, label="",

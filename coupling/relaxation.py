@@ -1,8 +1,9 @@
 """How the interface force is corrected from its residual, so that a window's iteration converges.
 
 The residual r(F) is the force that the grains answer less the force F that moved the solid. More force moves the wall
-away from the grains and lowers the answer, so that -dr/dF has eigenvalues from 1 (a solid that is heavy and stiff beside
-the grains) up to 1 + added mass ratio: the right relaxation lies between 0 and 1, and F + r diverges for ratios above 1.
+away from the grains and lowers the answer, so that -dr/dF has eigenvalues from 1 (a solid that is heavy and stiff
+beside the grains) up to 1 + added mass ratio: the right relaxation lies between 0 and 1, and F + r diverges for ratios
+above 1.
 
 All sums are those of numpy in a fixed order, without BLAS: every rank gets the same bits and takes the same branches.
 """
@@ -50,8 +51,8 @@ class Constant:
 
 
 class Aitken:
-    """Dynamic relaxation of Irons and Tuck (1969) in the form of Kuettler and Wall (2008, eq. 50): the secant of the last
-    two forces in contact, at most ``cap``. It is kept from window to window.
+    """Dynamic relaxation of Irons and Tuck (1969) in the form of Kuettler and Wall (2008, eq. 50): the secant of the
+    last two forces in contact, at most ``cap``. It is kept from window to window.
 
     A force that drives the bodies apart tells nothing of the slope in contact: the next one is a tenth of the way there
     from the last one in contact, or none.
@@ -94,9 +95,9 @@ class Aitken:
 
 class Quasi:
     """Interface quasi-Newton with the inverse Jacobian from least squares, IQN-ILS (Degroote et al. 2009, algorithm 3):
-    the differences of residuals and answers of this window and of the last ``reuse`` ones. A column that QR finds to add
-    less than ``filtering`` of its length to the newer ones is left out. Older windows are forgotten when other places
-    touch."""
+    the differences of residuals and answers of this window and of the last ``reuse`` ones. A column that QR finds to
+    add less than ``filtering`` of its length to the newer ones is left out. Older windows are forgotten when other
+    places touch."""
 
     def __init__(self, reuse=4, filtering=1e-3):
         self._reuse, self._filter, self._aitken = reuse, filtering, Aitken()

@@ -21,8 +21,8 @@ otherwise. Each run is
     stopped      it ended with one sentence that says why,
     wrong        anything else: a crash, a hang, a number that is not finite, energy out of nothing.
 
-It leaves stability.csv and stability.md, written anew after every run, and stability.png; the exit status is 1 when a run
-is wrong.
+It leaves stability.csv and stability.md, written anew after every run, and stability.png; the exit status is 1 when a
+run is wrong.
 """
 import csv
 import difflib

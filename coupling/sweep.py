@@ -19,8 +19,8 @@ PATIENCE = 10.0  # [s] for a run that was told to end
 
 class Result(NamedTuple):
     """One run: its swept ``keys`` (name → text); ``status``, "ok" or why not; seconds in windows and in all, largest
-    memory of a rank [MB], None where the run failed; ``errors``: name → number; ``sentence``: whether the run itself said
-    why it failed."""
+    memory of a rank [MB], None where the run failed; ``errors``: name → number; ``sentence``: whether the run itself
+    said why it failed."""
 
     keys: dict
     status: str

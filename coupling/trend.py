@@ -8,8 +8,8 @@ from .relaxation import norm
 
 class Trend(NamedTuple):
     """Force on the interface in the ``last`` window and in the one ``before`` [N], shape (n, dim), and their lengths
-    [s]; ``impulse`` [N s]: sum of the forces' norms times the windows, over the ``time`` [s] in which there was a force;
-    ``peak`` [N]: the largest norm."""
+    [s]; ``impulse`` [N s]: sum of the forces' norms times the windows, over the ``time`` [s] in which there was a
+    force; ``peak`` [N]: the largest norm."""
 
     last: np.ndarray = None
     dt_last: float = 0.0

@@ -143,8 +143,8 @@ def warn_if_window_too_long(scene, dt, mass, force=None):
     if dt > limit:
         modulus = scene.materials[scene.wall.material].E
         warnings.warn(f"the window of {dt:.3g} s exceeds 2 sqrt(m/k) = {limit:.3g} s of the contact with the moving "
-                      f"wall, whose modulus is {modulus:.3g} Pa, on nodes of m = {mass:.3g} kg: the force rings and may blow "
-                      "up; use shorter windows, a softer contact, or iterate=10", stacklevel=3)
+                      f"wall, whose modulus is {modulus:.3g} Pa, on nodes of m = {mass:.3g} kg: the force rings and may "
+                      "blow up; use shorter windows, a softer contact, or iterate=10", stacklevel=3)
 
 
 def check_window(steps, x, v, scene):

@@ -6,7 +6,8 @@ from numba import njit
 
 # Numba's cache does not notice that a function called from another file has changed: the package's sources go into the
 # names by which it keeps the kernels.
-SOURCES = hashlib.sha1(b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()[:12]
+FILES = sorted(Path(__file__).parent.glob("*.py"))
+SOURCES = hashlib.sha1(b"".join(path.read_bytes() for path in FILES)).hexdigest()[:12]
 
 
 def compiled(function):

@@ -164,8 +164,8 @@ def longest_window(scene, mass, force=None):
 
     2 sqrt(m/k), the stability limit of a mass on a spring that is taken explicitly, once per window; k: stiffness of a
     Hertz contact, 2 E* sqrt(R d), of the sphere that meets the wall with the greatest one, at the overlap d under
-    ``force`` [N], by default at an overlap of its radius, when its centre is on the surface. Infinite when nothing can meet
-    the wall. Several spheres at one node, and nodes that carry less mass, shorten it.
+    ``force`` [N], by default at an overlap of its radius, when its centre is on the surface. Infinite when nothing can
+    meet the wall. Several spheres at one node, and nodes that carry less mass, shorten it.
     """
     balls, number = parts.grains(scene), {name: k for k, name in enumerate(scene.names)}
     if not len(balls.x) or not len(scene.wall.elements):

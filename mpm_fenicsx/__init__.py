@@ -1,4 +1,5 @@
-"""Implicit material point method on dolfinx background meshes; PETSc SNES solves, material points are the quadrature."""
+"""Implicit material point method on dolfinx background meshes; PETSc SNES solves, material points are the
+quadrature."""
 import sys
 
 import petsc4py

@@ -1,4 +1,5 @@
-"""The only file with names of dolfinx and PETSc that differ between versions (written for dolfinx 0.5, petsc4py 3.18)."""
+"""The only file with names of dolfinx and PETSc that differ between versions (written for dolfinx 0.5, petsc4py
+3.18)."""
 import ctypes
 
 import numpy as np

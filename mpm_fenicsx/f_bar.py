@@ -1,13 +1,13 @@
 """F-bar: the volume change of a step averaged over a patch of cells, against locking of bodies that keep their volume.
 
 A patch is one quadrilateral or hexahedron (de Souza Neto et al. 1996, doi 10.1016/0020-7683(95)00259-6, with points for
-quadrature) or several simplices (``patches``). F = r (I + du/dx) F_old, r = (j_mean / j)^(1/D), where j = det(I + du/dx) and
-j_mean its mean over the patch's points by volume; then T = r P F_old^T, and F keeps the mean. The mean couples all nodes of
-a patch, by a matrix of rank one: (change of the forces with ln j_mean) x (gradient of ln j_mean).
+quadrature) or several simplices (``patches``). F = r (I + du/dx) F_old, r = (j_mean / j)^(1/D), where j = det(I +
+du/dx) and j_mean its mean over the patch's points by volume; then T = r P F_old^T, and F keeps the mean. The mean
+couples all nodes of a patch, by a matrix of rank one: (change of the forces with ln j_mean) x (gradient of ln j_mean).
 
 Templates and arguments: see ``weakform``. volume: (patches, 2) volumes at the end and at the start of the step [m^3];
-gradient: (patches, M, D) derivative of the first by the displacements of the patch's M nodes [m^2]; push: (patches, M, D)
-derivative of the forces by ln j_mean [N].
+gradient: (patches, M, D) derivative of the first by the displacements of the patch's M nodes [m^2]; push: (patches, M,
+D) derivative of the forces by ln j_mean [N].
 """
 import numpy as np
 

@@ -6,8 +6,9 @@ import numpy as np
 
 def at_rest(top, rho, gravity, ratio):
     """Stress under a level surface at height ``top`` [m]: a function from positions [m], shape (n, dim), to the normal
-    stresses along x, y and z [Pa], shape (n, 3), for the field ``stress`` of ``Body``. gravity: downward [m/s^2]; ratio: of
-    horizontal to vertical stress, as 1 - sin phi (Jaky 1944) or nu / (1 - nu) (elastic, held at the sides)."""
+    stresses along x, y and z [Pa], shape (n, 3), for the field ``stress`` of ``Body``. gravity: downward [m/s^2];
+    ratio: of horizontal to vertical stress, as 1 - sin phi (Jaky 1944) or nu / (1 - nu) (elastic, held at the
+    sides)."""
     if not (math.isfinite(ratio) and ratio >= 0.0):
         raise ValueError(f"the ratio of horizontal to vertical stress is {ratio}: give 0 or a positive number")
 

@@ -1,7 +1,7 @@
 """The distributed background grid.
 
-No function space is made: the mesh's geometry already has nodes, cells and their index maps, and the form compiler stays
-out of the start.
+No function space is made: the mesh's geometry already has nodes, cells and their index maps, and the form compiler
+stays out of the start.
 """
 import numpy as np
 from mpi4py import MPI

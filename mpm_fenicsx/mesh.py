@@ -223,8 +223,8 @@ def corner_volumes(x, cell):
 def lattice(box, counts, cell):
     """Vertices, shape (n, D), and cells, shape (m, K), of a regular mesh; direction 0 runs fastest in both.
 
-    Simplices: each box cell is cut into D! of them along its main diagonal (Kuhn), numbered by the permutation that sorts
-    the local coordinates downwards.
+    Simplices: each box cell is cut into D! of them along its main diagonal (Kuhn), numbered by the permutation that
+    sorts the local coordinates downwards.
     """
     D = box.dim
     axes = [np.linspace(lo, hi, n + 1) for lo, hi, n in zip(box.lower, box.upper, counts)]

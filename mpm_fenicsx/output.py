@@ -30,8 +30,8 @@ def _points(mpm):
 
 
 def _grid(mpm):
-    """Cells and nodes in the order of the whole grid. A node of mass in a cell of this rank is in this rank's cover, for
-    that reaches one layer beyond the filled cells; so nobody has to be asked."""
+    """Cells and nodes in the order of the whole grid. A node of mass in a cell of this rank is in this rank's cover,
+    for that reaches one layer beyond the filled cells; so nobody has to be asked."""
     background = mpm.background
     vertices, cells = background.whole
     own = cells[np.sort(background.original_cell[:background.cells_owned])]
@@ -65,7 +65,7 @@ def _point_fields(parts):
 
 
 def describe(mpm):
-    """Entries of report.json: ``solver``; ``imbalance``, most points on one rank over the mean, now; ``balance``, a list
-    of [step, imbalance before, after] of the new partitions. Collective."""
+    """Entries of report.json: ``solver``; ``imbalance``, most points on one rank over the mean, now; ``balance``, a
+    list of [step, imbalance before, after] of the new partitions. Collective."""
     return {"solver": mpm.step.newton.describe(), "imbalance": round(mpm.imbalance(), 4),
             "balance": [[step, round(before, 4), round(after, 4)] for step, before, after in mpm.balance]}

@@ -29,7 +29,8 @@ def modulus(law, dim):
 def make_penalties(scene, background, start):
     """``Penalties`` of a scene, those in space and those that follow the body apart, as a tuple of none to two.
 
-    scene: ``Penalty`` and ``GridWall`` records; start: the bodies, see ``parts.Start``. Raises ValueError for a surface of another dimension.
+    scene: ``Penalty`` and ``GridWall`` records; start: the bodies, see ``parts.Start``. Raises ValueError for a surface
+    of another dimension.
     """
     if not scene:
         return ()

@@ -23,8 +23,8 @@ def whole_numbers(value, dim, name):
 
 @dataclass(frozen=True)
 class Grid:
-    """Regular background grid: ``box`` divided into ``cells`` per direction; cell: kind of cell, None for quadrilaterals
-    and hexahedra."""
+    """Regular background grid: ``box`` divided into ``cells`` per direction; cell: kind of cell, None for
+    quadrilaterals and hexahedra."""
 
     box: Box
     cells: Tuple[int, ...]
@@ -79,13 +79,13 @@ class Body:
 
     shape: a ``Box`` divided into ``cells`` body cells of kind ``cell``; a ``Mesh``, whose cells are the body cells
     (``cells`` is None); or a ``Cloud`` (``cells`` and ``points`` are None). points: per body cell, for quadrilaterals
-    and hexahedra per direction (tensor Gauss rule, 1 to 6), for simplices in all (triangles 1, 3, 6, 7 or 12, tetrahedra
-    1, 4, 14, 15 or 24). stress_state: ``plane_stress`` or ``plane_strain`` (default) in the plane,
+    and hexahedra per direction (tensor Gauss rule, 1 to 6), for simplices in all (triangles 1, 3, 6, 7 or 12,
+    tetrahedra 1, 4, 14, 15 or 24). stress_state: ``plane_stress`` or ``plane_strain`` (default) in the plane,
     ``three_dimensional``. thickness: of a plane body [m]. velocity: initial velocity [m/s], shape (dim,), or a function
     from positions (n, dim) to velocities (n, dim). f_bar: average the volume change over each cell of the background
-    grid, or over patches of its triangles and tetrahedra, against locking of bodies that keep their volume. stress: normal stresses
-    along x, y and z at the start [Pa], shape (n, 3), as a function of positions (n, dim), see ``geostatic``; the body is
-    then at rest, not in free fall.
+    grid, or over patches of its triangles and tetrahedra, against locking of bodies that keep their volume. stress:
+    normal stresses along x, y and z at the start [Pa], shape (n, 3), as a function of positions (n, dim), see
+    ``geostatic``; the body is then at rest, not in free fall.
     """
 
     shape: object

@@ -18,8 +18,8 @@ class Set(NamedTuple):
 
 
 class Sets:
-    """The ``Set`` records of a scene; names of material points start with "points". All methods but ``filled`` and the state's are
-    collective."""
+    """The ``Set`` records of a scene; names of material points start with "points". All methods but ``filled`` and the
+    state's are collective."""
 
     def __init__(self, comm, sets):
         self._comm, self._sets = comm, tuple(sets)

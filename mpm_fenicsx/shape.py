@@ -1,8 +1,8 @@
 """Basis functions at the points: P1 on triangles and tetrahedra, Q1 on quadrilaterals and hexahedra of any shape.
 
 The kernels are templates: ``specialise`` fixes D (dimension), K (nodes per cell) and AFFINE (simplices, parallelograms,
-parallelepipeds: the map to the reference cell is linear). basix tabulates the same functions in ten times the time; it is
-the oracle of the tests.
+parallelepipeds: the map to the reference cell is linear). basix tabulates the same functions in ten times the time; it
+is the oracle of the tests.
 """
 import numpy as np
 
@@ -129,7 +129,8 @@ def shapes(cell, x, corner, inverse, N, G):
 
 
 def cell_maps(x, cells):
-    """Vertices (m, K, D) [m] and inverse Jacobian at the middle (m, D, D) [1/m] of cells, and whether all are affine."""
+    """Vertices (m, K, D) [m] and inverse Jacobian at the middle (m, D, D) [1/m] of cells, and whether all are
+    affine."""
     D, corner = x.shape[1], x[cells]
     K = cells.shape[1]
     if K == D + 1:

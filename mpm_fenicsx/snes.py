@@ -42,11 +42,11 @@ class Newton:
     """One SNES over one cover. residual(u, r): fills r from u, both (owned, D); tangent(): fills the matrix at the
     deformation of the last residual. Collective.
 
-    tangent is called with whether it was asked for, and whether always or once in a step will do where inertia dominates.
-    watched: it is called in every iteration and may find that the kept
+    tangent is called with whether it was asked for, and whether always or once in a step will do where inertia
+    dominates. watched: it is called in every iteration and may find that the kept
     one still holds. kinks: the residual is piecewise linear, as of springs that open, stick and slide. They have a
-    potential: line search cp finds its minimum along a line, where bt gets stuck on the residual's norm. symmetric: so is
-    the tangent. plastic: it changes with the load, so every iteration gets a new one. solver: one of
+    potential: line search cp finds its minimum along a line, where bt gets stuck on the residual's norm. symmetric: so
+    is the tangent. plastic: it changes with the load, so every iteration gets a new one. solver: one of
     ``solvers.SOLVERS``; ValueError when it does not exist or does not suit the tangent.
     """
 
@@ -116,7 +116,8 @@ class Newton:
 
     def _fail(self, error):
         """Keep an error until after the solve, where PETSc's vectors are unlocked. On several ranks leave the solve at
-        once: those without the error wait for this one in the middle of their residual, and no solve comes to its end."""
+        once: those without the error wait for this one in the middle of their residual, and no solve comes to its
+        end."""
         self._failure = error
         if self._cover.comm.size > 1:
             raise error

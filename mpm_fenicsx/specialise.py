@@ -12,8 +12,8 @@ import types
 from numba import njit
 
 OPTIONS = dict(error_model="numpy", fastmath={"contract"})
-# For small functions that kernels call, with their sizes as arguments: LLVM inlines them and unrolls their loops. Numba's
-# own inlining does as well at run time, but doubles or triples the time that a kernel takes to compile.
+# For small functions that kernels call, with their sizes as arguments: LLVM inlines them and unrolls their loops.
+# Numba's own inlining does as well at run time, but doubles or triples the time that a kernel takes to compile.
 inlined = njit(forceinline=True, **OPTIONS)
 
 

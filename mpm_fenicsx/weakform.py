@@ -8,10 +8,10 @@ T = P F_old^T (the stress that works on du/dx, per undeformed volume)
 
 With FBAR, F = r (I + du/dx) F_old and T = r P F_old^T with a mean volume change in r, see ``f_bar``.
 
-Templates: ``specialise`` fixes D, K, FBAR, CONSISTENT (inertia as in eq. 11; otherwise the caller adds lumped inertia) and the
-law as ``point_stress``, ``point_tangent`` or ``energy``. Arguments throughout: cell (n,) cells of the points; cells
-(m, K) nodes; slot, patch (m,) and place (m, K): see ``cover``; volume, gradient, push: see ``f_bar``; N (n, K), G (n, K, D)
-basis values and gradients [1/m]; mass (n,) [kg]; V0 (n,) undeformed volume [m^3];
+Templates: ``specialise`` fixes D, K, FBAR, CONSISTENT (inertia as in eq. 11; otherwise the caller adds lumped inertia)
+and the law as ``point_stress``, ``point_tangent`` or ``energy``. Arguments throughout: cell (n,) cells of the points;
+cells (m, K) nodes; slot, patch (m,) and place (m, K): see ``cover``; volume, gradient, push: see ``f_bar``; N (n, K), G
+(n, K, D) basis values and gradients [1/m]; mass (n,) [kg]; V0 (n,) undeformed volume [m^3];
 F_old, F (n, D, D) and F33_old, F33 (n,) deformation at the start and the end of the step; old, new (n,) state records;
 p the law's parameters; u (nodes, D) [m], a (nodes, D) [m/s^2].
 """
@@ -90,8 +90,8 @@ def _pull(A, F_old, weight, D, half, B):
 def tangent(cell, cells, slot, patch, place, volume, N, G, mass, V0, F_old, F33_old, old, p, alpha, u, F, F33, new, push,
             Ke):
     """Add the point's share to the element matrices Ke [N/m], shape (slots, K, D, D, K): Ke[c, b, k, i, e] is the
-    derivative of the force on node e in direction i by the displacement of node b in direction k, the mean volume change
-    held; to push the derivative by its logarithm. F and F33 hold the deformation at which the tangent is wanted.
+    derivative of the force on node e in direction i by the displacement of node b in direction k, the mean volume
+    change held; to push the derivative by its logarithm. F and F33 hold the deformation at which the tangent is wanted.
 
     Sums in scalars and one flat index per element matrix: half the time of the same loops over small arrays.
     """

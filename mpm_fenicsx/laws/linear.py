@@ -98,5 +98,6 @@ def energy(p, F, F33, old):
 
 
 def linear(E: float, nu: float) -> Law:
-    """Linear elastic law with Young's modulus E [Pa] and Poisson's ratio nu; raises ValueError outside -1 < nu < 0.5."""
+    """Linear elastic law with Young's modulus E [Pa] and Poisson's ratio nu; raises ValueError outside -1 < nu <
+    0.5."""
     return Law("linear", Params(*lame(E, nu)), ELASTIC_STATE, stress, tangent, energy, thickness)

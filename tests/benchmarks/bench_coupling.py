@@ -2,8 +2,8 @@
 
     python tests/benchmarks/bench_coupling.py [parts=rates,methods,masses]
 
-A coarse beam, struck by the sphere, with the built-in DEM and DEM steps of 5e-8 s. Prints Markdown for docs/coupling.md;
-nothing passes or fails here.
+A coarse beam, struck by the sphere, with the built-in DEM and DEM steps of 5e-8 s. Prints Markdown for
+docs/coupling.md; nothing passes or fails here.
 """
 import contextlib
 import io

@@ -78,7 +78,8 @@ def pieces():
         times = {}
         for entry in ElementTree.parse(folder / f"{name}.pvd").findall("Collection/DataSet"):
             part = entry.get("part")
-            times.setdefault(float(entry.get("timestep")), {})[part and int(part)] = meshio.read(folder / entry.get("file"))
+            times.setdefault(float(entry.get("timestep")), {})[part and int(part)] = meshio.read(folder /
+            entry.get("file"))
         return list(times.items())
 
     return collect

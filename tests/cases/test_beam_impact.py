@@ -97,7 +97,8 @@ def test_half_the_energy_is_lost_with_restitution(run):
 
 
 def test_iterating_brings_both_sides_together(run, backend):
-    """Windows of 16 us, of which a contact lasts ten: the interface makes no energy, and the rest is as with short ones."""
+    """Windows of 16 us, of which a contact lasts ten: the interface makes no energy, and the rest is as with short
+    ones."""
     weak, iterated = (only(run(dem=backend, dt=16e-6, substeps=320, t_end=1.92e-4, **keys))
                       for keys in ({}, {"iterate": 20}))
     assert abs(weak["interface_error"][-1]) > 0.005 and abs(iterated["interface_error"]).max() < 1e-4
@@ -219,8 +220,8 @@ def test_default_against_timoshenko(case, tmp_path):
 
 @pytest.mark.validation
 def test_paper_against_timoshenko(case, backend, tmp_path):
-    """Measured: force 0.59 %, deflection 1.44 %, velocity 1.26 %, energy at most 1.04e-3 on the way, whatever the window:
-    that is the projection on the paper's grid, which is coarser than the default's."""
+    """Measured: force 0.59 %, deflection 1.44 %, velocity 1.26 %, energy at most 1.04e-3 on the way, whatever the
+    window: that is the projection on the paper's grid, which is coarser than the default's."""
     check_against_timoshenko(only(case.main(**case.PRESETS["paper"], dem=backend, out=str(tmp_path))), tmp_path, 1.2e-3)
 
 

@@ -31,7 +31,8 @@ def distorted():
 
 
 def make_distorted(cell, counts=None, by=0.2, box=None, seed=1):
-    """Mesh of a box (default 2 x 1.5 [x 1] m), inner vertices moved by up to ``by`` of a cell's size, cells shuffled."""
+    """Mesh of a box (default 2 x 1.5 [x 1] m), inner vertices moved by up to ``by`` of a cell's size, cells
+    shuffled."""
     D = 2 if cell in ("quadrilateral", "triangle") else 3
     box = box or Box((0.0, 0.0, 0.0)[:D], (2.0, 1.5, 1.0)[:D])
     counts = counts or (4, 3, 2)[:D]

@@ -153,8 +153,8 @@ def test_the_tree_finds_the_cell_of_every_point(bent):
 
 
 def test_the_walk_finds_the_cell_of_every_point(bent):
-    """From the cell of another point at random; what the walk loses, Newton's inverse map having failed far away or the way
-    being barred by the boundary, the tree finds. Between neighbours the walk alone is enough."""
+    """From the cell of another point at random; what the walk loses, Newton's inverse map having failed far away or the
+    way being barred by the boundary, the tree finds. Between neighbours the walk alone is enough."""
     mesh, background = bent
     (x, cell), (other, _) = inside_points(mesh), inside_points(mesh, seed=4)
     points = points_at(other)

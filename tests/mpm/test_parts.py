@@ -41,7 +41,8 @@ def whole(solid, field):
 
 @pytest.mark.parametrize("law", [linear(1e3, 0.3), neo_hooke(1e3, 0.3)], ids=lambda law: law.name)
 def test_two_halves_of_one_material_are_one_body(start, any_cell, law):
-    """Same points, same motion, to what Newton's method makes of round-off (measured 3e-10); the points come in another order."""
+    """Same points, same motion, to what Newton's method makes of round-off (measured 3e-10); the points come in another
+    order."""
     D = dim(any_cell)
     spin = dict(velocity=lambda x: np.column_stack([-x[:, 1], x[:, 0], 0 * x[:, 0]])[:, :D])
     top = Interface(np.array([(0.5, 0.9, 0.5), (1.2, 0.9, 0.5)])[:, :D], np.zeros((0, D), int))
@@ -105,7 +106,8 @@ def test_contrast_in_motion(start, any_cell):
 
 
 def test_sums_over_the_bodies(start):
-    """Momentum and kinetic energy by hand; the points are numbered through; what ParaView shows tells the bodies apart."""
+    """Momentum and kinetic energy by hand; the points are numbered through; what ParaView shows tells the bodies
+    apart."""
     bodies = [block("quadrilateral", 0.0, 1.0, rho=2.0, velocity=(1.0, 0.0)),
               block("quadrilateral", 1.5, 3.0, neo_hooke(1e4, 0.2), rho=3.0, velocity=(0.0, -2.0))]
     solid = start(grid_of("quadrilateral"), bodies, gravity=(0.0, -1.0))

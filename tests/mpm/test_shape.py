@@ -23,8 +23,8 @@ def tabulate(cells, corners, cell, x):
 @pytest.fixture(params=[(name, bent) for name in DIMS for bent in (False, True) if not bent or name[0] in "qh"],
                 ids=lambda p: p[0] + " bent" * p[1])
 def sample(request):
-    """Random points of one cell: basix' vertices moved by an affine map o + J xi, and for a bent cell each by up to 0.15
-    more. Cell name, vertices, xi, x, N, G."""
+    """Random points of one cell: basix' vertices moved by an affine map o + J xi, and for a bent cell each by up to
+    0.15 more. Cell name, vertices, xi, x, N, G."""
     (name, bent), D = request.param, DIMS[request.param[0]]
     random = np.random.default_rng(1)
     J, o = np.eye(D) + random.uniform(-0.4, 0.4, (D, D)), random.normal(size=D)

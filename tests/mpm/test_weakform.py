@@ -78,8 +78,8 @@ def test_matrix_with_f_bar_is_the_derivative_too(averaged, law, taylor_rate):
 
 
 def test_f_bar_keeps_one_volume_change_per_patch(averaged):
-    """After a step det F / det F_old is the same for all points of a patch, and the patch's volume is what it was without
-    the mean."""
+    """After a step det F / det F_old is the same for all points of a patch, and the patch's volume is what it was
+    without the mean."""
     problem = averaged(linear(1e3, 0.3))
     part, background = problem.solid.parts[0], problem.solid.background
     patch = np.arange(len(background.cells)) if background.patch is None else background.patch[background.original_cell]

@@ -5,6 +5,8 @@ stays out of the start.
 """
 import numpy as np
 from mpi4py import MPI
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from . import compat
 from .mesh import lattice
@@ -92,6 +94,17 @@ class Background:
         mine = rank == self.comm.rank
         points.take(mine)
         points.cell[:] = self.search.local(number[mine])
+
+    def groups(self, cells):
+        """How many groups without common nodes the ``cells`` of all ranks make; known on the first rank. Collective."""
+        cells = self.comm.gather(self.original_cell[cells])
+        if cells is None:
+            return 0
+        nodes = self.whole[1][np.concatenate(cells)]
+        n, nodes = len(nodes), np.unique(nodes, return_inverse=True)[1].reshape(nodes.shape)
+        pairs = np.repeat(np.arange(n), nodes.shape[1]), n + nodes.ravel()
+        joined = coo_matrix((np.ones(nodes.size, bool), pairs), shape=(n + nodes.max() + 1,) * 2)
+        return connected_components(joined, directed=False)[0]
 
     def _ranks_around(self):
         """Ranks with which this one shares cells, in both directions alike."""

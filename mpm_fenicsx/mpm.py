@@ -12,7 +12,7 @@ from .grid import Background, check_inside
 from .kernels import compile_transfers
 from .loads import SurfaceLoads
 from .migrate import Router
-from .parts import Start, make_parts
+from .parts import Start, make_parts, warn_if_in_pieces
 from .penalty import make_penalties, reaction
 from .sets import Set, Sets
 from .snes import unused_options
@@ -24,15 +24,15 @@ class MPM:
 
     supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given to
     ``advance`` and follow the motion; loads: ``Load`` records; penalties: ``Penalty`` and ``GridWall`` records; gravity:
-    [m/s^2], shape (dim,); inertia: "consistent" (eq. 11), "lumped" or "ghost" (consistent, see ``ghost``); rebalance: imbalance of material points over the
-    ranks from which the grid is partitioned anew; body_force: force per mass [m/s^2] besides gravity, a function of the
-    points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim); solver: of ``SOLVERS``;
-    halvings: how many times a step in which Newton's method fails is halved before that is an error.
+    [m/s^2], shape (dim,); inertia: "consistent" (eq. 11), "lumped" or "ghost", see ``ghost``; rebalance: imbalance of
+    material points over the ranks from which the grid is partitioned anew; body_force: force per mass [m/s^2] besides
+    gravity, a function of the points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim);
+    solver: of ``SOLVERS``; halvings: how often a step in which Newton's method fails is halved.
 
     ``parts`` are the bodies with their points, numbered through, see ``parts.Part``; ``phases`` sums the seconds spent
     per phase, ``iterations`` is the number of Newton iterations of the last ``advance``, ``substeps`` of the steps that
-    it took, ``count`` the number of material points in all, ``balance`` lists new partitions of the grid: (step, imbalance
-    before, after). Everything is collective.
+    it took, ``count`` the number of material points, ``balance`` lists new partitions: (step, imbalance before, after).
+    Everything is collective.
 
     Raises ValueError for a scene that cannot be run, MPMError and MPMDiverged when a step fails.
     """
@@ -47,13 +47,12 @@ class MPM:
         self.comm, self.dim, self.grid = comm, grid.box.dim, grid
         self.gravity = np.zeros(self.dim) if gravity is None else np.array(gravity, float)
         self.time, self.steps, self.iterations, self.substeps, self._halvings = 0.0, 0, 0, 1, halvings
-        self._settled = False  # whether the points are in their cells
-        self.phases = dict.fromkeys(PHASES, 0.0)
+        self._settled, self.phases = False, dict.fromkeys(PHASES, 0.0)  # settled: the points are in their cells
         self.parts = make_parts(body if isinstance(body, (list, tuple)) else [body], grid, self.gravity, body_force)
         x = np.concatenate([part.points.x for part in self.parts])
-        self.count = len(x)
         check_inside(grid, x, "the body reaches out of the grid: a material point")
-        self._support_scene, self.rebalance, self.balance, self._solver = tuple(supports), rebalance, [], solver
+        self.count, self.rebalance, self.balance = len(x), rebalance, []
+        self._support_scene, self._solver = tuple(supports), solver
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent, self._ghost = inertia != "lumped", inertia == "ghost"
         self.kernels = compile_transfers(self.background)
@@ -61,6 +60,7 @@ class MPM:
         for part in self.parts:
             part.compile(self.background, self._consistent)
             self.background.keep_mine(part.points, np.full(len(part.points), "the body"))
+        warn_if_in_pieces(self.parts, self.background)
         self._search()
 
     def _make_conditions(self, interface, loads, penalties, start):
@@ -152,8 +152,8 @@ class MPM:
     def _make_step(self, filled):
         if self.step is not None:
             self.step.destroy()
-        if self._ghost and self._facets is None:
-            self._facets = Facets(self.background, self.kernels.shapes)
+        if self._ghost:
+            self._facets = self._facets or Facets(self.background, self.kernels.shapes)
         self.step = Step(self.background, filled, self.supports, self.parts, self.gravity, self.kernels,
                          self._consistent, self.phases, self.loads, self.penalties, self._solver, self._facets)
         self._attach()

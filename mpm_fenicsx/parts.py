@@ -1,4 +1,6 @@
 """The bodies of a scene as parts of the partition: each with points, kernels of its law and work arrays of its own."""
+import warnings
+
 import numpy as np
 
 from .geostatic import put_stress
@@ -192,3 +194,12 @@ class Start:
         """``of_law(law, dim)`` of the law at each place, shape (n,)."""
         values = np.array([of_law(part.body.law, part.body.dim) for part in self.parts])
         return values[self.body(x)]
+
+
+def warn_if_in_pieces(parts, background):
+    """One warning for each body whose points are too far apart for the grid to hold it together. Collective."""
+    for n, part in enumerate(parts):
+        groups = background.groups(np.unique(part.points.cell))
+        if groups > 1:
+            warnings.warn(f"the material points of body {n + 1} lie in {groups} groups of cells without common nodes, and "
+                          "nothing holds these together: seed more points, or take a coarser grid", stacklevel=3)

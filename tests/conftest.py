@@ -65,13 +65,15 @@ def start_ranks():
     the test is skipped, or fails when mpi is required."""
     if shutil.which("mpirun") is None:
         (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
-    env = dict(os.environ, PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1")
+    # Without what MPI tells the children of this process, or of the one that started it to run tests side by side.
+    env = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_"))}
+    env.update(PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1")
     started = []
 
     def start(n, *words):
         command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(n), sys.executable, *map(str, words)]
         started.append(subprocess.Popen(command, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
-        return started[-1]  # env is explicit: os.environ has none of what MPI, running here, tells its children
+        return started[-1]
 
     yield start
     for process in started:

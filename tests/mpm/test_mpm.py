@@ -1,4 +1,6 @@
 """Mechanics of the whole partition against closed forms."""
+import warnings
+
 import numpy as np
 import pytest
 
@@ -229,3 +231,15 @@ def test_steps_of_other_size_need_no_restart(make_mpm):
     for dt in (0.0, -1.0, np.nan, np.inf):
         with pytest.raises(ValueError, match=f"dt is {dt} s"):
             solid.advance(dt)
+
+
+@pytest.mark.parametrize("cells, groups", [((5, 3), None), ((3, 3), 2), ((3, 1), 2)])
+def test_points_too_far_apart_to_hold_together(make_mpm, cells, groups):
+    """In the plane, 2 m x 1 m on cells of 0.5 m, one point per body cell: three along leave a column empty."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        make_mpm("quadrilateral", body_cells=cells, points=1, interface=None)
+    words = [str(warning.message) for warning in said]
+    assert words == ([] if groups is None else [
+        f"the material points of body 1 lie in {groups} groups of cells without common nodes, and nothing holds these "
+        "together: seed more points, or take a coarser grid"])

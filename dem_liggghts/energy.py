@@ -54,9 +54,10 @@ def _of_all(x, radius, kind, body, nodes, elements, traits, between, at_wall):
     """Both sums [J]. Takes plain arrays: numba looks up the types of named tuples anew in every call, which costs more
     than the sums."""
     wall, none, energy = MovingWall(nodes, np.zeros_like(nodes), elements, traits), nothing(len(x)), 0.0
+    history = len(x) < 0  # no; for the word False numba would compile the searches once more
     if len(x) > 1:
-        energy += _of_pairs(x, radius, kind, near_spheres(x, radius, body, 0.0, none, False), between)
-    near = near_elements(x, radius, 0.0, wall, 0.0, none, False)
+        energy += _of_pairs(x, radius, kind, near_spheres(x, radius, body, 0.0, none, history), between)
+    near = near_elements(x, radius, 0.0, wall, 0.0, none, history)
     return energy + _at_walls(x, radius, kind, near, wall, at_wall)
 
 

@@ -17,7 +17,8 @@ DROPPED = -1.0  # feature of a candidate that is none
 def find_contacts(p, radius, near, i, wall, t, corner, found):
     """Contacts of the sphere i at p [m] with the walls at time t [s], in the first rows of ``found`` (see their
     columns in wall.py), wall by wall and nearest first; returns their number."""
-    total, q, last, nodes = 0, near.start[i], near.start[i + 1], wall.elements.shape[1]
+    # np.int64: for a plain 0 numba would compile what takes it once more.
+    total, q, last, nodes = np.int64(0), near.start[i], near.start[i + 1], wall.elements.shape[1]
     while q < last:
         e, n = near.partner[q], total
         group, depth, disc = wall.traits[e, GROUP], wall.traits[e, DEPTH], wall.traits[e, RADIUS]

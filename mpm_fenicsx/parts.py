@@ -130,8 +130,10 @@ class Part:
 
     def volume(self):
         """Of this rank's points as deformed [m^3], shape (n,)."""
-        p = self.points
-        return p.V0 * np.linalg.det(p.F) * p.F33
+        p, F = self.points, self.points.F
+        if self.body.dim == 2:  # an order of magnitude faster than numpy.linalg.det
+            return p.V0 * p.F33 * (F[:, 0, 0] * F[:, 1, 1] - F[:, 0, 1] * F[:, 1, 0])
+        return p.V0 * np.einsum("pi,pi->p", F[:, 0], np.cross(F[:, 1], F[:, 2]))
 
     def cauchy_stress(self):
         """Of this rank's points [Pa], shape (n, D, D)."""

@@ -37,13 +37,15 @@ def test_pinned_numbers(collapse, tmp_path, capsys):
         assert history[name][-1] == pytest.approx(value, rel=1e-4), name
     assert (history["substeps"] == 1).all() and (np.diff(history["energy"]) < 0).all()
     assert abs(history["volume"] / 0.02 - 1).max() < 0.015
+    assert (history["gaps"] >= 0.0).all() and history["gaps"][-1] > 1e-6
+    assert ((history["volume"] - history["gaps"]) / 0.02 - 1).max() < 1e-6  # the soil itself does not grow
     assert history["speed"].max() < np.sqrt(2 * 9.81 * 0.2)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["column_collapse.png", "column_collapse_flow.png",
                                                                 "history.csv", "report.json"]
     assert read(tmp_path / "history.csv")["x99"] == pytest.approx(history["x99"], rel=1e-14)
     report = json.loads((tmp_path / "report.json").read_text())
     assert (report["points"], report["windows"], report["case"]) == (768, 100, "column_collapse")
-    assert set(report["errors"]) == {"energy_rise", "volume", "speed"} and report["errors"]["energy_rise"] < 1e-6
+    assert set(report["errors"]) == {"energy_rise", "volume", "soil", "speed"} and report["errors"]["energy_rise"] < 1e-6
     assert report["phases_ms"]["tangent"] > 0 and "DEM" not in report["phases_ms"]
 
 

@@ -25,7 +25,8 @@ import csv
 from math import inf
 from pathlib import Path
 
-from . import cli, figure, peer, report, sweep
+from . import cli, figure, peer, sweep
+from .report import table_row
 
 OWN = ("out", "repeat", "timeout", "show", "overlay", "peer", "script", "peer_")
 
@@ -133,17 +134,17 @@ def markdown(swept, results, others, names):
     """The table of all runs with the errors ``names``, fastest first; bold: the Pareto front of the first of them."""
     good = sorted((r for r in results if r.status == "ok"), key=lambda r: r.window_s)
     best = set(figure.front([r.window_s for r in good], [r.errors[names[0]] for r in good]))
-    lines = [report.table_row([*swept, "windows [s]", "whole run [s]", "memory [MB]", *names]),
-             report.table_row(["---"] * (len(swept) + 3 + len(names)))]
+    lines = [table_row([*swept, "windows [s]", "whole run [s]", "memory [MB]", *names]),
+             table_row(["---"] * (len(swept) + 3 + len(names)))]
     for number, r in enumerate(good):
         cells = [*r.keys.values(), f"{r.window_s:.3g}", f"{r.wall_s:.3g}", f"{r.peak_mb:.0f}",
                  *(_shown(r.errors[n]) if n in r.errors else "" for n in names)]
-        lines.append(report.table_row([f"**{cell}**" for cell in cells] if number in best else cells))
-    lines += [report.table_row([*r.keys.values(), r.status]) for r in results if r.status != "ok"]
+        lines.append(table_row([f"**{cell}**" for cell in cells] if number in best else cells))
+    lines += [table_row([*r.keys.values(), r.status]) for r in results if r.status != "ok"]
     if others:
-        lines += ["", report.table_row(["others", "time [s]", *names]), report.table_row(["---"] * (2 + len(names)))]
-        lines += [report.table_row([row["label"], f"{row['time_s']:.3g}",
-                        *(_shown(row[f"error_{n}"]) if f"error_{n}" in row else "" for n in names)]) for row in others]
+        lines += ["", table_row(["others", "time [s]", *names]), table_row(["---"] * (2 + len(names)))]
+        lines += [table_row([row["label"], f"{row['time_s']:.3g}",
+                             *(_shown(row[f"error_{n}"]) if f"error_{n}" in row else "" for n in names)]) for row in others]
         lines += _comparison(good, others, names[0])
     return "\n".join(lines) + "\n"
 

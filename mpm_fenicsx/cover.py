@@ -9,6 +9,12 @@ from petsc4py import PETSc
 from . import compat
 
 
+def ghosted_vector(index_map, comm):
+    """New vector with one value for each index, those of ghosts from the ranks that own them. Collective."""
+    size = index_map.size_local, PETSc.DETERMINE
+    return PETSc.Vec().createGhost(index_map.ghosts.astype(PETSc.IntType), size, comm=comm)
+
+
 class Cover:
     """Numbering, vectors and matrix of the covered cells.
 
@@ -29,7 +35,7 @@ class Cover:
         matrices."""
         self.comm, self.dim = background.comm, background.dim
         self._vectors, self._symmetric = {}, symmetric
-        grid_vec = self._ghosted(background.node_map, background.nodes_owned, 1)
+        grid_vec = ghosted_vector(background.node_map, self.comm)
         near = self._flags(grid_vec, background, background.cells[filled])  # nodes of filled cells, on any rank
         self.covered = near[background.cells].any(axis=1)
         covered = np.flatnonzero(self.covered[:background.cells_owned]).astype(np.int32)
@@ -42,10 +48,6 @@ class Cover:
         self.fixed = fixed[self.node]
         self._make_patches(background, covered, averaged)
         self._make_matrix(covered)
-
-    def _ghosted(self, index_map, owned, block):
-        ghosts = index_map.ghosts.astype(PETSc.IntType)
-        return PETSc.Vec().createGhost(ghosts, (owned * block, PETSc.DETERMINE), bsize=block, comm=self.comm)
 
     def _flags(self, vec, background, cells):
         """Grid nodes, owned and ghost, that belong to one of ``cells`` on any rank."""

@@ -16,6 +16,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from .collective import somewhere
+from .cover import ghosted_vector
 
 GAMMA = 0.1
 FULL = 0.6  # of a cell's volume
@@ -72,11 +73,7 @@ class Facets:
         self.cells, self._facet = cells[mine], facets[first[mine]]
         self.nodes, place = self._all_nodes(background.cells[self.cells])
         self.matrix = self._integrate(place)
-        self._values = None
-        if background.comm.size > 1:
-            cell_map = background.cell_map
-            size = background.cells_owned, PETSc.DETERMINE
-            self._values = PETSc.Vec().createGhost(cell_map.ghosts.astype(PETSc.IntType), size, comm=background.comm)
+        self._values = ghosted_vector(background.cell_map, background.comm) if background.comm.size > 1 else None
 
     def with_ghosts(self, values):
         """Values of this rank's cells, shape (m,), those of ghosts from the ranks that own them. Collective."""

@@ -210,10 +210,6 @@ class MPM:
         parts = np.sum([part.energies(self.gravity) for part in self.parts], axis=0)
         return dict(zip(("kinetic", "strain", "potential"), total(self.comm, parts).tolist()))
 
-    def volume(self):
-        """Of the material points as deformed [m^3]."""
-        return float(total(self.comm, sum(part.volume().sum() for part in self.parts)))
-
     def momentum(self):
         """Momentum of the points [kg m/s], shape (dim,)."""
         return total(self.comm, sum(part.points.mass @ part.points.v for part in self.parts))

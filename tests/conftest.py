@@ -66,7 +66,7 @@ def start_ranks():
     if shutil.which("mpirun") is None:
         (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
     # Without what MPI tells the children of this process, or of the one that started it to run tests side by side.
-    env = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_"))}
+    env = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_", "PMI_"))}
     env.update(PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1")
     started = []
 

@@ -1,9 +1,5 @@
 """Clusters, single spheres and walls together: agreement of the back ends, balance, states, ranks."""
 import ctypes
-import os
-import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -144,18 +140,12 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
-def test_two_ranks_give_what_one_gives(tmp_path, both, capsys):
+def test_two_ranks_give_what_one_gives(tmp_path, both, capsys, run_ranks):
     """Clusters across the border of the ranks, a state restored half way: round-off remains."""
-    if shutil.which("mpirun") is None:
-        pytest.skip("mpirun is missing (apt install openmpi-bin)")
-    here = Path(__file__)
-    clean = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_"))}
     results = []
     for ranks in ("1", "2"):
         file = tmp_path / f"{ranks}.npy"
-        command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", ranks]
-        command += [sys.executable, "-c", TWO_RANKS, file, here.with_name("conftest.py"), ranks]
-        done = subprocess.run(command, cwd=here.parents[2], env=clean, capture_output=True, text=True, timeout=300)
+        done = run_ranks(ranks, "-c", TWO_RANKS, file, Path(__file__).with_name("conftest.py"), ranks)
         assert done.returncode == 0, done.stderr
         results.append(np.load(file))
     difference = np.abs(results[0] - results[1]).max() / np.abs(results[0]).max()

@@ -1,9 +1,5 @@
 """What is special about the LIGGGHTS back end: errors, limits, several instances, several ranks."""
 import os
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -190,18 +186,12 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
-def test_two_ranks_give_what_one_gives(tmp_path):
+def test_two_ranks_give_what_one_gives(tmp_path, run_ranks):
     """Friction, spheres that change the rank, a state restored half way: round-off remains."""
-    if shutil.which("mpirun") is None:
-        pytest.skip("mpirun is missing (apt install openmpi-bin)")
-    root = Path(liggghts.__file__).parents[1]
-    clean = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_"))}
     results = []
     for ranks in ("1", "2"):
         file = tmp_path / f"{ranks}.npy"
-        command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", ranks]
-        command += [sys.executable, "-c", TWO_RANKS, file]
-        done = subprocess.run(command, cwd=root, env=clean, capture_output=True, text=True, timeout=300)
+        done = run_ranks(ranks, "-c", TWO_RANKS, file)
         assert done.returncode == 0, done.stderr
         results.append(np.load(file))
     assert np.abs(results[0] - results[1]).max() < 1e-9 * np.abs(results[0]).max()

@@ -1,7 +1,4 @@
 """Supports and walls by springs on boundary particles, against closed forms and against supports on grid nodes."""
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -338,15 +335,12 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
-def test_two_ranks_do_as_one(tmp_path, request):
+def test_two_ranks_do_as_one(tmp_path, request, run_ranks):
     """Up to the order of sums: 2e-16 m after 20 steps, measured."""
-    results, own = [], ("OMPI_", "PMIX_", "PMI_")  # this process is an MPI run itself
-    alone = {name: value for name, value in os.environ.items() if not name.startswith(own)}
+    results = []
     for ranks in (1, 2):
         out = tmp_path / f"{ranks}.npz"
-        command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(ranks), sys.executable, "-c", PARALLEL,
-                   str(out), str(request.path.parent), str(request.config.rootpath)]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=alone)
+        done = run_ranks(ranks, "-c", PARALLEL, out, request.path.parent, request.config.rootpath)
         assert done.returncode == 0, done.stderr
         results.append(np.load(out))
     one, two = results

@@ -9,6 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("mpm_fenicsx", "dem_liggghts", "coupling")
+LEAF = "mpm_dem_checks"  # which all may import, as it imports none of them
 FORBIDDEN = {  # packages and libraries that a package must not import, nor anything inside them
     "mpm_fenicsx": {"coupling", "dem_liggghts", "cases"},
     "dem_liggghts": {"coupling", "mpm_fenicsx", "cases", "dolfinx", "petsc4py"},
@@ -51,6 +52,10 @@ def test_liggghts_is_loaded_only_when_asked_for():
     assert done.stdout.strip() == "False"
 
 
+def test_the_leaf_imports_nothing_of_ours():
+    assert imports(ROOT / f"{LEAF}.py") <= {"math", "os", "pathlib", "numpy"}
+
+
 def test_names_that_differ_between_versions_are_in_one_file():
     users = {path.name for path in sources(*PACKAGES) if imports(path) & {"dolfinx", "ufl"}}
     assert users == {"compat.py"}, "import from dolfinx and ufl in compat.py, and from there elsewhere"
@@ -58,7 +63,7 @@ def test_names_that_differ_between_versions_are_in_one_file():
 
 @pytest.mark.parametrize("package", ["mpm_fenicsx", "dem_liggghts"])
 def test_scenes_are_plain_data(package):
-    assert imports(ROOT / package / "scene.py") <= {"dataclasses", "typing", "numpy", "math"}
+    assert imports(ROOT / package / "scene.py") <= {"dataclasses", "typing", "numpy", "math", LEAF}
 
 
 @pytest.mark.parametrize("module", [*PACKAGES, "mpm_fenicsx.laws"])
@@ -84,7 +89,7 @@ def is_kernel_file(path):
 
 def test_modules_and_functions_are_short():
     modules, functions = [], []
-    for path in sources(*PACKAGES, "cases"):
+    for path in [ROOT / f"{LEAF}.py", *sources(*PACKAGES, "cases")]:
         name = path.relative_to(ROOT)
         modules.append((len(path.read_text(encoding="utf-8").splitlines()), str(name), MODULE))
         limit = KERNEL if is_kernel_file(path) else FUNCTION

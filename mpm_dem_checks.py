@@ -1,0 +1,255 @@
+"""Checks of what a user gives: one function per kind of value, the same for keys, fields of scenes and files.
+
+Each returns the value as the program uses it, or raises ValueError with one sentence: the name of the key or field, the
+value, and what is allowed. ``rule`` replaces the general words for what is allowed. The packages ``mpm_fenicsx``,
+``dem_liggghts`` and ``coupling`` do not know each other; this module knows none of them, so all may use it.
+"""
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+
+MOST, LEAST = 1e30, 1e-30  # SI units: beyond them products of a few quantities leave the range of a double
+COUNT = 2**31 - 1  # most of anything that is counted: numbers of nodes and steps have 32 bits in PETSc and LIGGGHTS
+WORK = 1e12  # operations per window, some twenty minutes: more than that nobody waits for
+SHOWN = 80  # characters of a value
+
+
+def refuse(name, value, rule, unit=""):
+    """Raise the ValueError of all that follows."""
+    raise ValueError(f"{name} is {shown(value)}{unit and ' ' + unit}: {rule}")
+
+
+def shown(value):
+    """A value in one line and not too long."""
+    text = getattr(value, "__name__", None) or (repr(value) if isinstance(value, (str, bytes)) else str(value))
+    text = " ".join(text.encode(errors="backslashreplace").decode().split())
+    return text if len(text) <= SHOWN else text[:SHOWN] + " …"
+
+
+# -------------------------------------------------------------------- numbers
+
+def finite(name, value, unit="", rule="give a finite number"):
+    """A number that is neither NaN nor infinite, as float."""
+    number = _real(value)
+    if not math.isfinite(number):
+        refuse(name, value, rule, unit)
+    if abs(number) > MOST:
+        refuse(name, value, f"give a number of at most {MOST:g} in size", unit)
+    return number
+
+
+def positive(name, value, unit="", rule="give a positive number"):
+    """A finite number above zero, as float."""
+    number = finite(name, value, unit, rule)
+    if not number > 0.0:
+        refuse(name, value, rule, unit)
+    if number < LEAST:
+        refuse(name, value, f"give a positive number of at least {LEAST:g}", unit)
+    return number
+
+
+def not_negative(name, value, unit="", rule="give 0 or a positive number"):
+    """A finite number from zero on, as float."""
+    return positive(name, value, unit, rule) if finite(name, value, unit, rule) else 0.0
+
+
+def between(name, value, low, high, unit="", rule=None, ends="[]"):
+    """A number from ``low`` to ``high``, as float; ends: "(]" leaves out ``low``, "[)" ``high``, "()" both."""
+    without = [str(end) for end, bracket in ((low, ends[0] == "("), (high, ends[1] == ")")) if bracket]
+    rule = rule or f"give a number from {low} to {high}" + (f" without {' and '.join(without)}" if without else "")
+    number = finite(name, value, unit, rule)
+    if not low <= number <= high or (number == low and ends[0] == "(") or (number == high and ends[1] == ")"):
+        refuse(name, value, rule, unit)
+    return number
+
+
+def count(name, value, least=1, most=COUNT, rule=None):
+    """A whole number, as int."""
+    number, general = _real(value), f"give a whole number of at least {least}"
+    if not (number >= least and number % 1.0 == 0.0):  # infinity leaves NaN
+        refuse(name, value, rule or general)
+    if number > most:
+        refuse(name, value, f"{general} and at most {most}")
+    return int(number)
+
+
+def _real(value):
+    """As float; NaN when it is no number. Truth values and texts are none."""
+    if type(value) is float:
+        return value
+    try:
+        text = isinstance(value, (bool, np.bool_, str, bytes)) or np.ndim(value)
+        return math.nan if text else float(value)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
+
+
+# -------------------------------------------------------------------- several numbers
+
+def counts(name, value, length, least=1):
+    """``length`` whole numbers, as tuple of int."""
+    given = _listed(value)
+    if len(given) != length or not all(v >= least and v % 1.0 == 0.0 for v in map(_real, given)):
+        if length > 1:
+            refuse(name, value, f"give {length} whole numbers, each at least {least}")
+        refuse(name, given[0] if len(given) == 1 else value,
+               f"give {'a' if len(given) == 1 else 'one'} whole number of at least {least}")
+    return tuple(count(name, v, least) for v in given)
+
+
+def numbers(name, value, length, unit="", kind=finite):
+    """``length`` numbers, each as ``kind`` allows (``finite``, ``positive``, …), as tuple of float."""
+    values = _listed(value)
+    if len(values) != length:
+        refuse(name, value, f"give {length} numbers" if length > 1 else "give one number", unit)
+    return tuple(kind(name if length == 1 else f"{name} ({_place(i)} number)", v, unit) for i, v in enumerate(values))
+
+
+def _place(i):
+    return ("first", "second", "third")[i] if i < 3 else f"{i + 1}th"
+
+
+def _listed(value):
+    """The entries of a tuple, list or array with one dimension; of anything else none."""
+    try:
+        return () if isinstance(value, (str, bytes)) or np.ndim(value) != 1 else tuple(value)
+    except (TypeError, ValueError):
+        return ()
+
+
+def array(name, value, *shapes, unit=""):
+    """Finite numbers of one of the ``shapes``, tuples in which a text such as "n" is any length, as array of float."""
+    result = _array(name, value, float, shapes)
+    bad = ~(np.abs(result) <= MOST)
+    if bad.any():
+        place = np.argwhere(bad)[0].tolist()
+        where = f"{name} at {', '.join(map(str, place))}" if place else name
+        refuse(where, result[tuple(place)], f"give finite numbers of at most {MOST:g} in size", unit)
+    return result
+
+
+def indices(name, value, end, columns, of):
+    """Numbers of ``of`` from 0 to ``end`` - 1, shape (n, k) with k among ``columns``, as array of int64."""
+    result = _array(name, value, None, [("n", k) for k in columns])
+    if result.size and not (np.issubdtype(result.dtype, np.number) and not np.iscomplexobj(result)
+                            and (result == np.floor(result)).all()):
+        refuse(name, value, f"give whole numbers, those of {of}")
+    if result.size and not 0 <= result.min() <= result.max() < end:
+        raise ValueError(f"{name} name {of} {result.min()}..{result.max()}, there are {end}: give numbers from 0 to "
+                         f"{end - 1}")
+    return result.astype(np.int64)
+
+
+def _array(name, value, dtype, shapes):
+    try:
+        result = np.array(value, dtype)
+    except (TypeError, ValueError, OverflowError):
+        result = None
+    if result is None or result.dtype == object:
+        refuse(name, value, f"give numbers of shape {_shapes(shapes)}")
+    if not any(len(shape) == result.ndim and all(isinstance(n, str) or n == m for n, m in zip(shape, result.shape))
+               for shape in shapes):
+        raise ValueError(f"{name} has shape {result.shape}: give numbers of shape {_shapes(shapes)}")
+    return result
+
+
+def _shapes(shapes):
+    return " or ".join("(" + ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "") + ")" for shape in shapes)
+
+
+# -------------------------------------------------------------------- words, functions
+
+def choice(name, value, choices):
+    """One of the ``choices``."""
+    for known in choices:
+        if type(value) is type(known) and value == known:
+            return known
+    return refuse(name, value, f"choose one of {', '.join(map(str, choices))}")
+
+
+def truth(name, value):
+    """True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        refuse(name, value, "give True or False")
+    return bool(value)
+
+
+def mask(name, function, x):
+    """Which of the positions x [m], shape (n, dim), ``function`` chooses, as array of bool, shape (n,)."""
+    result = np.asarray(_called(name, function, x))
+    if result.dtype != bool or result.shape != (len(x),):
+        raise ValueError(f"{name} gives {result.dtype} of shape {result.shape} for positions of shape "
+                         f"{np.shape(x)}: let it say True or False of each, shape ({len(x)},)")
+    return result
+
+
+def values(name, function, arguments, *shapes, unit=""):
+    """What ``function`` gives for the ``arguments``, finite numbers of one of the ``shapes``."""
+    return array(f"the value of {name}", _called(name, function, *arguments), *shapes, unit=unit)
+
+
+def function(name, value):
+    """Something that can be called."""
+    return value if callable(value) else refuse(name, value, "give a function")
+
+
+def _called(name, given, *arguments):
+    function(name, given)
+    try:
+        return given(*arguments)
+    except Exception as error:
+        of = ", ".join(f"shape {np.shape(a)}" if np.ndim(a) else str(a) for a in arguments)
+        raise ValueError(f"{name} fails for {of} ({type(error).__name__}: {error}): look at this function") from error
+
+
+# -------------------------------------------------------------------- paths
+
+def path(name, value):
+    """A path, ~ as the home folder."""
+    text = value if isinstance(value, (str, Path)) else refuse(name, value, "give the name of a file or folder")
+    if not str(text) or "\0" in str(text):
+        refuse(name, value, "give the name of a file or folder")
+    try:
+        str(text).encode()
+        return Path(text).expanduser()
+    except (UnicodeEncodeError, RuntimeError):  # of bytes that are no UTF-8; of ~ followed by nobody's name
+        return refuse(name, value, "give a name in UTF-8, where ~ is your home folder")
+
+
+def file(name, value):
+    """Path of a file that can be read; not of a folder, pipe or device, which could be read for ever."""
+    found = path(name, value)
+    if not found.exists():
+        refuse(name, value, "this file does not exist, look at its name")
+    if not found.is_file():
+        refuse(name, value, "this is a folder, pipe or device, give a file")
+    return found if os.access(found, os.R_OK) else refuse(name, value, "this file cannot be read, look at its owner")
+
+
+# -------------------------------------------------------------------- sizes
+
+def memory():
+    """What each process on this machine may have if all of one run have the same [bytes]."""
+    whole = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    try:
+        whole = min(whole, int(Path("/sys/fs/cgroup/memory.max").read_text()))
+    except (OSError, ValueError):  # no limit
+        pass
+    return whole / int(os.environ.get("OMPI_COMM_WORLD_LOCAL_SIZE", 1))
+
+
+def check_memory(what, need, remedy):
+    """ValueError when ``what``, such as "9e9 cells of the grid (h = 1e-5 m)", needs more memory [bytes] than there
+    is."""
+    if need > memory():
+        raise ValueError(f"{what} need about {need / 1e9:.3g} GB of memory, and there are {memory() / 1e9:.3g} "
+                         f"GB for each process: {remedy}")
+
+
+def check_work(what, operations, remedy):
+    """ValueError when a window of ``what`` takes ``WORK`` operations or more."""
+    if operations >= WORK:
+        raise ValueError(f"{what} take about {operations:.2g} operations per window, of which {WORK:.0e} are most: "
+                         f"{remedy}")

@@ -1,6 +1,7 @@
 """Meshes and points from files that meshio reads: Gmsh, VTK, Abaqus and others."""
 import numpy as np
 
+from .gmsh import Groups, read_groups
 from .mesh import CELLS, NODES, Mesh
 from .scene import Cloud
 
@@ -21,13 +22,15 @@ def read_mesh(path, dim):
     blocks = [b for b, block in enumerate(data.cells) if MESHIO.get(block.type) == cell]
     first = dict(zip(blocks, np.cumsum([0, *(len(data.cells[b].data) for b in blocks)])))
     cells = np.concatenate([np.asarray(data.cells[b].data, np.int64) for b in blocks])
+    named = read_groups(path)
+    cells, place = _once(cells) if named is not None and named.entities is None else (cells, np.arange(len(cells)))
     used, cells = np.unique(cells[:, TENSOR.get(cell, range(NODES[cell]))], return_inverse=True)
     number = np.full(len(data.points), -1)
     number[used] = np.arange(len(used))
     groups, surfaces = {}, {}
-    for name, b, chosen in _named(data):
+    for name, b, chosen in _named(data, named):
         if b in first:
-            groups.setdefault(name, []).append(chosen + first[b])
+            groups.setdefault(name, []).append(place[chosen + first[b]])
         elif data.cells[b].type == FACET[cell]:
             surfaces.setdefault(name, []).append(number[np.asarray(data.cells[b].data, np.int64)[chosen]])
     surfaces = {name: np.concatenate(facets) for name, facets in surfaces.items()}
@@ -56,6 +59,9 @@ def _read(path):
     try:
         return meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio's readers fail in many ways, some by leaving Python
+        if "gmsh:physical" in str(error):
+            raise ValueError(f"in {path} some elements belong to a physical group and others to none, which meshio cannot "
+                             "read: let Gmsh save the elements of groups alone (Mesh.SaveAll = 0)") from None
         raise ValueError(f"{path} cannot be read as a mesh ({type(error).__name__}: {error}): give a file that meshio "
                          "knows") from None
 
@@ -83,16 +89,28 @@ def _check_plane(points, path, dim):
                          "scene give points with one z")
 
 
-def _named(data):
-    """(name, number of the block, numbers in the block) of every named group."""
-    tags = data.cell_data.get("gmsh:physical")
-    if tags is None:
+def _once(cells):
+    """Cells, shape (m, K), each once: a Gmsh file of version 2 repeats an element for each of its physical groups. Returns
+    also the place of each given cell among them, shape (m,)."""
+    _, first, inverse = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    place = np.empty(len(order), int)
+    place[order] = np.arange(len(order))
+    return cells[first[order]], place[inverse]
+
+
+def _named(data, groups):
+    """(name, number of the block, numbers in the block) of every named group; groups: of a Gmsh file, else None."""
+    if groups is None and "gmsh:physical" not in data.cell_data:
         for name, sets in data.cell_sets.items():
             yield from ((name, b, np.asarray(chosen, int)) for b, chosen in enumerate(sets)
                         if chosen is not None and len(chosen))
         return
-    names = {(int(number), int(dim)): name for name, (number, dim) in data.field_data.items()}
-    for b, (block, tag) in enumerate(zip(data.cells, tags)):
-        for number in np.unique(tag):
-            if (int(number), block.dim) in names:
-                yield names[int(number), block.dim], b, np.flatnonzero(np.asarray(tag) == number)
+    if groups is None:  # Gmsh's tags in another format
+        groups = Groups({(int(dim), int(number)): name for name, (number, dim) in data.field_data.items()}, None)
+    kind = "gmsh:physical" if groups.entities is None else "gmsh:geometrical"
+    for b, (block, tags) in enumerate(zip(data.cells, data.cell_data.get(kind, ()))):
+        for tag in np.unique(tags).tolist():
+            numbers = [abs(tag)] if groups.entities is None else groups.entities.get((block.dim, tag), ())
+            for name in (groups.names[block.dim, n] for n in numbers if (block.dim, n) in groups.names):
+                yield name, b, np.flatnonzero(tags == tag)

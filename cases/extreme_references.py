@@ -1,7 +1,7 @@
 """What must come out of the scenes of ``extreme.py``, and how far a run is from it."""
 import numpy as np
 
-from coupling import analytic, report
+from coupling import analytic, balance, report
 
 
 def twin(keys):
@@ -103,8 +103,7 @@ def errors(p, history, against):
     """Name → number. against: (its parameters, its history) of the ``twin``, or None."""
     found = {"energy_gain": max(float(history["energy_error"].max()), 0.0)}
     if p.scene not in ("swing", "flight"):
-        given, taken = history["impulse_grains"], history["impulse_solid"]
-        found["impulse"] = float(np.abs(given + taken).max() / (np.abs(taken).max() or 1.0))
+        found["impulse"] = balance.impulse_error(history)
     if against:
         found |= difference(p, history, *against)
     own = {"beam": of_beam, "block": of_block, "free": of_collision, "layers": of_collision, "rest": of_rest,

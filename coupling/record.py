@@ -26,11 +26,11 @@ class Record:
 
     case, parameters: name and keyword arguments of the run; out: folder; grains: None for a solid alone (``march``),
     which has no balance; columns: name → (unit, meaning, function of the ``Window``) of the case's own quantities;
-    gravity: vertical component on the particles [m/s^2]; paraview: every how many windows the state is written, 0 for
-    never; label: goes into the file names when a case runs more than once; closed: nothing but the two exchanges
-    energy, so that a run which gains some is stopped (``balance.Unstable``). Collective; files are written by rank 0,
-    the ParaView files of points and grid by every rank. An error inside leaves the history so far and a report that
-    names it. Raises ValueError for a negative ``paraview`` and OSError when ``out`` cannot be written.
+    gravity: on the particles [m/s^2], upward (along y) or all components; paraview: every how many windows the state
+    is written, 0 for never; label: goes into the file names when a case runs more than once; closed: nothing but the
+    two exchanges energy, so that a run which gains some is stopped (``balance.Unstable``). Collective; files are
+    written by rank 0, the ParaView files of points and grid by every rank. An error inside leaves the history so far
+    and a report that names it. Raises ValueError for a negative ``paraview`` and OSError when ``out`` cannot be written.
     """
 
     def __init__(self, case, parameters, out, solid, grains, *, windows, columns, gravity=0.0, paraview=0, label="",
@@ -43,7 +43,7 @@ class Record:
         self._ledger = None if grains is None else balance.Ledger(solid, grains, gravity)
         self._newton, self._counts, self._substeps = 0, np.zeros(3, int), parameters.get("substeps", 1)
         self._closed, self._every, self._pieces = closed, paraview, ParaView(self.out, self._suffix, MPI.COMM_WORLD)
-        own = ALONE if grains is None else {**WINDOW, **balance.COLUMNS}
+        own = ALONE if grains is None else {**WINDOW, **self._ledger.columns}
         self._open({"time": ("s", "end of the window"),
                     **{name: (unit, meaning) for name, (unit, meaning, _) in columns.items()}, **own})
         self._bar = tqdm(total=windows, disable=not (self._first and sys.stderr.isatty()), leave=False,

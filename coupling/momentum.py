@@ -1,0 +1,84 @@
+"""Linear and angular momentum of the grains and of what the interface gives the solid, all components."""
+import numpy as np
+
+AXES = "xyz"
+
+
+def turning(x, f):
+    """Sum of the moments x × f about the origin; x, f: shape (n, 2 or 3). Shape (1,) in a plane, about z, else (3,)."""
+    if x.shape[1] == 2:
+        return np.array([x[:, 0] @ f[:, 1] - x[:, 1] @ f[:, 0]])
+    (x, y, z), (a, b, c) = x.T, f.T
+    return np.array([y @ c - z @ b, z @ a - x @ c, x @ b - y @ a])
+
+
+class Momentum:
+    """Momentum of grains less what gravity gave them since the start.
+
+    gravity [m/s^2], shape (dim,); it does not pull clusters that are held up. Linear momentum is exact. Of the angular
+    momentum about the origin gravity's share is taken by the trapezoidal rule over each window.
+    """
+
+    def __init__(self, grains, gravity, time):
+        self._grains, self._gravity, self._time = grains, gravity, time
+        particles, scene = grains.particles(), getattr(grains, "scene", None)
+        self._clusters = getattr(scene, "clusters", ())
+        self._single = particles["body"] == 0 if self._clusters else slice(None)
+        self._free = np.array([c.flags[:len(gravity)] for c in self._clusters]).reshape(-1, len(gravity))
+        self._start, self._torque = self._now(particles), self._torque_of_gravity(particles)
+        self._weight = gravity * (particles["mass"][self._single].sum()
+                                  + np.array([c.mass for c in self._clusters]) @ self._free)
+        self._begin, self._turned = time, 0.0 * self._torque
+
+    def gained(self, particles, time):
+        """Linear [N s], (dim,), and angular impulse [N m s], (1,) or (3,), that was not gravity's, until ``time`` [s]."""
+        torque, window = self._torque_of_gravity(particles), time - self._time
+        self._turned, self._torque, self._time = self._turned + 0.5 * window * (self._torque + torque), torque, time
+        linear, angular = (now - start for now, start in zip(self._now(particles), self._start))
+        return linear - self._weight * (time - self._begin), angular - self._turned
+
+    def _parts(self, particles):
+        """Single spheres and clusters, components as in the scene: mass, x and v of each."""
+        dim = len(self._gravity)
+        yield tuple(particles[self._single][name] if name == "mass" else particles[self._single][name][:, :dim]
+                    for name in ("mass", "x", "v"))
+        if self._clusters:
+            bodies = self._grains.bodies()
+            yield bodies["mass"], bodies["x"][:, :dim], bodies["v"][:, :dim]
+
+    def _now(self, particles):
+        """Linear momentum [kg m/s] and angular momentum [kg m^2/s]. A cluster counts with its mass at its centre of
+        mass: the shares of its spheres have the same sum only where their own centre is there, too."""
+        linear, angular = 0.0, 0.0
+        for mass, x, v in self._parts(particles):
+            linear, angular = linear + mass @ v, angular + turning(x, mass[:, None] * v)
+        return linear, angular + self._spin(particles)[-len(angular):]
+
+    def _spin(self, particles):
+        """Angular momentum about the centres of mass [kg m^2/s], shape (3,)."""
+        if "omega" not in particles.dtype.names:
+            return np.zeros(3)
+        single = particles[self._single]
+        spin = (0.4 * single["mass"] * single["radius"]**2) @ single["omega"]
+        if self._clusters:
+            bodies = self._grains.bodies()
+            for cluster, body in zip(self._clusters, bodies):
+                turn = rotation(body["quaternion"])
+                spin = spin + turn @ cluster.inertia @ turn.T @ body["omega"]
+        return spin
+
+    def _torque_of_gravity(self, particles):
+        """About the origin [N m]."""
+        if not self._gravity.any():
+            return np.zeros(1 if len(self._gravity) == 2 else 3)
+        shares = [1.0, self._free][:1 + bool(self._clusters)]
+        return sum(turning(x, mass[:, None] * self._gravity * free)
+                   for (mass, x, _), free in zip(self._parts(particles), shares))
+
+
+def rotation(q):
+    """Matrix of the unit quaternion (w, x, y, z), shape (3, 3)."""
+    w, (x, y, z) = q[0], q[1:]
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])

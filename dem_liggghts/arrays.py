@@ -1,26 +1,48 @@
 """Checks of the arrays that a scene is made of."""
 import numpy as np
 
+import mpm_dem_checks as check
+
 
 def finite(value, name, columns):
     """Float array of shape (n, columns), finite, read-only."""
-    array = np.array(value, dtype=float, ndmin=2)
+    wanted = " or ".join(f"(n, {c})" for c in columns)
+    array = _numbers(rows(value), name, f"give an array of shape {wanted}")
     if array.ndim != 2 or array.shape[1] not in columns:
-        wanted = " or ".join(f"(n, {c})" for c in columns)
         raise ValueError(f"{name} has shape {np.shape(value)}: give an array of shape {wanted}")
     if not np.isfinite(array).all():
         raise ValueError(f"{name} contains NaN or infinity: give finite numbers")
+    if array.size and np.abs(array).max() > check.MOST:
+        raise ValueError(f"{name} contains {np.abs(array).max():g}: give numbers of at most {check.MOST:g} in size")
     array.flags.writeable = False
     return array
 
 
 def per_sphere(value, name, n):
     """Float array of shape (n,) from a number or n of them, positive, read-only."""
-    array = np.array(np.broadcast_to(np.asarray(value, dtype=float), (n,)))
-    if not (np.isfinite(array).all() and (array > 0).all()):
+    array = _numbers(value, name, f"give one number, or {n}")
+    if array.shape not in ((), (1,), (n,)):
+        raise ValueError(f"{name} has shape {array.shape}: give one number, or {n}")
+    if not ((array > 0) & (array <= check.MOST)).all():
         raise ValueError(f"{name} is {value}: it must be positive")
+    array = np.array(np.broadcast_to(array, (n,)))
     array.flags.writeable = False
     return array
+
+
+def rows(value):
+    """As an array with two axes; rows of different lengths stay what they are, for a check to refuse."""
+    try:
+        return np.array(value, ndmin=2)
+    except ValueError:
+        return value
+
+
+def _numbers(value, name, rule):
+    try:
+        return np.array(value, float)
+    except (TypeError, ValueError, OverflowError):
+        return check.refuse(name, value, rule)
 
 
 def in_space(array):

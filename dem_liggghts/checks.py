@@ -3,6 +3,8 @@ import warnings
 
 import numpy as np
 
+import mpm_dem_checks as check
+
 from . import parts
 from .compiled import compiled
 from .contact import critical_step, longest_window
@@ -128,8 +130,7 @@ def side(p, wall, tolerance):
 
 def warn_if_too_long(scene, dt):
     """One warning when the time step ``dt`` [s] exceeds the critical one; ValueError unless it is positive."""
-    if not 0.0 < dt < np.inf:
-        raise ValueError(f"dt is {dt} s: the DEM time step must be positive")
+    check.positive("dt", dt, "s", "the DEM time step must be positive")
     limit = critical_step(scene)
     if dt > min(limit):
         warnings.warn(f"DEM time step {dt:.3g} s exceeds the limit {min(limit):.3g} s (Rayleigh {limit.rayleigh:.3g} "
@@ -148,12 +149,11 @@ def warn_if_window_too_long(scene, dt, mass, force=None):
 
 
 def check_window(steps, x, v, scene):
-    """Raise ValueError unless the arguments of `protocol.DEM.advance` make sense."""
+    """``steps`` as int; ValueError unless the arguments of `protocol.DEM.advance` make sense."""
     shape = scene.wall.nodes.shape
     if np.shape(x) != shape or np.shape(v) != shape:
         raise ValueError(f"wall nodes x {np.shape(x)} and v {np.shape(v)}: both must have shape {shape}")
-    if steps < 1:
-        raise ValueError(f"steps is {steps}: a window has at least one DEM step")
+    return check.count("steps", steps, rule="a window has at least one DEM step, and a whole number of them")
 
 
 def check_finite(x, time):

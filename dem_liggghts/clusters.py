@@ -4,6 +4,8 @@ from itertools import product as pairs_of
 
 import numpy as np
 
+import mpm_dem_checks as check
+
 from . import quaternion
 from .arrays import finite, per_sphere
 
@@ -43,8 +45,7 @@ class Cluster:
         put("radii", per_sphere(self.radii, "radii of the cluster", len(self.centres)))
         for name in ("x", "centre", "v"):
             put(name, self._vector(name))
-        if not 0 < self.mass < np.inf:
-            raise ValueError(f"mass of the cluster is {self.mass} kg: it must be positive")
+        check.positive("mass of the cluster", self.mass, "kg", "it must be positive")
         put("omega", self._omega())
         put("quaternion", self._orientation())
         put("inertia", self._tensor())
@@ -59,19 +60,20 @@ class Cluster:
 
     def _omega(self):
         omega = np.zeros(3)
-        if self.dim == 2 and np.size(self.omega) == 1:
-            omega[2] = np.asarray(self.omega).item()
-        elif np.size(self.omega) in (1, 3) and (np.size(self.omega) == 3 or not np.any(self.omega)):
-            omega[:] = self.omega
-        else:
-            raise ValueError(f"omega of the cluster is {self.omega}: give a number in a plane, three in space")
+        name, given = "omega of the cluster", np.atleast_1d(self.omega)
+        if self.dim == 2 and given.shape == (1,):
+            omega[2] = check.finite(name, given[0], "rad/s")
+        elif given.shape == (3,):
+            omega[:] = check.numbers(name, given, 3, "rad/s")
+        elif given.shape != (1,) or given[0] != 0:
+            raise ValueError(f"{name} is {self.omega}: give a number in a plane, three in space")
         if self.dim == 2 and omega[:2].any():
-            raise ValueError(f"omega of the cluster is {omega} rad/s: a plane body spins about the third axis only")
+            raise ValueError(f"{name} is {omega} rad/s: a plane body spins about the third axis only")
         return omega
 
     def _orientation(self):
         if self.quaternion is None:
-            return quaternion.of_angle(self.angle)
+            return quaternion.of_angle(check.finite("angle of the cluster", self.angle, "rad"))
         q = np.array(self.quaternion, float)
         if self.dim == 2 or self.angle:
             raise ValueError("the cluster has a quaternion and lies in a plane or has an angle: give angle in a plane, "
@@ -94,10 +96,10 @@ class Cluster:
 
     def _freedom(self):
         count = 3 if self.dim == 2 else 6
-        free = (bool(self.free),) * count if np.ndim(self.free) == 0 else tuple(bool(f) for f in self.free)
-        if len(free) != count:
+        free = (self.free,) * count if np.ndim(self.free) == 0 else tuple(self.free)
+        if len(free) != count or any(f not in (0, 1) for f in free):
             raise ValueError(f"free of the cluster is {self.free}: give one truth value, or {count}")
-        return free
+        return tuple(map(bool, free))
 
     @property
     def dim(self):
@@ -152,10 +154,12 @@ class Cluster:
         rho: density [kg/m^3]; depth: of the solid in a plane scene [m]. mass_of: "solid" (the box) or "spheres" (their
         balls). rim: only spheres at the faces. radius [m]: else half of the widest spacing, so that neighbours touch.
         """
-        size, n = np.array(size, float), np.array(n, int)
-        if size.shape not in ((2,), (3,)) or n.shape != size.shape or (n < 2).any() or not (size > 0).all():
+        size, n = np.array(size, float), np.array(n, float)
+        if size.shape not in ((2,), (3,)) or n.shape != size.shape or not ((n >= 2) & (n % 1 == 0)).all() or \
+                not ((size > 0) & (size < np.inf)).all():
             raise ValueError(f"a box of size {size} m with {n} spheres: give 2 or 3 positive lengths and at least two "
                              "spheres along each")
+        n = n.astype(int)
         radius = 0.5 * (size / n).max() if radius is None else float(radius)
         if not 0 < 2 * radius <= size.min():
             raise ValueError(f"spheres of radius {radius} m do not fit into a box of {size} m: use more or smaller "
@@ -169,7 +173,7 @@ class Cluster:
             return cls.of_spheres(centres, radius, rho, x, **more)
         if mass_of != SOLID:
             raise ValueError(f"mass_of is {mass_of!r}: give solid or spheres")
-        if len(size) == 2 and not (depth and depth > 0):
+        if len(size) == 2 and not (depth and 0 < depth < np.inf):
             raise ValueError(f"depth is {depth} m: a solid box in a plane scene needs its depth for its mass")
         mass = rho * size.prod() * (depth if len(size) == 2 else 1.0)
         squares = size**2

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from mpi4py import MPI
 
+import mpm_dem_checks as check
+
 SHIM = Path(__file__).with_name("libdemshim.so")
 SOURCE = Path(__file__).with_name("shim")  # there when the package is used from its source tree
 ARGUMENTS = ("liggghts", "-screen", "/dev/null", "-log", "none", "-nocite")  # with "-screen none" it may crash
@@ -35,12 +37,24 @@ _SIGNATURES = {
 }
 
 
+INTEGERS = {name: [i for i, kind in enumerate(arguments[1:]) if kind is ctypes.c_int]  # after the handle
+            for name, arguments in _SIGNATURES.items()}
+
+
 class MissingLiggghts(ImportError):
     """LIGGGHTS or the shim compiled against it is not there."""
 
 
 class LiggghtsError(RuntimeError):
     """LIGGGHTS stopped with an error; its text is the message."""
+
+
+def check_sizes(name, arguments):
+    """ValueError unless the shim's function ``name`` gets whole numbers of 32 bits: ctypes cuts off what is beyond."""
+    for i in INTEGERS[name]:
+        if not -check.COUNT <= arguments[i] <= check.COUNT:
+            raise ValueError(f"{arguments[i]} is too large for LIGGGHTS, which counts to {check.COUNT}: take fewer steps "
+                             "per window, spheres or wall elements, or use dem=reference")
 
 
 @lru_cache(maxsize=None)

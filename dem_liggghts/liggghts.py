@@ -9,7 +9,7 @@ from . import parts, quaternion
 from .carry import carry_force, with_wall
 from .checks import check_finite, check_window
 from .energy import contact_energy, kinetic_energy, potential_energy
-from .library import ARGUMENTS, SHIM, Comm, LiggghtsError, MissingLiggghts, load, quiet
+from .library import ARGUMENTS, SHIM, Comm, LiggghtsError, MissingLiggghts, check_sizes, load, quiet
 from .protocol import BODY, PARTICLE
 from .script import commands
 
@@ -87,6 +87,7 @@ class LiggghtsDEM:
     def _call(self, name, *arguments):
         if self._handle is None:
             raise LiggghtsError("this LIGGGHTS instance is closed, or was lost in an error before: make a new one")
+        check_sizes(name, arguments)
         return self._check(getattr(self._library, name)(self._handle, *arguments))
 
     def _command(self, line):
@@ -99,7 +100,7 @@ class LiggghtsDEM:
 
     def advance(self, steps, x, v):
         """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
-        check_window(steps, x, v, self.scene)
+        steps = check_window(steps, x, v, self.scene)
         x, v = np.ascontiguousarray(x, float), np.ascontiguousarray(v, float)
         out = np.empty(x.size + 2)
         code = self._call("dem_advance", self.scene.dim, steps, _pointer(x), _pointer(v), _pointer(out))

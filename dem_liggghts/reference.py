@@ -68,7 +68,7 @@ class ReferenceDEM:
 
     def advance(self, steps, x, v):
         """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
-        check_window(steps, x, v, self.scene)
+        steps = check_window(steps, x, v, self.scene)
         here = self._surface.x[:self._fixed]
         wall = MovingWall(self._all_nodes(x, here), self._all_nodes(v, 0.0 * here), *self._surface[1:3])
         loads = self._loads

@@ -3,7 +3,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .arrays import finite, per_sphere
+import mpm_dem_checks as check
+
+from .arrays import finite, per_sphere, rows
 
 BALLS, WALL = "spheres", "wall"  # names of Scene.material and Scene.wall_material
 
@@ -16,10 +18,8 @@ class Material:
     nu: float
 
     def __post_init__(self):
-        if not self.E > 0:
-            raise ValueError(f"E is {self.E} Pa: Young's modulus must be positive")
-        if not -1.0 < self.nu <= 0.5:
-            raise ValueError(f"nu is {self.nu}: Poisson's ratio must lie in (-1, 0.5]")
+        check.positive("E", self.E, "Pa", "Young's modulus must be positive")
+        check.between("nu", self.nu, -1.0, 0.5, rule="Poisson's ratio must lie in (-1, 0.5]", ends="(]")
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,9 @@ class Interaction:
     adhesion: float = 0.0
 
     def __post_init__(self):
-        if not 0.0 <= self.restitution <= 1.0:
-            raise ValueError(f"restitution is {self.restitution}: give a value from 0 to 1")
-        for name, unit in (("friction", ""), ("adhesion", " Pa")):
-            if not 0.0 <= getattr(self, name) < np.inf:
-                raise ValueError(f"{name} is {getattr(self, name)}{unit}: it must not be negative")
+        check.between("restitution", self.restitution, 0.0, 1.0, rule="give a value from 0 to 1")
+        for name, unit in (("friction", ""), ("adhesion", "Pa")):
+            check.not_negative(name, getattr(self, name), unit, "it must not be negative")
 
 
 @dataclass(frozen=True)
@@ -96,19 +94,17 @@ class Wall:
 
     def __post_init__(self):
         nodes = finite(self.nodes, "nodes of the wall", (2, 3))
-        elements = np.array(self.elements, dtype=np.int32, ndmin=2)
+        elements = check.indices("wall elements", rows(self.elements), len(nodes), (1, 2, 3), "nodes").astype(np.int32)
         if elements.shape[1] != (nodes.shape[1] if self.radius is None else 1):
             raise ValueError(f"wall elements have {elements.shape[1]} nodes in {nodes.shape[1]} dimensions: give "
                              "segments (2 nodes) in a plane, triangles (3 nodes), or discs (1 node) with a radius")
-        if self.radius is not None and not 0.0 < self.radius < np.inf:
-            raise ValueError(f"radius of the discs of the wall is {self.radius} m: it must be positive")
-        if elements.size and not (0 <= elements.min() and elements.max() < len(nodes)):
-            raise ValueError(f"wall elements name nodes {elements.min()}..{elements.max()}, there are {len(nodes)}")
+        if self.radius is not None:
+            check.positive("radius of the discs of the wall", self.radius, "m", "it must be positive")
         if self.depth is not None and self.radius is not None:
             raise ValueError("the wall has discs and a depth: a depth is for segments and triangles, which have sides")
-        if self.depth is not None and not 0.0 <= self.depth < np.inf:
-            raise ValueError(f"depth of the wall is {self.depth} m: give none, or how far below the surface a centre "
-                             "is still pushed out")
+        if self.depth is not None:
+            check.not_negative("depth of the wall", self.depth, "m",
+                               "give none, or how far below the surface a centre is still pushed out")
         elements.flags.writeable = False
         object.__setattr__(self, "nodes", nodes)
         object.__setattr__(self, "elements", elements)
@@ -160,10 +156,8 @@ class Scene:
             raise ValueError(f"the parts of the scene have dimensions {dims}: use one dimension, 2 or 3, for all")
         put("spheres", Spheres.none(dims[0]) if self.spheres is None else self.spheres)
         put("wall", Wall.none(dims[0]) if self.wall is None else self.wall)
-        gravity = (0.0,) * self.dim if self.gravity is None else tuple(float(g) for g in self.gravity)
-        if len(gravity) != self.dim:
-            raise ValueError(f"gravity {gravity} needs {self.dim} components")
-        put("gravity", gravity)
+        put("gravity", check.numbers("gravity", (0.0,) * self.dim if self.gravity is None else self.gravity, self.dim,
+                                     "m/s^2"))
         put("materials", self._all_materials())
         put("interactions", self._all_interactions())
 

@@ -4,7 +4,7 @@ import warnings
 import numpy as np
 import pytest
 
-from dem_liggghts import (Interaction, Material, Scene, Spheres, Wall, check_start, contact_energy, critical_step,
+from dem_liggghts import (Cluster, Interaction, Material, Scene, Spheres, Wall, check_start, contact_energy, critical_step,
                           longest_window, open_dem, warn_if_window_too_long)
 
 STEEL = Material(2.1e11, 0.3)
@@ -32,12 +32,49 @@ def test_nonsense_values(make, message):
         make()
 
 
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e31, "1", None, True])
+@pytest.mark.parametrize("make, name", [
+    (lambda bad: Material(bad, 0.3), "E"), (lambda bad: Material(1e7, bad), "nu"),
+    (lambda bad: Interaction(bad), "restitution"), (lambda bad: Interaction(1.0, bad), "friction"),
+    (lambda bad: Interaction(1.0, 0.0, bad), "adhesion"),
+    (lambda bad: Wall.discs([[0, 0]], bad if bad is not None else "1"), "radius of the discs of the wall"),
+    (lambda bad: Wall([[0, 0], [1, 0]], [[0, 1]], "1" if bad is None else bad), "depth of the wall"),
+    (lambda bad: Scene(wall=Wall.none(2), gravity=(0.0, bad)), "gravity"),
+    (lambda bad: cluster(mass=bad), "mass of the cluster"), (lambda bad: cluster(angle=bad), "angle of the cluster"),
+    (lambda bad: cluster(omega=bad), "omega of the cluster")])
+def test_no_number(make, name, bad):
+    """NaN, infinity, what is no number at all or beyond all measure: refused by the field's name wherever it is."""
+    with pytest.raises(ValueError, match=rf"^{name}.* is .*: "):
+        make(bad)
+
+
+def cluster(mass=1.0, **more):
+    return Cluster([[0.0, 0.0]], 0.1, (0.0, 0.0), mass, 1.0, **more)
+
+
+@pytest.mark.parametrize("make, message", [
+    (lambda: Wall([[0, 0], [1, 0]], [[0, np.nan]]), "wall elements is .*: give whole numbers"),
+    (lambda: Wall([[0, 0], [1, 0]], [[0, 0.5]]), "wall elements is .*: give whole numbers"),
+    (lambda: Wall([[0, 0], [1, 0]], np.array([[0, 2**32 + 1]])), r"wall elements name nodes 0..4294967297, there are 2"),
+    (lambda: Wall([[0, 0], [1, 0]], [[0, 1], [0]]), "wall elements is .*: give numbers of shape"),
+    (lambda: Spheres([["a", 0]], [[0, 0]], 1.0, 1.0), "x of the spheres is .*: give an array of shape"),
+    (lambda: Spheres([[0, 0], [1, 1]], [[0, 0], [0, 0]], [1, 1, 1], 1.0), r"radius has shape \(3,\): give one number"),
+    (lambda: Spheres([[0, 0]], [[0, 0]], np.inf, 1.0), "radius is inf: it must be positive"),
+    (lambda: cluster(free=np.nan), "free of the cluster is nan: give one truth value, or 3"),
+    (lambda: Cluster.box((np.inf, 1), (2, 2), (0, 0), 1.0, 1.0), r"a box of size \[inf  1.\] m .* give 2 or 3 positive"),
+    (lambda: Cluster.box((1, 1), (2.5, 2), (0, 0), 1.0, 1.0), "at least two spheres along each"),
+])
+def test_numbers_that_are_none(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
 def test_unknown_back_end(sheet):
     with pytest.raises(ValueError, match="dem is 'ligghts': the back ends are reference and liggghts"):
         open_dem("ligghts", scene(sheet()), 1e-8)
 
 
-@pytest.mark.parametrize("dt", [0.0, -1e-8, np.nan, np.inf])
+@pytest.mark.parametrize("dt", [0.0, -1e-8, np.nan, np.inf, "1e-8", None])
 def test_step_must_be_positive(dem, sheet, dt):
     with pytest.raises(ValueError, match="the DEM time step must be positive"):
         dem(scene(sheet()), dt)
@@ -89,8 +126,13 @@ def test_spin_out_of_the_plane(dem, sheet):
 
 def test_windows_that_make_no_sense(dem, sheet):
     ball, nodes = dem(scene(sheet()), 1e-8), np.array(sheet().nodes)
-    with pytest.raises(ValueError, match="steps is 0: a window has at least one DEM step"):
-        ball.advance(0, nodes, nodes)
+    for steps in (0, -1, 2.5, np.nan, "3", True):
+        with pytest.raises(ValueError, match=f"steps is {steps!r}: a window has at least one DEM step"):
+            ball.advance(steps, nodes, nodes)
+    with pytest.raises(ValueError, match="steps is 4294967316: give a whole number of at least 1 and at most 2147483647"):
+        ball.advance(2**32 + 20, nodes, nodes)  # 20 in 32 bits
+    ball.advance(np.float64(2), nodes, 0 * nodes)
+    assert ball.time == 2e-8
     with pytest.raises(ValueError, match=r"both must have shape \(9, 2\)"):
         ball.advance(1, nodes[1:], nodes[1:])
 

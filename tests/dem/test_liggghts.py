@@ -108,6 +108,13 @@ def test_closing_twice_is_allowed_and_using_it_then_is_an_error():
         dem.particles()
 
 
+def test_numbers_beyond_32_bits_never_reach_the_shim(start):
+    dem = start(scene())
+    for function, place in ((f, i) for f, places in library.INTEGERS.items() for i in places if f != "dem_open"):
+        with pytest.raises(ValueError, match="4294967316 is too large for LIGGGHTS, which counts to 2147483647"):
+            dem._call(function, *[0] * place, 2**32 + 20)
+
+
 def test_sphere_that_flies_away_is_not_lost(start):
     dem = start(scene(x=[(0.0, 0.02)], v=[(3.0, 700.0)]), 1e-4)
     push(dem, 50, 100)

@@ -12,10 +12,12 @@ from .energy import contact_energy, kinetic_energy, potential_energy
 from .library import ARGUMENTS, SHIM, Comm, LiggghtsError, MissingLiggghts, check_sizes, load, quiet
 from .protocol import BODY, PARTICLE
 from .script import commands
+from .states import check_state, fingerprint
 
 __all__ = ["LiggghtsDEM", "LiggghtsError", "MissingLiggghts"]
 
 ALWAYS = 16  # numbers of a body that never change, before those that do (shim/bodies.h)
+NAMES = "particles", "bodies", "wall", "wall_elements", "wall_force", "steps"  # of a state
 CHANGING = 22  # x, v, omega, angular momentum (3 each), quaternion (4), force, torque (3 each)
 
 
@@ -36,6 +38,7 @@ class LiggghtsDEM:
         self.scene, self.dt, self.comm = scene, float(dt), comm or MPI.COMM_WORLD
         self._steps, self._nodes = 0, scene.wall.nodes
         self._grains, self._rigid = parts.grains(scene), parts.rigid(scene)
+        self._fingerprint = fingerprint(scene, self.dt)
         self._always = _always(self._rigid, self._grains)
         self._handle, self._library = None, load(SHIM)
         script = commands(scene, self.dt)
@@ -162,7 +165,7 @@ class LiggghtsDEM:
 
     def _changing(self):
         """What changes of the bodies, shape (bodies, CHANGING), by id."""
-        if not self.scene.clusters:
+        if not self.scene.clusters and self._handle is not None:
             return np.empty((0, CHANGING))
         table = self._table("dem_count_bodies", "dem_bodies", 1 + CHANGING)
         if len(table) != len(self._rigid.mass):
@@ -198,7 +201,7 @@ class LiggghtsDEM:
         if count.value:
             mine[:] = (ctypes.c_double * count.value).from_address(records.value)
         particles = _by_tag(mine if self.comm.size == 1 else np.concatenate(self.comm.allgather(mine)))
-        state = dict(particles=particles, bodies=self._changing(), wall=wall,
+        state = dict(scene=self._fingerprint, particles=particles, bodies=self._changing(), wall=wall,
                      wall_elements=np.array(self.scene.wall.elements), wall_force=self._sum(force),
                      steps=np.array(self._steps))
         self.set_state(state)
@@ -206,10 +209,8 @@ class LiggghtsDEM:
 
     def set_state(self, state):
         """See `protocol.DEM.set_state`. The state may come from another instance of the same scene, on any ranks."""
+        check_state(state, NAMES, self._fingerprint)
         particles, wall, old = np.array(state["particles"], float), np.array(state["wall"]), self.scene.wall
-        if len(_starts(particles)) - 1 != len(self._grains.x) or len(state["bodies"]) != len(self._rigid.mass) or \
-                wall.shape[1] != old.dim:
-            raise ValueError("the state belongs to another scene: it has other numbers of spheres or clusters")
         if not np.array_equal(state["wall_elements"], old.elements):
             new = replace(old, nodes=wall, elements=state["wall_elements"])
             self._put_wall(with_wall(self.scene, new), np.zeros(wall.shape), keep=0)

@@ -12,12 +12,16 @@ from .energy import contact_energy, kinetic_energy, potential_energy
 from .near import Near, nothing, renumber
 from .protocol import BODY, PARTICLE
 from .rigid import Bodies, omega_to_spin, turn_axes
+from .states import check_state, fingerprint
 from .verlet import Balls, Lists, Loads, Scratch, build_lists, forces, run
 from .wall import COLUMNS, MovingWall, at_rest
 
 MOVING = ("x", "v", "omega", "force", "torque")
 LARGE = 2000  # elements of a wall
 BODY_MOVING = ("x", "v", "omega", "spin", "force", "torque", "q", "axes")
+BODY_NAMES = tuple(f"body_{name}" for name in BODY_MOVING)  # in a state
+NAMES = (*MOVING, "steps", "wall", "wall_elements", "wall_force", "near_x", "near_wall", "skin",
+         *(f"near_{of}_{name}" for of in ("spheres", "elements") for name in Near._fields))
 
 
 class ReferenceDEM:
@@ -25,7 +29,8 @@ class ReferenceDEM:
     repeated on every rank, with the same result."""
 
     def __init__(self, scene, dt, comm=None):
-        self.dt, self._steps = float(dt), 0
+        self.dt, self._steps, self._closed = float(dt), 0, False
+        self._fingerprint = fingerprint(scene, self.dt)
         self._start, self._rigid = parts.grains(scene), parts.rigid(scene)
         g, zeros = self._start, lambda: np.zeros_like(self._start.x)
         self._balls = Balls(g.x.copy(), g.v.copy(), g.omega.copy(), zeros(), zeros(), g.radius, g.partner, g.kind,
@@ -68,6 +73,7 @@ class ReferenceDEM:
 
     def advance(self, steps, x, v):
         """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
+        self._need_open()
         steps = check_window(steps, x, v, self.scene)
         here = self._surface.x[:self._fixed]
         wall = MovingWall(self._all_nodes(x, here), self._all_nodes(v, 0.0 * here), *self._surface[1:3])
@@ -95,6 +101,7 @@ class ReferenceDEM:
 
     def replace_wall(self, wall):
         """See `protocol.DEM.replace_wall`."""
+        self._need_open()
         scene, fixed, old = with_wall(self.scene, wall), self._fixed, self._wall
         force = carry_force(old.x[fixed:, :scene.dim], self._loads.force[fixed:, :scene.dim], scene)
         self._use(scene)
@@ -109,6 +116,7 @@ class ReferenceDEM:
 
     def particles(self):
         """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres first."""
+        self._need_open()
         out = np.empty(len(self._balls.x), PARTICLE)
         out["id"], out["body"], out["mass"] = np.arange(1, len(out) + 1), self._start.body + 1, self._start.mass
         for name in ("x", "v", "omega", "radius"):
@@ -117,6 +125,7 @@ class ReferenceDEM:
 
     def bodies(self):
         """See `protocol.DEM.bodies`."""
+        self._need_open()
         out = np.empty(len(self._rigid.mass), BODY)
         if len(out):
             out["id"] = np.arange(1, len(out) + 1)
@@ -134,10 +143,11 @@ class ReferenceDEM:
 
     def get_state(self):
         """See `protocol.DEM.get_state`. The lists of near partners belong to it: they hold the tangential history."""
+        self._need_open()
         state = {name: getattr(self._balls, name).copy() for name in MOVING}
         if self._bodies is not None:
             state.update({f"body_{name}": getattr(self._bodies, name).copy() for name in BODY_MOVING})
-        state.update(steps=np.array(self._steps), wall=self._wall.x[self._fixed:].copy(),
+        state.update(scene=self._fingerprint, steps=np.array(self._steps), wall=self._wall.x[self._fixed:].copy(),
                      wall_elements=np.array(self.scene.wall.elements),
                      wall_force=self._loads.force[self._fixed:].copy(),
                      near_x=self._lists.x.copy(), near_wall=self._lists.wall.copy(), skin=np.array(self._lists.skin))
@@ -148,6 +158,8 @@ class ReferenceDEM:
 
     def set_state(self, state):
         """See `protocol.DEM.set_state`."""
+        self._need_open()
+        check_state(state, NAMES if self._bodies is None else NAMES + BODY_NAMES, self._fingerprint)
         for name in MOVING:
             getattr(self._balls, name)[:] = state[name]
         if self._bodies is not None:
@@ -164,7 +176,12 @@ class ReferenceDEM:
         self._lists = Lists(*near, state["near_x"].copy(), state["near_wall"].copy(), float(state["skin"]))
 
     def close(self):
-        """Nothing to free."""
+        """Nothing to free; whoever uses it then has lost track."""
+        self._closed = True
+
+    def _need_open(self):
+        if self._closed:
+            raise RuntimeError("this DEM is closed: open a new one")
 
 
 def _bodies(rigid, arm):

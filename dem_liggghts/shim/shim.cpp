@@ -23,6 +23,7 @@
 #include "lammps.h"
 #include "library.h"
 #include "output.h"
+#include "universe.h"
 #include "wall.h"
 
 // Same mangled names as in the library, which is loaded after this file: the first definition wins, and an error no
@@ -66,6 +67,15 @@ template <FixStyles *Modify::*member> struct StyleTable {
 };
 FixStyles &fix_styles(Modify *modify);
 template struct StyleTable<&Modify::fix_map>;
+
+// LIGGGHTS opens a file for what it says and, told to use one, never closes it: all instances share one, closed or not.
+static void say_it_nowhere(LAMMPS *lmp)
+{
+    static FILE *nowhere = std::fopen("/dev/null", "w");
+    if (!nowhere || !lmp->screen || lmp->screen == stdout) return;  // null: on all ranks but one
+    std::fclose(lmp->screen);
+    lmp->screen = lmp->universe->uscreen = nowhere;
+}
 
 static FixWallNodal *wall_of(LAMMPS *lmp)
 {
@@ -166,6 +176,7 @@ int dem_open(int argc, char **argv, MPI_Comm comm, void **out)
 {
     return guarded([&] {
         LAMMPS *lmp = new LAMMPS(argc, argv, comm);
+        say_it_nowhere(lmp);
         fix_styles(lmp->modify)["wall/gran/nodal"] = &FixWallNodal::create;
         *out = lmp;
     });

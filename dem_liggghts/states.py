@@ -1,0 +1,36 @@
+"""Which scene a state belongs to; for both back ends."""
+import zlib
+
+import numpy as np
+
+from . import parts
+
+WHAT = ("dimension", "time step", "number of spheres", "number of clusters", "radii", "masses", "materials", "clusters",
+        "fixed walls", "springs of friction")
+SHOWN = 4  # of the first so many the values say more than that they differ
+
+
+def fingerprint(scene, dt):
+    """Numbers of ``WHAT``, float: checksums where there are many values. The moving wall is not among them, since it
+    may be replaced, nor is what a state itself holds."""
+    g, r = parts.grains(scene), parts.rigid(scene)
+    fixed = [array for wall in scene.walls for array in (wall.nodes, wall.elements)]
+    rough = [any(scene.interaction(*pair).friction > 0 for pair in pairs)
+             for pairs in (scene.pairs(), scene.wall_pairs())]
+    return np.array([scene.dim, dt, len(g.x), len(r.mass), _sum(g.radius), _sum(g.mass, r.mass), _sum(g.kind),
+                     _sum(g.body, g.arm, r.inertia, r.turn, r.free), _sum(*fixed), _sum(np.array(rough))], float)
+
+
+def _sum(*arrays):
+    return zlib.crc32(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays))
+
+
+def check_state(state, names, own):
+    """Raise ValueError unless ``state`` has the ``names`` and is one of the scene with the fingerprint ``own``."""
+    missing = [name for name in ("scene", *names) if name not in state]
+    if missing:
+        raise ValueError(f"the state has no {missing[0]!r}: give one that this back end has made")
+    for k, (what, theirs, ours) in enumerate(zip(WHAT, np.asarray(state["scene"]), own)):
+        if theirs != ours:
+            differs = f"{what} is {theirs:g}, here it is {ours:g}" if k < SHOWN else f"{what} differ from those here"
+            raise ValueError(f"the state belongs to another scene: its {differs}; give a state of this scene")

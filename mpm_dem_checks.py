@@ -21,9 +21,10 @@ def refuse(name, value, rule, unit=""):
     raise ValueError(f"{name} is {shown(value)}{unit and ' ' + unit}: {rule}")
 
 
-def shown(value):
-    """A value in one line and not too long."""
-    text = getattr(value, "__name__", None) or (repr(value) if isinstance(value, (str, bytes)) else str(value))
+def shown(value, plain=False):
+    """A value in one line and not too long; plain: a text without quotes."""
+    text = getattr(value, "__name__", None) or (str(value) if plain or not isinstance(value, (str, bytes))
+                                                else repr(value))
     text = " ".join(text.encode(errors="backslashreplace").decode().split())
     return text if len(text) <= SHOWN else text[:SHOWN] + " …"
 

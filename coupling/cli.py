@@ -1,7 +1,6 @@
 """``key=value`` on the command line → typed keyword arguments of a case's ``main``. Words with a dash are PETSc's."""
 import difflib
 import inspect
-import math
 import re
 import signal
 import sys
@@ -11,13 +10,18 @@ import traceback
 import typing
 import warnings
 from contextlib import contextmanager
+from pathlib import Path
 
 from mpi4py import MPI
+
+import mpm_dem_checks as check
 
 EXPECTED = (ValueError, RuntimeError, ImportError, ArithmeticError, OSError, MemoryError)  # anything else is a bug
 SIGNALS = signal.SIGINT, signal.SIGTERM
 PATIENCE = 5.0  # [s] for ranks that share an error to arrive at their end
 IMPATIENT = 0.5  # [s] after an interrupt: mpirun kills the ranks a second after it has told them
+NUMBERS = {float: re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE),
+           int: re.compile(r"[+-]?\d+(e\+?\d+)?", re.ASCII | re.IGNORECASE)}  # Python's float() and int() take more
 
 
 class UsageError(ValueError):
@@ -100,8 +104,8 @@ def _all_arrive(comm, patience):
 
 
 def parse(main, words, presets=None):
-    """Keyword arguments for ``main`` from words such as ``dt=1e-6``; UsageError for an unknown key or a value that does
-    not fit its type."""
+    """Keyword arguments for ``main`` from words such as ``dt=1e-6``; UsageError for an unknown or repeated key and a
+    value that does not fit its type."""
     hints, known = typing.get_type_hints(main), list(inspect.signature(main).parameters)
     preset, given, after_option = {}, {}, False
     for word in words:
@@ -116,14 +120,22 @@ def parse(main, words, presets=None):
                 raise UsageError(f"{word!r} is not key=value; known keys: {', '.join(known)}")
             after_option = False
         elif key == "preset" and presets:
+            once(key, text, {"preset": preset} if preset else {})
             if text not in presets:
                 raise UsageError(f"preset={text} does not exist: choose one of {', '.join(presets)}")
             preset = presets[text]
         elif key not in known:
             raise UsageError(_unknown(key, known + ["preset"] * bool(presets)))
         else:
+            once(key, text, given)
             given[key] = convert(key, text, hints[key])
     return {**preset, **given}
+
+
+def once(key, text, given):
+    """UsageError when the key is among those ``given`` before: which of two values counts is nothing to guess."""
+    if key in given:
+        raise UsageError(f"{key}={check.shown(text, plain=True)} repeats the key {key}: give it once")
 
 
 def _unknown(key, known):
@@ -142,22 +154,42 @@ def convert(key, text, kind):
         return choices[text]
     if origin is typing.Union:  # Optional
         return None if text == "none" else convert(key, text, args[0])
+    if not text:
+        raise UsageError(f"{key}= has no value: give {_kind_name(kind)}, or leave {key} out")
     try:
         if origin is tuple:
-            parts = text.strip("()").split(",")
+            parts = re.sub(r"^\((.*)\)$", r"\1", text).split(",")
             if args[-1] is Ellipsis:  # any number of them
                 args = args[:1] * len(parts)
             if len(parts) != len(args):
                 raise ValueError
-            return tuple(arg(part) for part, arg in zip(parts, args))
+            return tuple(_number(key, part, arg) for part, arg in zip(parts, args))
         if kind is bool:
             return {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}[text.lower()]
-        value = kind(text)
-        if kind is float and not math.isfinite(value):
-            raise ValueError
-        return value
+        if kind in (int, float):
+            return _number(key, text, kind)
+    except UsageError:
+        raise
     except (ValueError, KeyError):
-        raise UsageError(f"{key}={text} cannot be read as {_kind_name(kind)}") from None
+        raise UsageError(f"{key}={check.shown(text, plain=True)} cannot be read as {_kind_name(kind)}") from None
+    return checked(check.path, key, text) if kind is Path else kind(text)
+
+
+def _number(key, text, kind):
+    """ValueError unless the text is a number in plain digits, for int a whole one such as 20 or 1e9."""
+    if not NUMBERS[kind].fullmatch(text):
+        raise ValueError
+    if kind is int:
+        return int(text) if text.lstrip("+-").isdigit() else int(checked(check.finite, key, float(text)))
+    return checked(check.finite, key, float(text))
+
+
+def checked(valid, key, value, **more):
+    """What the check ``valid`` makes of the value; UsageError for what it refuses."""
+    try:
+        return valid(key, value, **more)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
 
 
 def _kind_name(kind):
@@ -166,7 +198,8 @@ def _kind_name(kind):
         if args[-1] is Ellipsis:
             return f"numbers separated by commas, such as {','.join(3 * ['2' if args[0] is int else '0.1'])}"
         return f"{len(args)} numbers separated by commas, such as {','.join('2' if a is int else '0.1' for a in args)}"
-    return {int: "a whole number", float: "a finite number", bool: "yes or no", str: "a word"}.get(kind, str(kind))
+    return {int: "a whole number", float: "a finite number", bool: "yes or no", str: "a word",
+            Path: "a folder"}.get(kind, str(kind))
 
 
 def manual(main, presets=None):
@@ -179,17 +212,17 @@ def manual(main, presets=None):
         hint = typing.get_args(hints[name])[0] if typing.get_origin(hints[name]) is typing.Union else hints[name]
         if typing.get_origin(hint) is typing.Literal:
             meaning += f"; one of {', '.join(map(str, typing.get_args(hint)))}"
-        lines.append(f"  {f'{name}={_shown(parameter.default)}':26} {meaning}")
+        lines.append(f"  {f'{name}={typed(parameter.default)}':26} {meaning}")
     for name, values in (presets or {}).items():
-        lines.append(f"  {f'preset={name}':26} " + " ".join(f"{k}={_shown(v)}" for k, v in values.items()))
+        lines.append(f"  {f'preset={name}':26} " + " ".join(f"{k}={typed(v)}" for k, v in values.items()))
     lines += ["", "Options with a dash belong to PETSc: -mpm_snes_monitor, -mpm_snes_rtol 1e-8, -mpm_pc_type lu, …"]
     return "\n".join(lines)
 
 
-def _shown(value):
+def typed(value):
     """A value as it is typed on the command line."""
     if isinstance(value, tuple):
-        return ",".join(map(_shown, value))
+        return ",".join(map(typed, value))
     if isinstance(value, float):
         return f"{value:.12g}"
     return "none" if value is None else str(value)

@@ -28,16 +28,19 @@ import csv
 import difflib
 import math
 import os
+import re
 import runpy
-import sys
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import NamedTuple
+
+import mpm_dem_checks as check
 
 from . import cli, figure, report, sweep
 
 CLASSES = ("right", "inaccurate", "stopped", "wrong")
 ENERGY = 0.05
+NAME = re.compile(r"[\w.+-]+")  # of a row and its folder
 BUG = "this is a bug in the program"  # how cli.run begins its last sentence after an error that nobody expected
 HEAD = ("group", "row", "words", "expected", "found", "measure", "error", "bound", "energy_gain", "window_s", "says",
         "why")
@@ -72,16 +75,19 @@ def main(words):
     if {"-h", "--help"} & set(words):
         print(__doc__)
         return 0
-    own = dict(word.split("=", 1) for word in words if "=" in word)
+    own = {}
+    for key, text in (word.split("=", 1) for word in words if "=" in word):
+        cli.once(key, text, own)
+        own[key] = text
     if unknown := set(own) - {"out", "jobs", "timeout", "matrix"}:
         raise cli.UsageError(f"unknown key {sorted(unknown)[0]!r}; known keys: out, jobs, timeout, matrix")
     jobs, timeout = (cli.convert(name, own.get(name, str(default)), kind)
                      for name, default, kind in (("jobs", os.cpu_count(), int), ("timeout", "120", float)))
-    if jobs < 1 or timeout <= 0:
-        raise cli.UsageError(f"jobs={jobs} timeout={timeout:g}: give at least one run at a time and a positive time")
+    jobs = cli.checked(check.count, "jobs", jobs, most=1000)
+    timeout = cli.checked(check.positive, "timeout", timeout, unit="s")
     case, rows = read(own.get("matrix", Path(__file__).parents[1] / "cases" / "stability.py"))
     rows = choose(rows, [word for word in words if "=" not in word])
-    out = Path(own.get("out", "out/stability"))
+    out = cli.checked(check.path, "out", own.get("out", "out/stability"))
     out.mkdir(parents=True, exist_ok=True)
     outcomes = run(case, rows, out, jobs, timeout)
     figure.draw_matrix(out / "stability.png", [(o.row.group, o.row.name, o.found, o.error / o.bound) for o in outcomes])
@@ -92,18 +98,37 @@ def main(words):
 
 def read(path):
     """Case and rows of a matrix; UsageError for one that does not make sense."""
-    if not Path(path).is_file():
-        raise cli.UsageError(f"matrix={path} does not exist: give a Python file with CASE and ROWS")
-    content = runpy.run_path(str(path))
-    rows = [Row(*entry) for entry in content["ROWS"]]
-    for row in rows:
-        if row.expected not in CLASSES[:3]:
-            raise cli.UsageError(f"row {row.name} expects {row.expected!r}: choose one of {', '.join(CLASSES[:3])}")
-        if not row.why or not (row.bounds or row.expected == "stopped"):
-            raise cli.UsageError(f"row {row.name} does not say why, or has no bound of an error: write it down")
+    path = cli.checked(check.file, "matrix", path)
+    try:
+        content = runpy.run_path(str(path))
+        script, entries = path.parent / content["CASE"], list(content["ROWS"])
+    except Exception as error:  # whatever is wrong with somebody's Python file
+        raise cli.UsageError(f"matrix={path} cannot be read ({type(error).__name__}: {error}): give a Python file with "
+                             "CASE, the name of a script beside it, and ROWS") from None
+    rows = [_row(number, entry) for number, entry in enumerate(entries, 1)]
     if len({row.name for row in rows}) < len(rows):
         raise cli.UsageError(f"matrix={path} has two rows of one name: rename one")
-    return Path(path).parent / content["CASE"], rows
+    cli.checked(check.file, f"CASE of matrix={path}", script)
+    return script, rows
+
+
+def _row(number, entry):
+    """One tuple of a matrix as a ``Row``; UsageError for one that is none."""
+    form = isinstance(entry, (tuple, list)) and len(entry) == len(Row._fields)
+    if not form or not all(isinstance(text, str) for text in (*entry[:4], entry[5])) or not isinstance(entry[4], dict):
+        raise cli.UsageError(f"row {number} of the matrix is {check.shown(entry)}: give a tuple of {len(Row._fields)}, "
+                             f"{', '.join(Row._fields)}, of which bounds is a dictionary and the others are texts")
+    row = Row(*entry)
+    if not NAME.fullmatch(row.name) or ".." in row.name:
+        raise cli.UsageError(f"row {number} of the matrix is called {row.name!r}, which is to be the name of a folder: "
+                             "give letters, digits, single points and _+-")
+    if row.expected not in CLASSES[:3]:
+        raise cli.UsageError(f"row {row.name} expects {row.expected!r}: choose one of {', '.join(CLASSES[:3])}")
+    if not row.why or not (row.bounds or row.expected == "stopped"):
+        raise cli.UsageError(f"row {row.name} does not say why, or has no bound of an error: write it down")
+    for measure, bound in row.bounds.items():
+        cli.checked(check.positive, f"the bound of {measure} in row {row.name}", bound)
+    return row
 
 
 def choose(rows, names):

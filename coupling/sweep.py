@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-from .cli import EXPECTED, UsageError
+from .cli import EXPECTED, UsageError, once
 
 TUPLE = re.compile(r"-?[\d.]+(e[+-]?\d+)?(x-?[\d.]+(e[+-]?\d+)?)+")  # 62x13: one value of several numbers
 DONE = "run.json"  # last file of a finished run
@@ -20,7 +20,7 @@ PATIENCE = 10.0  # [s] for a run that was told to end
 class Result(NamedTuple):
     """One run: its swept ``keys`` (name → text); ``status``, "ok" or why not; seconds in windows and in all, largest
     memory of a rank [MB], None where the run failed; ``errors``: name → number; ``sentence``: whether the run itself
-    said why it failed."""
+    said why it failed; ``warnings``: what it warned of."""
 
     keys: dict
     status: str
@@ -29,27 +29,30 @@ class Result(NamedTuple):
     peak_mb: float = None
     errors: dict = {}
     sentence: bool = False
+    warnings: tuple = ()
 
 
 def parse(words, own=()):
     """Words of a command line → (swept keys: name → texts, words that every run gets, own keys of the tool: name →
-    text). ``own``: their names, which the case does not get to see. UsageError for a word that is no key=value."""
-    swept, fixed, mine, after_option = {}, [], {}, False
+    text). ``own``: their names, which the case does not get to see. UsageError for a word that is no key=value and
+    for a key or a value given twice."""
+    swept, fixed, mine, seen, after_option = {}, [], {}, set(), False
     for word in words:
         key, equals, text = word.partition("=")
-        if word.startswith("-"):
-            after_option = True  # PETSc's; a value, if it has one, follows as a word of its own
+        if word.startswith("-") or (not equals and after_option):
+            after_option = word.startswith("-")  # PETSc's; a value, if it has one, follows as a word of its own
             fixed.append(word)
-        elif not equals and after_option:
-            after_option = False
-            fixed.append(word)
-        elif not equals or not text:
-            raise UsageError(f"{word!r} is not key=value nor key=value,value,…")
-        elif key in own or any(name.endswith("_") and key.startswith(name) for name in own):
+            continue
+        if not equals or not text:
+            raise UsageError(f"{word!r} is not key=value nor key=value,value,…: give it so")
+        once(key, text, seen)
+        seen.add(key)
+        if key in own or any(name.endswith("_") and key.startswith(name) for name in own):
             mine[key] = text
         elif len(values := text.split(",")) > 1:
-            if "" in values:
-                raise UsageError(f"{word!r} has an empty value: separate the values by single commas")
+            if "" in values or len(set(values)) < len(values):
+                raise UsageError(f"{word!r} has {'an empty value' if '' in values else 'a value twice'}: separate "
+                                 "different values by single commas")
             swept[key] = values
         else:
             fixed.append(f"{key}={as_typed(text)}")
@@ -75,7 +78,7 @@ def run(case, keys, fixed, folder, *, repeat=1, timeout=None):
     try:
         kept = json.loads((folder / DONE).read_text())
         if kept["words"] == words and kept["repeat"] >= repeat:
-            return Result(**kept["result"])
+            return Result(**kept["result"])._replace(warnings=tuple(kept["result"].get("warnings", ())))
     except (OSError, ValueError, KeyError, TypeError):
         pass  # not there, not finished or not readable: run it
     best = None
@@ -83,7 +86,7 @@ def run(case, keys, fixed, folder, *, repeat=1, timeout=None):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
         status, sentence = _start([*words, f"out={folder}"], folder, timeout)
-        result = _read(folder, keys, status)._replace(sentence=sentence)
+        result = _read(folder, keys, status)._replace(sentence=sentence, warnings=tuple(_said(folder, "warning: ")))
         if result.status != "ok":
             best = result
             break
@@ -112,9 +115,14 @@ def _start(words, folder, timeout):
         return "ok", False
     if process.returncode < 0:
         return f"killed by {signal.Signals(-process.returncode).name}", False
-    lines = [line for line in (folder / "stderr.txt").read_text(errors="replace").splitlines() if line.strip()]
-    said = [line[len("error: "):] for line in lines if line.startswith("error: ")]
-    return (said or lines[-1:] or [f"exit status {process.returncode}"])[0], bool(said)
+    said = _said(folder, "error: ")
+    return (said or _said(folder, "")[-1:] or [f"exit status {process.returncode}"])[0], bool(said)
+
+
+def _said(folder, kind):
+    """Lines that a run wrote to stderr, those that begin with ``kind``, without it."""
+    lines = (folder / "stderr.txt").read_text(errors="replace").splitlines()
+    return [line[len(kind):] for line in lines if line.strip() and line.startswith(kind)]
 
 
 def _stop(process):

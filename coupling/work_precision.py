@@ -17,13 +17,14 @@ of the tool:
     peer=PYTHON script=FILE peer_KEY=value,value
                      another program on the same beam, measured here, see coupling/peer.py
 
-It leaves work_precision.csv (a column per swept key, then window_s, wall_s, peak_mb, status and error_NAME of each
-error measure), which grows with every run, and at the end work_precision.md and work_precision.png. window_s is the
-time in coupling windows, without start-up and pictures. A run that fails is a row with its reason.
+It leaves work_precision.csv (a column per swept key, then window_s, wall_s, peak_mb, status, warnings of the case and
+error_NAME of each error measure), which grows with every run, and at the end work_precision.md and work_precision.png.
+window_s is the time in coupling windows, without start-up and pictures. A run that fails is a row with its reason.
 """
 import csv
 from math import inf
-from pathlib import Path
+
+import mpm_dem_checks as check
 
 from . import cli, figure, peer, sweep
 from .report import table_row
@@ -36,16 +37,16 @@ def main(words):
     if not words or {"-h", "--help"} & set(words):
         print(__doc__)
         return 0
-    case = Path(words[0])
+    case = cli.checked(check.path, "the script of a case", words[0])
     if not case.is_file():
         raise cli.UsageError(f"{words[0]!r} is not a file: the first word is the script of a case, such as "
-                             "cases/beam_impact.py")
+                             "cases/beam_impact.py; name one")
     swept, fixed, own = sweep.parse(words[1:], OWN)
-    repeat = cli.convert("repeat", own.get("repeat", "1"), int)
+    repeat = cli.checked(check.count, "repeat", cli.convert("repeat", own.get("repeat", "1"), int))
     timeout = cli.convert("timeout", own["timeout"], float) if "timeout" in own else None
-    if repeat < 1 or (timeout is not None and timeout <= 0):
-        raise cli.UsageError(f"repeat={repeat} timeout={timeout}: give at least one run and a positive time")
-    out = Path(own.get("out", f"out/work_precision/{case.stem}"))
+    if timeout is not None:
+        cli.checked(check.positive, "timeout", timeout, unit="s")
+    out = cli.checked(check.path, "out", own.get("out", f"out/work_precision/{case.stem}"))
     others = read_overlay(own["overlay"]) if "overlay" in own else []
     peers = peer.plan(own)
     out.mkdir(parents=True, exist_ok=True)
@@ -65,9 +66,11 @@ def main(words):
 
 def _line(result):
     keys = " ".join(f"{k}={v}" for k, v in result.keys.items())
+    warned = "".join(f"\n    warning: {warning}" for warning in result.warnings)
     if result.status != "ok":
-        return f"{keys}: {result.status}"
-    return f"{keys}: {result.window_s:.3g} s, " + ", ".join(f"{n} {e:.3g}" for n, e in list(result.errors.items())[:3])
+        return f"{keys}: {result.status}{warned}"
+    errors = ", ".join(f"{n} {e:.3g}" for n, e in list(result.errors.items())[:3])
+    return f"{keys}: {result.window_s:.3g} s, {errors}{warned}"
 
 
 def read_overlay(path):
@@ -88,11 +91,11 @@ def measures(results):
 
 
 def write_csv(path, swept, results):
-    """One row per run: its keys, seconds in windows and in all, memory [MB], status and errors."""
+    """One row per run: its keys, seconds in windows and in all, memory [MB], status, warnings and errors."""
     names = measures(results)
-    head = [*swept, "window_s", "wall_s", "peak_mb", "status", *(f"error_{name}" for name in names)]
-    rows = [[*r.keys.values(), r.window_s, r.wall_s, r.peak_mb, r.status, *(r.errors.get(n) for n in names)]
-            for r in results]
+    head = [*swept, "window_s", "wall_s", "peak_mb", "status", "warnings", *(f"error_{name}" for name in names)]
+    rows = [[*r.keys.values(), r.window_s, r.wall_s, r.peak_mb, r.status, " / ".join(r.warnings),
+             *(r.errors.get(n) for n in names)] for r in results]
     with open(path, "w", encoding="utf-8", newline="") as file:
         csv.writer(file).writerows([head, *(["" if cell is None else cell for cell in row] for row in rows)])
 
@@ -141,6 +144,8 @@ def markdown(swept, results, others, names):
                  *(_shown(r.errors[n]) if n in r.errors else "" for n in names)]
         lines.append(table_row([f"**{cell}**" for cell in cells] if number in best else cells))
     lines += [table_row([*r.keys.values(), r.status]) for r in results if r.status != "ok"]
+    lines += [line for r in results for warning in r.warnings
+              for line in ("", f"{' '.join(f'{k}={v}' for k, v in r.keys.items())} warns: {warning}")]
     if others:
         lines += ["", table_row(["others", "time [s]", *names]), table_row(["---"] * (2 + len(names)))]
         lines += [table_row([row["label"], f"{row['time_s']:.3g}",

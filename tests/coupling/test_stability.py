@@ -80,13 +80,20 @@ def test_goes_on_and_takes_names(matrix, tmp_path):
 
 @pytest.mark.parametrize("rows, words, message", [
     (ROWS, ["goood"], "no row or group 'goood': did you mean good"), (ROWS, ["job=2"], "unknown key 'job'"),
-    (ROWS, ["jobs=0"], "jobs=0"), ([ROWS[0], ROWS[0]], [], "two rows of one name"),
+    (ROWS, ["jobs=0"], "jobs is 0"), ([ROWS[0], ROWS[0]], [], "two rows of one name"),
     ([("a", "b", "force=1", "wrong", {"force": 1}, "why")], [], "expects 'wrong'"),
     ([("a", "b", "force=1", "right", {}, "why")], [], "no bound"),
-    ([("a", "b", "force=1", "right", {"force": 1}, "")], [], "why")])
+    ([("a", "b", "force=1", "right", {"force": 1}, "")], [], "why"),
+    (ROWS, ["jobs=1", "jobs=2"], "jobs=2 repeats the key jobs: give it once"),
+    ([("a", "b")], [], "row 1 of the matrix is .'a', 'b'.: give a tuple of 6, group, name, words"),
+    ([("a", "b", "force=1", "right", 1.0, "why")], [], "of which bounds is a dictionary"), ([3], [], "row 1 .* is 3"),
+    (3, [], "cannot be read .TypeError: .*: give a Python file with CASE"),
+    ([("a", "../b", "force=1", "right", {"force": 1}, "why")], [], "called '../b', which is to be the name of a folder"),
+    ([("a", "..", "force=1", "right", {"force": 1}, "why")], [], "called '..'"),
+    ([("a", "b", "force=1", "right", {"force": -1}, "why")], [], "bound of force in row b is -1: give a positive")])
 def test_bad_input(matrix, rows, words, message):
     with pytest.raises(cli.UsageError, match=message):
-        stability.main([*matrix(rows), *words])
+        stability.main([*matrix(rows)[:2], *words])
 
 
 def test_the_matrix_itself():

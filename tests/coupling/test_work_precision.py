@@ -19,6 +19,8 @@ keys = {"dt": "0.1", "scheme": "leapfrog", "size": "1,1", **dict(word.split("=",
 dt, x, v = float(keys["dt"]), 1.0, 0.0
 if dt <= 0:
     sys.exit(print("error: dt is %g s: it must be positive" % dt, file=sys.stderr) or 1)
+if dt > 0.05:
+    print("warning: dt is coarse", file=sys.stderr)
 if keys["scheme"] == "sleep":
     time.sleep(60)
 if keys["scheme"] == "crash":
@@ -98,7 +100,8 @@ def test_a_sweep_and_its_table(pendulum, tmp_path, capsys):
     words = [str(pendulum), "scheme=leapfrog,euler", "dt=0.1,0.01,-1", "size=3x2", f"out={out}", "repeat=2"]
     assert work_precision.main(words) == 0
     table = rows(out)
-    assert list(table[0]) == ["scheme", "dt", "window_s", "wall_s", "peak_mb", "status", "error_x", "error_v"]
+    assert list(table[0]) == ["scheme", "dt", "window_s", "wall_s", "peak_mb", "status", "warnings", "error_x",
+                              "error_v"]
     by_key = {(row["scheme"], float(row["dt"])): row for row in table}
     assert len(table) == 6 and by_key["euler", 0.01]["peak_mb"] == "12.0"
     error = {key: float(row["error_x"]) for key, row in by_key.items() if row["status"] == "ok"}
@@ -110,7 +113,11 @@ def test_a_sweep_and_its_table(pendulum, tmp_path, capsys):
     text = (out / "work_precision.md").read_text()
     assert text.count("dt is -1 s: it must be positive |") == 2 and "| **leapfrog** | **0.01** |" in text
     assert (out / "work_precision.png").stat().st_size > 10_000
-    assert "6/6 scheme=euler dt=-1: dt is -1 s" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "6/6 scheme=euler dt=-1: dt is -1 s" in said and said.count("warning: dt is coarse") == 2
+    assert {key for key, row in by_key.items() if row["warnings"] == "dt is coarse"} == {("leapfrog", 0.1),
+                                                                                         ("euler", 0.1)}
+    assert "scheme=euler dt=0.1 warns: dt is coarse\n" in text
 
 
 def test_a_sweep_goes_on_where_it_stopped(pendulum, tmp_path):
@@ -146,7 +153,10 @@ def test_an_interrupt_ends_the_run_below(pendulum, tmp_path):
 
 @pytest.mark.parametrize("words, error, sentence", [
     (["nothing.py"], cli.UsageError, "'nothing.py' is not a file"),
-    (["CASE", "repeat=0"], cli.UsageError, "repeat=0"),
+    (["CASE", "repeat=0"], cli.UsageError, "repeat is 0: give a whole number of at least 1"),
+    (["CASE", "dt=0.1,0.2", "dt=0.3,0.4"], cli.UsageError, "dt=0.3,0.4 repeats the key dt: give it once"),
+    (["CASE", "dt=0.1", "dt=0.2"], cli.UsageError, "dt=0.2 repeats the key dt"),
+    (["CASE", "dt=0.1,0.2,0.1"], cli.UsageError, "'dt=0.1,0.2,0.1' has a value twice"),
     (["CASE", "dt=0.1", "show=y"], cli.UsageError, "show=y: the case has the errors x, v"),
     (["CASE", "dt=-1,-2"], RuntimeError, "no run of the sweep came to its end; the first: dt is -1 s"),
     (["CASE", "overlay=nothing.csv"], cli.UsageError, "overlay=nothing.csv cannot be read"),

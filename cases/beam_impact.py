@@ -91,16 +91,17 @@ def strike(case, compare, modes=50, **keys):
                "v_sphere": ("m/s", "upward velocity of the sphere", lambda w: w.particles["v"][0, 1])}
     runs, wait = {}, p.gap / p.v0
     for backend in ("liggghts", "reference") if p.dem == "compare" else (p.dem,):
+        label = "liggghts" if (p.dem, backend) == ("compare", "liggghts") else ""
         solid = MPM(grid, beam, supports, interface, rebalance=p.rebalance, solver=p.solver)
         grains = open_dem(backend, scene, p.dt / p.substeps)
         start_points = solid.snapshot() if p.picture else None
         with Record(case, keys, p.out, solid, grains, windows=windows, columns=columns, paraview=p.paraview,
-                    label="liggghts" if (p.dem, backend) == ("compare", "liggghts") else "") as record:
+                    label=label) as record:
             couple(solid, grains, follow, **{key: keys[key] for key in SCHEME}, on_window=[record])
             runs[backend] = record.history
             record.finish(compare(runs, reference, wait), lambda path: draw(path, runs, reference, wait))
-        if p.picture:
-            show(f"{p.out}/{case}_scene.png", p, start_points, solid.snapshot(), scene, grains.particles())
+            if p.picture:
+                show(record.path(f"{case}_scene.png"), p, start_points, solid.snapshot(), scene, grains.particles())
         solid.close(), grains.close()
     return runs
 

@@ -87,14 +87,11 @@ class Obstacles(Flow):
         super()._picture(time)
         self._shapes.append(self._corners())
 
-    def show(self, out, case, label):
-        """Pictures of the points by speed with the blocks, and the animation; by rank 0."""
-        if MPI.COMM_WORLD.rank:
-            return
-        path = f"{out}/{case}_flow{'_' if label else ''}{label}"
-        frames.draw(f"{path}.png", self._frames, "speed [m/s]", self._shapes)
-        if self._movie:
-            animation.save(f"{path}.gif", self._movie, "speed [m/s]")
+    def pictures(self, name):
+        """Of the points by speed with the blocks, and the animation where one is asked for."""
+        still = {f"{name}.png": lambda path: frames.draw(path, self._frames, "speed [m/s]", self._shapes)}
+        return still if not self._every else {
+            **still, f"{name}.gif": lambda path: self._movie and animation.save(path, self._movie, "speed [m/s]")}
 
 
 def events(history, p):

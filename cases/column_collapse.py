@@ -10,7 +10,6 @@ from types import SimpleNamespace
 from typing import Literal, Optional, Tuple
 
 import numpy as np
-from mpi4py import MPI
 
 from coupling import Record, cli, count_windows, figure, frames, march
 from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, GridWall, Support
@@ -62,11 +61,8 @@ def main(
     solid = make_column(p)
     flow = Flow(solid, p)
     with Record("column_collapse", keys, out, solid, None, windows=steps, columns=flow.columns(),
-                paraview=paraview) as record:
-        try:
-            march(solid, dt=dt, t_end=t_end, on_window=[flow, record])
-        finally:
-            flow.show(f"{out}/column_collapse_flow.png")
+                paraview=paraview, pictures=flow.pictures("column_collapse_flow")) as record:
+        march(solid, dt=dt, t_end=t_end, on_window=[flow, record])
         record.finish(compare(record.history, p), lambda path: draw(path, record.history))
     solid.close()
     return record.history
@@ -183,10 +179,9 @@ class Flow:
         x, speed = self._gathered()
         self._frames.append((f"t = {time:.2f} s", x.copy(), speed.copy()))
 
-    def show(self, path):
-        """Picture of the points by speed at the times so far; for rank 0."""
-        if MPI.COMM_WORLD.rank == 0:
-            frames.draw(path, self._frames, "speed [m/s]")
+    def pictures(self, name):
+        """Of the points by speed at the times so far, for the ``Record``."""
+        return {f"{name}.png": lambda path: frames.draw(path, self._frames, "speed [m/s]")}
 
 
 def compare(history, p):

@@ -67,12 +67,10 @@ def main(
         grains = open_dem(backend, scene, dt / substeps)
         flow = Obstacles(solid, grains, p)
         with Record("granular_blocks", keys, out, solid, grains, windows=windows, columns=flow.columns(),
-                    gravity=-p.g, paraview=paraview, label=label) as record:
-            try:
-                x = solid.interface.x
-                couple(solid, grains, nearest(x, x), **{key: keys[key] for key in SCHEME}, on_window=[flow, record])
-            finally:
-                flow.show(out, "granular_blocks", label)
+                    gravity=-p.g, paraview=paraview, label=label,
+                    pictures=flow.pictures(f"granular_blocks_flow{'_' if label else ''}{label}")) as record:
+            x = solid.interface.x
+            couple(solid, grains, nearest(x, x), **{key: keys[key] for key in SCHEME}, on_window=[flow, record])
             runs[backend] = record.history
             table = events(record.history, p)
             record.finish(miss(table, runs), lambda path: draw(path, runs, p), events=table)

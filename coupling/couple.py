@@ -40,7 +40,8 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, iterate=0, tol=1e-4
     (ArithmeticError), down to one DEM step, and grows back; above, the change of the force in a window against its
     extrapolation, relative to the largest so far, stays near it, and ``dt`` is the longest.
 
-    ``on_window`` are called with each ``Window``. A run that stopped goes on bit for bit from the states of both
+    ``on_window`` are called with each ``Window``; those with a method ``begin`` are told before the first one, when all
+    keywords have been checked. A run that stopped goes on bit for bit from the states of both
     partitions and its ``last`` window. FloatingPointError when a number is no longer finite, NotConverged when a window
     needs more repetitions.
     """
@@ -57,6 +58,7 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, iterate=0, tol=1e-4
     scheme = Iterated(solid, grains, mapping, known, iterate=iterate, tol=tol, relax=relax) if iterate else \
         Weak(solid, grains, mapping, last)
     keeps = iterate > 0 or control.active
+    begin(on_window)
     while done < total:
         number, change = number + 1, resample(solid, grains, mapping)
         if change is not None:
@@ -75,6 +77,13 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, iterate=0, tol=1e-4
         scheme.accept(window)
         for report in on_window:
             report(window)
+
+
+def begin(on_window):
+    """Tell the observers that want to know it that the first window is about to begin."""
+    for report in on_window:
+        if hasattr(report, "begin"):
+            report.begin()
 
 
 def _succeed(attempt, control, left, rewind, trend):

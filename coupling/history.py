@@ -1,4 +1,6 @@
 """history.csv: one row per coupling window."""
+import os
+import shutil
 import time
 from pathlib import Path
 
@@ -9,11 +11,11 @@ class History:
     """Rows of named numbers, written as they come, so that a run that fails leaves what it had.
 
     path: the CSV file, or None to keep rows in memory only; columns: name → (unit, meaning), in their order; notes:
-    lines for the head of the file. Give a path on rank 0 only.
+    lines for the head of the file. Give a path on rank 0 only. Who renames the file tells its new ``path``.
     """
 
     def __init__(self, path, columns, notes=()):
-        self.columns, self.rows = dict(columns), []
+        self.path, self.columns, self.rows = path, dict(columns), []
         self._file = None if path is None else open(path, "w", encoding="utf-8")
         self._flushed = time.monotonic()
         if self._file:
@@ -38,6 +40,18 @@ class History:
 
     def __len__(self):
         return len(self.rows)
+
+    def missing(self):
+        """Has somebody removed the file that the rows go to?"""
+        try:
+            return self._file is not None and not os.path.samestat(os.stat(self.path), os.fstat(self._file.fileno()))
+        except FileNotFoundError:
+            return True
+
+    def restore(self, path):
+        """Put the file back at ``path`` after somebody has removed it: as long as it is open, it can be read."""
+        self._file.flush()
+        shutil.copyfile(f"/proc/self/fd/{self._file.fileno()}", path)
 
     def close(self):
         """Write what is left; rows stay in memory."""

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .couple import count_windows
+from .couple import begin, count_windows
 
 
 class Step(NamedTuple):
@@ -26,11 +26,13 @@ class Step(NamedTuple):
 
 def march(solid, *, dt, t_end, on_window=()):
     """Advance a solid that nothing touches to ``t_end`` [s] in steps of ``dt`` [s]; ``on_window`` are called with each
-    ``Step``. ValueError unless dt divides the time."""
+    ``Step``, see ``couple``. ValueError unless dt divides the time."""
     start = solid.time
-    for number in range(1, count_windows(t_end, dt, start=start) + 1):
-        begin = perf_counter()
+    count = count_windows(t_end, dt, start=start)
+    begin(on_window)
+    for number in range(1, count + 1):
+        before = perf_counter()
         x, v = solid.advance(dt)
-        step = Step(number, start + number * dt, dt, x, v, {"MPM": perf_counter() - begin})
+        step = Step(number, start + number * dt, dt, x, v, {"MPM": perf_counter() - before})
         for report in on_window:
             report(step)

@@ -4,41 +4,66 @@ from pathlib import Path
 
 import numpy as np
 
+from .results import Results
+from .sharing import on_each, on_first
+from .writing import replace_text, writing
+
 
 class ParaView:
-    """The time series of one run in ``folder``, by name; ``suffix`` ends their names. Every rank of ``comm`` writes
-    what it has, rank 0 lists the files. On one rank they are called NAME_TIME.vtu, on several NAME_TIME_RANK.vtu."""
+    """The time series of one run, by name; ``suffix`` ends their names. Every rank of ``comm`` writes what it has, rank
+    0 lists the files. On one rank they are called NAME_TIME.vtu, on several NAME_TIME_RANK.vtu. results: the
+    ``Results`` that they are part of."""
 
-    def __init__(self, folder, suffix, comm):
-        self._folder, self._suffix, self._comm, self._series = folder, suffix, comm, {}
+    def __init__(self, results, suffix, comm):
+        self._results, self._suffix, self._comm, self._series = results, suffix, comm, {}
 
     def add(self, time, parts):
         """One time [s]; parts: name → (points, cells, data) of this rank, see ``Series.add``. Collective."""
         comm, alone = self._comm, self._comm.size == 1
-        for name, part in parts.items():
-            self._of(name).write(*part, rank=None if alone else comm.rank)
-        there = comm.allgather(list(parts))  # so that the list names no file that is not written to its end
-        for name in dict.fromkeys(sum(there, [])):
-            if comm.rank == 0:
-                ranks = [rank for rank, names in enumerate(there) if name in names]
-                self._of(name).list(time, [None] if alone else ranks)
+        there = comm.allgather(list(parts))
+        ranks = {name: [None] if alone else [rank for rank, names in enumerate(there) if name in names]
+                 for name in dict.fromkeys(sum(there, []))}
+
+        def announce():
+            for name in ranks:
+                self._results.add(*self._of(name).files(ranks[name]))
+
+        def write():
+            for name, part in parts.items():
+                self._of(name).write(*part, rank=None if alone else comm.rank)
+
+        def list_them():
+            for name in ranks:
+                self._of(name).list(time, ranks[name])
+
+        on_first(comm, announce)
+        on_each(comm, write)  # so that the list names no file that is not written to its end
+        on_first(comm, list_them)
+        for name in ranks:
             self._of(name).count += 1
 
     def _of(self, name):
-        return self._series.setdefault(name, Series(self._folder, name + self._suffix))
+        return self._series.setdefault(name, Series(self._results, name + self._suffix))
 
 
 class Series:
-    """The time series NAME.pvd in ``folder``. ``count``: times so far, the number of the next files."""
+    """The time series NAME.pvd in ``folder``, a path or ``Results``. ``count``: times so far, the number of the next
+    files."""
 
     def __init__(self, folder, name):
-        self._folder, self._name, self._entries, self.count = Path(folder), name, [], 0
+        self._path = folder.path if isinstance(folder, Results) else Path(folder).joinpath
+        self._replace = folder.replace_text if isinstance(folder, Results) else self._replace_alone
+        self._name, self._entries, self.count = name, [], 0
 
     def add(self, time, x, cells, data):
         """One time [s]: points x, shape (n, 2 or 3), cells {type: (m, k) connectivity}, data name → (n, …) array."""
         self.write(x, cells, data)
         self.list(time)
         self.count += 1
+
+    def files(self, ranks=(None,)):
+        """Names of the next files of these ranks, and of their list."""
+        return [*map(self._file, ranks), f"{self._name}.pvd"]
 
     def _file(self, rank):
         return f"{self._name}_{self.count:05d}{'' if rank is None else f'_{rank:04d}'}.vtu"
@@ -50,7 +75,9 @@ class Series:
         x = _in_space(np.asarray(x, float))
         data = {name: _in_space(np.asarray(values)) for name, values in data.items()}
         cells = [(kind, np.asarray(c)) for kind, c in cells.items()]
-        meshio.Mesh(x, cells, point_data=data).write(self._folder / self._file(rank))
+        path = self._path(self._file(rank))
+        with writing(path):
+            meshio.Mesh(x, cells, point_data=data).write(path)
 
     def list(self, time, ranks=(None,)):
         """Name the next files, pieces of ``ranks``, in the PVD file."""
@@ -59,9 +86,10 @@ class Series:
             self._entries.append(f'<DataSet timestep="{time:.12g}" {part}file="{self._file(rank)}"/>')
         text = "\n".join(['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "<Collection>",
                           *self._entries, "</Collection>", "</VTKFile>", ""])
-        fresh = self._folder / f"{self._name}.pvd.new"
-        fresh.write_text(text, encoding="utf-8")
-        fresh.replace(self._folder / f"{self._name}.pvd")
+        self._replace(f"{self._name}.pvd", text)
+
+    def _replace_alone(self, name, text):
+        replace_text(self._path(name), text)
 
 
 def _in_space(values):
@@ -73,3 +101,17 @@ def _in_space(values):
         full[:, :values.shape[1], :values.shape[2]] = values
         return full.reshape(len(values), 9)
     return values
+
+
+def particles_and_wall(grains, window):
+    """Parts of ``ParaView.add``: the particles now, and the wall at the end of a ``Window``, or at the start for None.
+    Collective."""
+    particles, wall = grains.particles(), grains.scene.wall
+    kind = ["vertex", "line", "triangle"][np.shape(wall.elements)[1] - 1]
+    x, v, force = wall.nodes, np.zeros_like(wall.nodes), np.zeros_like(wall.nodes)
+    if window is not None:
+        x, v, force = window.wall_x + window.dt * window.wall_v, window.wall_v, window.wall_force
+    return {"particles": (particles["x"], {"vertex": [[i] for i in range(len(particles))]},
+                          {"velocity": particles["v"], "spin": particles["omega"], "radius": particles["radius"],
+                           "mass": particles["mass"]}),
+            "wall": (x, {kind: wall.elements}, {"velocity": v, "force": force})}

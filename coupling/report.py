@@ -3,11 +3,13 @@ import json
 import platform
 import resource
 import sys
+from pathlib import Path
 from time import perf_counter, process_time
 
 import numpy as np
 
 from . import STARTED
+from .writing import replace_text
 
 MODULES = ("numpy", "scipy", "numba", "mpi4py", "petsc4py", "dolfinx")
 
@@ -66,11 +68,14 @@ def peak_mb():
     return round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1)
 
 
+def text(entries):
+    """Of report.json; numbers of numpy become plain ones."""
+    return json.dumps(entries, indent=1, default=lambda value: getattr(value, "tolist", value.__str__)()) + "\n"
+
+
 def write(path, entries):
-    """Write report.json; numbers of numpy become plain ones."""
-    with open(path, "w", encoding="utf-8") as file:
-        json.dump(entries, file, indent=1, default=lambda value: getattr(value, "tolist", value.__str__)())
-        file.write("\n")
+    """Write report.json, whole or not at all."""
+    replace_text(Path(path), text(entries))
 
 
 def table_row(cells):

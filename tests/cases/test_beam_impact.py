@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import coupling
+from coupling import manifest
 from coupling.history import read
 
 ROOT = Path(__file__).parents[2]
@@ -157,7 +158,8 @@ def test_files_of_a_run(run, tmp_path, capsys):
     history = only(run())
     shown = capsys.readouterr()
     assert shown.out.count("\n") == 5 and shown.err == ""
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["beam_impact.png", "history.csv", "report.json"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["beam_impact.png", "history.csv", "manifest.txt",
+                                                               "report.json"]
     columns = read(tmp_path / "history.csv")
     assert list(columns)[:5] == FIRST
     for name, values in columns.items():
@@ -199,7 +201,8 @@ def test_back_ends_agree(run, both, tmp_path):
     assert np.abs(forces[1] - forces[0]).max() < 1e-9 * forces[0].max()
     report = json.loads((tmp_path / "report.json").read_text())
     assert 0 <= report["errors"]["back_ends"] < 1e-9 and report["startup_s"] < report["wall_s"] < 30
-    assert {"history.csv", "history_liggghts.csv", "report_liggghts.json"} <= {path.name for path in tmp_path.iterdir()}
+    names = {"history.csv", "history_liggghts.csv", "report_liggghts.json", "report.json"}
+    assert names <= set(manifest.read(tmp_path).files) & {path.name for path in tmp_path.iterdir()}
 
 
 # ---------------------------------------------------------------- against the reference

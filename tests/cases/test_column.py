@@ -41,7 +41,7 @@ def test_pinned_numbers(collapse, tmp_path, capsys):
     assert ((history["volume"] - history["gaps"]) / 0.02 - 1).max() < 1e-6  # the soil itself does not grow
     assert history["speed"].max() < np.sqrt(2 * 9.81 * 0.2)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["column_collapse.png", "column_collapse_flow.png",
-                                                                "history.csv", "report.json"]
+                                                                "history.csv", "manifest.txt", "report.json"]
     assert read(tmp_path / "history.csv")["x99"] == pytest.approx(history["x99"], rel=1e-14)
     report = json.loads((tmp_path / "report.json").read_text())
     assert (report["points"], report["windows"], report["case"]) == (768, 100, "column_collapse")

@@ -8,8 +8,10 @@ from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 
 HEADERS = os.environ.get("LIGGGHTS_INCLUDE", "/usr/include/liggghts")
-SHIM = [f"dem_liggghts/shim/{name}" for name in ("bodies.h", "geometry.h", "shim.cpp", "wall.h")]
-MODELS = "surface", "normal", "tangential", "cohesion", "rolling"  # their generated headers are not in the package
+SHIM = [f"dem_liggghts/shim/{name}" for name in ("bodies.h", "geometry.h", "models.h", "shim.cpp", "wall.h")]
+# Headers that are generated when LIGGGHTS is built and are not in the package: they include the models, here those used
+MODELS = {"surface": "surface_model_default.h", "normal": "normal_model_hertz.h", "rolling": None, "contact": None,
+          "tangential": "tangential_model_history.h", "cohesion": "cohesion_model_sjkr.h"}
 
 
 def mpi_flags(what):
@@ -24,7 +26,7 @@ def shim():
     if not Path(HEADERS, "lammps.h").exists():
         return without(f"no LIGGGHTS headers in {HEADERS} (apt install libliggghts-dev)")
     source = zlib.crc32(b"".join(Path(name).read_bytes() for name in SHIM))  # liggghts.py recognises an old shim by it
-    return [Extension("dem_liggghts.libdemshim", SHIM[2:3], depends=SHIM, libraries=["liggghts"], optional=True,
+    return [Extension("dem_liggghts.libdemshim", SHIM[3:4], depends=SHIM, libraries=["liggghts"], optional=True,
                       define_macros=[("SHIM_SOURCE", f"{source}u")], extra_link_args=link_flags,
                       extra_compile_args=["-std=c++14", "-O2", "-g0", "-isystem", HEADERS, *compile_flags])]
 
@@ -46,8 +48,8 @@ class BuildShim(build_ext):
     def build_extension(self, ext):
         stubs = Path(self.build_temp, "stubs")
         stubs.mkdir(parents=True, exist_ok=True)
-        for model in MODELS:
-            (stubs / f"style_{model}_model.h").touch()
+        for kind, model in MODELS.items():
+            (stubs / f"style_{kind}_model.h").write_text(f'#include "{model}"\n' if model else "")
         ext.extra_compile_args = [*ext.extra_compile_args, "-isystem", str(stubs)]
         super().build_extension(ext)
 

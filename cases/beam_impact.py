@@ -52,7 +52,7 @@ def main(
     plane: Literal["stress", "strain"] = "stress",  # plane state of the beam, which is 1 cm thick (dim=2)
     law: Literal["linear", "neo_hooke"] = "linear",  # of the beam
     f_bar: bool = False,  # average the volume change over patches, against locking of triangles and tetrahedra
-    restitution: float = 1.0,  # coefficient of the contact, 0.05 to 1 [-]; the reference has 1
+    restitution: float = 1.0,  # coefficient of the contact, 0 to 1 [-]; the reference has 1
     friction: float = 0.0,  # coefficient of the contact [-]
     solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
     dem: Literal["reference", "liggghts", "compare"] = "reference",  # back end; compare runs both

@@ -29,9 +29,9 @@ class LiggghtsDEM:
     """The protocol of `protocol.DEM` for ``scene``, time step ``dt`` [s], on the ranks of the mpi4py communicator
     ``comm`` (default: all).
 
-    A restitution of exactly 0.05 becomes 0.0500001 (see `script`). Raises MissingLiggghts when LIGGGHTS or the shim is
-    not installed, LiggghtsError with LIGGGHTS' own text, ValueError for a negative Poisson's ratio. An instance that
-    raised LiggghtsError is lost; the process and other instances go on. An error on some of several ranks ends all.
+    Raises MissingLiggghts when LIGGGHTS or the shim is not installed, LiggghtsError with LIGGGHTS' own text, ValueError
+    for a negative Poisson's ratio. An instance that raised LiggghtsError is lost; the process and other instances go on.
+    An error on some of several ranks ends all.
     """
 
     def __init__(self, scene, dt, comm=None):

@@ -24,17 +24,31 @@ class Material:
 
 @dataclass(frozen=True)
 class Interaction:
-    """How two materials meet: coefficient of restitution (0 to 1; LIGGGHTS takes 0.05 to 1), Coulomb's coefficient of
-    friction [-], adhesion [Pa], which pulls with that stress on the area where the two overlap."""
+    """How two materials meet: coefficient of restitution (0 to 1), Coulomb's coefficient of friction [-], adhesion [Pa],
+    which pulls with that stress on the area where the two overlap.
+
+    attraction: whether the damper may pull at the end of a contact, by default only where there is adhesion. Either way
+    the damping is chosen such that a sphere that hits and leaves has the given restitution; without attraction this
+    takes more of it (1.2 times as much at a restitution of 0.5, 2.8 times at 0.05), and a restitution below 0.01 is met
+    as 0.01. Friction and damping along the surface together never exceed ``friction`` times the normal force.
+    """
 
     restitution: float = 1.0
     friction: float = 0.0
     adhesion: float = 0.0
+    attraction: bool = None
 
     def __post_init__(self):
         check.between("restitution", self.restitution, 0.0, 1.0, rule="give a value from 0 to 1")
         for name, unit in (("friction", ""), ("adhesion", "Pa")):
             check.not_negative(name, getattr(self, name), unit, "it must not be negative")
+        if self.attraction not in (None, False, True):
+            raise ValueError(f"attraction is {self.attraction!r}: give True, False or None")
+
+    @property
+    def pulls(self):
+        """Whether the damper may pull at the end of a contact."""
+        return self.adhesion > 0 if self.attraction is None else bool(self.attraction)
 
 
 @dataclass(frozen=True)

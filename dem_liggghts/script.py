@@ -1,14 +1,15 @@
 """What LIGGGHTS is told about a scene: a pure function from the scene to command lines.
 
-Two limits of LIGGGHTS are met here: a restitution of exactly 0.05 is given as 0.0500001 (it wants more than 0.05), and
-Young's moduli outside 5e6..1e9 Pa need its consent (`soft_particles`, `hard_particles`).
+The contact law is that of the shim (shim/models.h), Young's moduli outside 5e6..1e9 Pa need LIGGGHTS' consent
+(`soft_particles`, `hard_particles`).
 """
 import numpy as np
 
 from . import parts
+from .damping import damping_ratio
+from .scene import Interaction
 
 SOFTEST, HARDEST = 5e6, 1e9  # Young's moduli LIGGGHTS takes without being asked, SI units [Pa]
-LEAST = 0.05  # restitution
 BINS = 60  # along the longest side, in a scene with clusters
 FEW = 200  # up to so many spheres are searched without bins, whose number grows with the box
 
@@ -17,8 +18,7 @@ def commands(scene, dt):
     """LIGGGHTS commands that prepare ``scene`` for steps of ``dt`` [s]; spheres and walls are added afterwards.
 
     Atom types are the materials in the order of ``scene.names``, from 1 on. The fix "wall" is the shim's; its type and
-    its zplane are placeholders. Raises ValueError for a negative Poisson's ratio and a restitution below 0.05, which
-    LIGGGHTS does not know.
+    its zplane are placeholders. Raises ValueError for a negative Poisson's ratio, which LIGGGHTS does not know.
     """
     between, at_wall = ([scene.interaction(*pair) for pair in pairs] for pairs in (scene.pairs(), scene.wall_pairs()))
     radius = parts.grains(scene).radius
@@ -51,7 +51,7 @@ def _any(interactions, name):
 
 def _model(interactions):
     """Without friction there is no tangential history to keep."""
-    return (f"model hertz tangential {'history' if _any(interactions, 'friction') else 'off'}" +
+    return (f"model hertz/damped tangential {'coulomb' if _any(interactions, 'friction') else 'off'}" +
             (" cohesion sjkr" if _any(interactions, "adhesion") else ""))
 
 
@@ -85,30 +85,25 @@ def _materials(scene):
     if min(ratios) < 0:
         raise ValueError(f"nu is {min(ratios)}: LIGGGHTS takes Poisson's ratios from 0 to 0.5; use dem=reference")
     table = [_meet(scene, a, b) for a in scene.names for b in scene.names]
-    size = len(scene.names)
-    cohesion = [f"fix c all property/global cohesionEnergyDensity peratomtypepair {size} " +
-                _numbers(meet[2] for meet in table)]
+
+    def per_pair(name, values):
+        return f"fix {name} all property/global {name} peratomtypepair {len(scene.names)} " + _numbers(values)
+
     return [
         *(["soft_particles yes"] if min(moduli) < SOFTEST else []),
         *(["hard_particles yes"] if max(moduli) > HARDEST else []),
         "fix E all property/global youngsModulus peratomtype " + _numbers(moduli),
         "fix nu all property/global poissonsRatio peratomtype " + _numbers(ratios),
-        f"fix e all property/global coefficientRestitution peratomtypepair {size} " + _numbers(m[0] for m in table),
-        f"fix mu all property/global coefficientFriction peratomtypepair {size} " + _numbers(m[1] for m in table),
-        *(cohesion if any(meet[2] for meet in table) else []),
+        per_pair("dampingRatio", (damping_ratio(meet.restitution, meet.pulls) for meet in table)),
+        per_pair("attraction", (meet.pulls for meet in table)),
+        per_pair("coefficientFriction", (meet.friction for meet in table)),
+        *([per_pair("cohesionEnergyDensity", (meet.adhesion for meet in table))] if _any(table, "adhesion") else []),
     ]
 
 
 def _meet(scene, a, b):
-    """Restitution, friction and adhesion of two materials as LIGGGHTS takes them; of no effect for those that never
-    meet."""
-    if frozenset((a, b)) not in scene.interactions:
-        return 1.0, 0.0, 0.0
-    meet = scene.interaction(a, b)
-    if meet.restitution < LEAST:
-        raise ValueError(f"restitution of {a!r} and {b!r} is {meet.restitution}: LIGGGHTS takes values from {LEAST} "
-                         "to 1; use dem=reference")
-    return max(meet.restitution, 0.0500001), meet.friction, meet.adhesion
+    """How two materials meet; of no effect for those that never do."""
+    return scene.interaction(a, b) if frozenset((a, b)) in scene.interactions else Interaction()
 
 
 def _gravity(scene):

@@ -1,7 +1,7 @@
 // LIGGGHTS in the process of Python: the few calls that drive one instance, and its errors as return codes.
 //
-// Contact models, time integration, neighbour lists and migration between ranks are LIGGGHTS' own; the wall is in
-// wall.h, rigid bodies are in bodies.h. All arrays are contiguous doubles in SI units, of nodes with dim components
+// Time integration, neighbour lists and migration between ranks are LIGGGHTS' own; the contact models stand on its own, in
+// models.h; the wall is in wall.h, rigid bodies are in bodies.h. All arrays are contiguous doubles in SI units, of nodes with dim components
 // each. Calls return 0, or 1 with the text in dem_last_error(), or 2 when a particle or a node is NaN or infinite.
 #include <mpi.h>
 
@@ -22,6 +22,7 @@
 #include "integrate.h"
 #include "lammps.h"
 #include "library.h"
+#include "models.h"
 #include "output.h"
 #include "universe.h"
 #include "wall.h"
@@ -177,6 +178,7 @@ int dem_open(int argc, char **argv, MPI_Comm comm, void **out)
     return guarded([&] {
         LAMMPS *lmp = new LAMMPS(argc, argv, comm);
         say_it_nowhere(lmp);
+        LIGGGHTS::ContactModels::register_models();
         fix_styles(lmp->modify)["wall/gran/nodal"] = &FixWallNodal::create;
         *out = lmp;
     });

@@ -38,7 +38,7 @@ def test_pinned_numbers(run, backend):
 @pytest.mark.parametrize("keys, peak, u_beam", [
     (dict(law="neo_hooke"), 4.99318, -7.82657e-7), (dict(plane="strain"), 5.03152, -7.71669e-7),
     (dict(cell="triangle", points=7), 5.15939, -7.19297e-7), (dict(shift=1e-3), 4.99113, -7.83211e-7),
-    (dict(h=2e-3), 4.91068, -7.79568e-7), (dict(restitution=0.5), 3.69534, -6.51786e-7),
+    (dict(h=2e-3), 4.91068, -7.79568e-7), (dict(restitution=0.5), 3.62556, -6.51451e-7),
     (dict(friction=0.3), 4.99318, -7.82657e-7)], ids=lambda value: "-".join(value) if isinstance(value, dict) else "")
 def test_variants(run, keys, peak, u_beam):
     history = only(run(**keys))
@@ -94,7 +94,7 @@ def test_energy_error_falls_with_the_window(run):
 def test_half_the_energy_is_lost_with_restitution(run):
     """Of the speed of approach a half comes back, so the energy lost is 3/4 of what the relative motion had."""
     history = only(run(restitution=0.5))
-    assert history["energy_error"][-1] == pytest.approx(-0.486, abs=1e-3) and abs(history["interface_error"][-1]) < 1e-3
+    assert history["energy_error"][-1] == pytest.approx(-0.477, abs=1e-3) and abs(history["interface_error"][-1]) < 1e-3
 
 
 def test_iterating_brings_both_sides_together(run, backend):

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from dem_liggghts import Interaction, Material, Scene, Spheres
+from dem_liggghts import Interaction, Material, Scene, Spheres, Wall
 
 SOFT, FIRM = Material(1e7, 0.3), Material(1e9, 0.3)
 RADIUS = 0.01
@@ -52,6 +52,40 @@ def test_coulomb_limit_while_sliding(dem, sheet, dim):
         assert force[0] == pytest.approx(-0.3 * force[-1], rel=1e-10)
     lost = 2.0 - ball.particles()["v"][0, 0]
     assert 0.4 * RADIUS * spin_of(ball) == pytest.approx(lost, rel=1e-4)  # the arm is shorter by half the overlap
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.9, 0.5, 0.3, 0.1])
+def test_sliding_impact_stays_within_coulombs_limit(dem, restitution):
+    """A sphere meets a wall at 60 degrees and slides all the time: the tangential impulse is the coefficient of
+    friction times the normal one, whatever the damping."""
+    wall = Wall([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    material = Material(1e8, 0.3)
+    ball = dem(Scene(Spheres([[0, 0, RADIUS]], [[2.0, 0, -1.0]], RADIUS, 2500.0), wall, material, material,
+                     at_wall=Interaction(restitution, 0.1)), 5e-7)
+    ball.advance(6000, np.array(wall.nodes), np.zeros(wall.nodes.shape))
+    v = ball.particles()["v"][0]
+    assert (2.0 - v[0]) / (0.1 * (v[2] + 1.0)) == pytest.approx(1.0, rel=1e-9)
+    assert v[2] == pytest.approx(restitution, rel=1e-3)
+
+
+@pytest.mark.parametrize("attraction", [None, True])
+def test_spring_and_damper_together_stay_within_coulombs_limit(both, attraction):
+    """A sphere thrown obliquely at a wall, turning, damped: at every step, between spheres as at walls."""
+    meet = Interaction(0.2, 0.3, attraction=attraction)
+    wall = Wall([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    scene = Scene(Spheres([[0, 0, RADIUS], [0, 0, 3.02 * RADIUS]], [[0.05, 0, -1.0], [0, 0.02, -1.0]], RADIUS, 2500.0,
+                          [[0, 40, 0], [-10, 5, 0]]), wall, FIRM, FIRM, meet, meet)
+    for dem in both(scene, 1e-7):
+        nodes, bound, mass = np.array(wall.nodes), 0, scene.spheres.mass[0]
+        for _ in range(1500):
+            before = dem.particles()["v"]
+            floor = -dem.advance(1, nodes, 0 * nodes).sum(axis=0)  # mean of the forces at both ends of the step
+            upper = mass * (dem.particles()["v"] - before)[1] / dem.dt
+            for tangential, normal in ((floor[:2], floor[2]), (upper[:2], upper[2])):
+                assert np.hypot(*tangential) <= 0.3 * max(normal, 0.0) * (1 + 1e-3) + 1e-6
+                bound += np.hypot(*tangential) > 0.299 * normal > 0.0
+        assert bound > 20
+        dem.close()
 
 
 def histories(dem, wall, windows=600, **start):

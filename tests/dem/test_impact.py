@@ -62,14 +62,24 @@ def test_chung_ooi_two_glass_spheres(dem, sheet, dim):
     assert seen[-1]["v"][:, 0] == pytest.approx([-10.0, 10.0], rel=1e-6)
 
 
+@pytest.mark.parametrize("attraction", [False, True])
 @pytest.mark.parametrize("restitution", [0.05, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0])
-def test_restitution(dem, sheet, restitution):
-    """The rebound speed is the nominal one: beta is the exact solution of damped Hertz contact (Tsuji 1992; Antypov
-    and Elliott, EPL 94 (2011) 50004)."""
-    ball = dem(drop(sheet(), 0.1, at_wall=Interaction(restitution)), 2e-8)
-    nodes = np.array(ball.scene.wall.nodes)
-    ball.advance(20000, nodes, np.zeros_like(nodes))
+def test_restitution(dem, sheet, restitution, attraction):
+    """The rebound speed is the nominal one, with and without a pull at the end of the contact."""
+    ball = dem(drop(sheet(), 0.1, at_wall=Interaction(restitution, attraction=attraction)), 2e-8)
+    nodes, forces = np.array(ball.scene.wall.nodes), []
+    for _ in range(100):
+        forces.append(-ball.advance(200, nodes, np.zeros_like(nodes))[:, 1].sum())
     assert ball.particles()["v"][0, 1] / 0.1 == pytest.approx(restitution, rel=1e-3)
+    assert (min(forces) < 0.0) == (attraction and restitution < 1.0)
+
+
+def test_restitution_of_zero(dem, sheet):
+    """Without a pull it is met as 0.01; at the critical step, which strong damping shortens."""
+    scene = drop(sheet(), 0.1, at_wall=Interaction(0.0))
+    ball, nodes = dem(scene, min(critical_step(scene))), np.array(scene.wall.nodes)
+    ball.advance(int(2e-3 / ball.dt), nodes, 0 * nodes)
+    assert ball.particles()["v"][0, 1] / 0.1 == pytest.approx(0.01, rel=0.2)
 
 
 @pytest.mark.parametrize("windows, steps", [(1000, 20), (1, 20000)])

@@ -37,16 +37,19 @@ def test_stiff_wall_and_soft_spheres_need_both():
     assert "soft_particles yes" in lines and "hard_particles yes" in lines
 
 
-def test_restitution_of_one_twentieth_is_a_little_more():
-    lines = commands(scene(between=Interaction(0.05), at_wall=Interaction(0.9)), 1e-7)
-    assert line(lines, "fix e ").split()[-4:] == ["0.050000099999999999"] + ["0.90000000000000002"] * 2 + ["1"]
+def test_damping_ratio_and_attraction_per_pair():
+    meet = dict(between=Interaction(0.05, adhesion=10.0), at_wall=Interaction(0.5))
+    lines = commands(scene(**meet), 1e-7)
+    ratios = [float(word) for word in line(lines, "fix dampingRatio").split()[-4:]]
+    assert ratios == pytest.approx([0.69011, 0.25528, 0.25528, 0.0], abs=1e-5)
+    assert line(lines, "fix attraction").split()[-4:] == ["1", "0", "0", "0"]
 
 
 def test_no_friction_no_history():
     lines = commands(scene(), 1e-7)
     assert "tangential off" in line(lines, "pair_style") and "tangential off" in line(lines, "fix wall")
     lines = commands(scene(at_wall=Interaction(1.0, 0.3)), 1e-7)
-    assert "tangential off" in line(lines, "pair_style") and "tangential history" in line(lines, "fix wall")
+    assert "tangential off" in line(lines, "pair_style") and "tangential coulomb" in line(lines, "fix wall")
 
 
 def test_gravity_in_any_direction_or_none():

@@ -73,7 +73,8 @@ class Carriers:
     def _raise_lost(self, time):
         """Name the first particle none of whose nodes carries mass."""
         sets = [p for p, *_ in self._loaded] + [held.points for held in self._step.penalties]
-        found = [(int(p.gid[k]), p.x[k].tolist()) for p, k in zip(sets, self._lost) if k >= 0]
+        origin = self._step.background.origin
+        found = [(int(p.gid[k]), (p.x[k] + origin).tolist()) for p, k in zip(sets, self._lost) if k >= 0]
         number, x = min(sum(self._comm.allgather(found), []))
         raise MPMError(f"boundary particle {number} at x = {x} m has no material point near it at t = {time:.6g} s: "
                        "move the interface into the body (shift) or seed more points")

@@ -84,9 +84,9 @@ def geometry_cells(mesh, nodes_per_cell):
     return np.asarray(mesh.geometry.dofmap.array, np.int32).reshape(-1, nodes_per_cell)
 
 
-def cell_tree(mesh, cells):
-    """Bounding-box tree over the local ``cells`` of the mesh."""
-    return geometry.BoundingBoxTree(mesh, mesh.topology.dim, np.asarray(cells, np.int32), padding=1e-12)
+def cell_tree(mesh, cells, padding):
+    """Bounding-box tree over the local ``cells`` of the mesh, with boxes larger by ``padding`` [m]."""
+    return geometry.BoundingBoxTree(mesh, mesh.topology.dim, np.asarray(cells, np.int32), padding=padding)
 
 
 def candidates(tree, x):

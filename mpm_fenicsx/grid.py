@@ -9,6 +9,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from . import compat
+from .frame import shifted
 from .mesh import lattice
 from .partition import EMPTY_CELL, bisect, ghosts
 from .patches import patches
@@ -24,11 +25,16 @@ def whole_mesh(grid):
     return grid.vertices, grid.cells
 
 
-def check_inside(grid, x, what):
-    """ValueError for the first of the positions x [m], shape (n, D), that is not inside the grid; what: lies there."""
+INSIDE = 1e-12  # of a cell's size: points on a facet belong to both cells
+
+
+def check_inside(grid, x, what, origin=0.0):
+    """ValueError for the first of the positions x [m], shape (n, D), that is not inside the grid; what: lies there;
+    origin: of both, see ``frame``."""
     outside = ~((x > grid.box.lower) & (x < grid.box.upper)).all(axis=1)
     if outside.any():
-        raise ValueError(f"{what} lies at {x[outside][0]} m, the grid covers {grid.box.lower} to {grid.box.upper} m: "
+        box = shifted(grid.box, origin) if np.any(origin) else grid.box
+        raise ValueError(f"{what} lies at {x[outside][0] + origin} m, the grid covers {box.lower} to {box.upper} m: "
                          "enlarge the grid")
 
 
@@ -38,10 +44,12 @@ class Background:
     whole: vertices and cells of the whole grid; owner: rank of each of its cells; cells: nodes of this rank's cells,
     shape (m, K), owned ones first, then ghosts; original_cell: (m,) their numbers in the whole; x: nodes [m], shape
     (n, D), likewise; vertex_of: (n,) their numbers in the whole; h: (D,) size of a cell [m]; corner, inverse, affine:
-    see ``shape.cell_maps``; patch: patch of each cell of the whole grid, see ``patches``, or None. Collective.
+    see ``shape.cell_maps``; patch: patch of each cell of the whole grid, see ``patches``, or None; origin: of all these
+    coordinates in the user's [m], shape (D,); tolerance: by which a point may lie outside a cell, of the cell's size,
+    for the round-off in the user's coordinates. Collective.
     """
 
-    def __init__(self, grid, comm, filling, averaged=False):
+    def __init__(self, grid, comm, filling, averaged=False, origin=0.0):
         """grid: ``Grid`` or ``Mesh``; filling: positions [m], shape (n, D), of what makes a cell expensive; each
         rank may give its own share; averaged: whether F-bar needs patches, which then stay on one rank."""
         self.grid, self.comm, self.dim = grid, comm, grid.box.dim
@@ -62,7 +70,9 @@ class Background:
         self.original_cell = np.asarray(self.mesh.topology.original_cell_index)
         self.vertex_of = np.empty(len(self.x), np.int64)
         self.vertex_of[self.cells] = cells[self.original_cell]
-        self.h = np.ptp(vertices[cells], axis=1).mean(axis=0)
+        sizes = np.ptp(vertices[cells], axis=1)
+        self.h, self.origin = sizes.mean(axis=0), np.broadcast_to(np.asarray(origin, float), (self.dim,))
+        self.tolerance = max(INSIDE, 8 * np.finfo(float).eps * np.abs(vertices + self.origin).max() / sizes.min())
         self.search = LatticeSearch(grid, self) if isinstance(grid, Grid) else WalkSearch(self)
         self.neighbours = self._ranks_around()
 
@@ -89,7 +99,7 @@ class Background:
         rank, number = self.search.assign(points.x)
         if (rank < 0).any():
             p = np.argmin(rank)
-            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p]} m, outside the grid: enlarge the grid "
+            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p] + self.origin} m, outside the grid: enlarge the grid "
                              "or shorten the surface")
         mine = rank == self.comm.rank
         points.take(mine)

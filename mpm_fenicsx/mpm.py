@@ -2,24 +2,23 @@
 import numpy as np
 from mpi4py import MPI
 
-from . import output
+from .answers import Answers
 from .boundary import Supports
 from .boundary_particles import BoundaryParticles, near_mass
-from .collective import total
 from .errors import MPMDiverged, MPMError
+from .frame import Frame
 from .ghost import Facets, check_inertia
 from .grid import Background, check_inside
 from .kernels import compile_transfers
 from .loads import SurfaceLoads
 from .migrate import Router
 from .parts import Start, make_parts, warn_if_in_pieces
-from .penalty import make_penalties, reaction
+from .penalty import make_penalties
 from .sets import Set, Sets
-from .snes import unused_options
 from .step import PHASES, Step
 
 
-class MPM:
+class MPM(Answers):
     """One body, or a list of several, on a background grid.
 
     supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given to
@@ -44,40 +43,43 @@ class MPM:
         check_inertia(inertia)
         if not rebalance >= 1.0:
             raise ValueError(f"rebalance is {rebalance}: an imbalance is never below 1, give a larger number")
-        self.comm, self.dim, self.grid = comm, grid.box.dim, grid
+        self.comm, self.dim, self.grid, self._frame = comm, grid.box.dim, grid, Frame(grid.box)
+        self._grid, body_force = self._frame.enter(grid), self._frame.enter_function(body_force)
         self.gravity = np.zeros(self.dim) if gravity is None else np.array(gravity, float)
         self.time, self.steps, self.iterations, self.substeps, self._halvings = 0.0, 0, 0, 1, halvings
         self._settled, self.phases = False, dict.fromkeys(PHASES, 0.0)  # settled: the points are in their cells
-        self.parts = make_parts(body if isinstance(body, (list, tuple)) else [body], grid, self.gravity, body_force)
-        x = np.concatenate([part.points.x for part in self.parts])
-        check_inside(grid, x, "the body reaches out of the grid: a material point")
+        bodies = self._frame.enter(body if isinstance(body, (list, tuple)) else [body])
+        self._parts = make_parts(bodies, self._grid, self.gravity, body_force)
+        x = np.concatenate([part.points.x for part in self._parts])
+        check_inside(self._grid, x, "the body reaches out of the grid: a material point", self.origin)
         self.count, self.rebalance, self.balance = len(x), rebalance, []
-        self._support_scene, self._solver = tuple(supports), solver
+        self._support_scene, self._solver = tuple(self._frame.enter(list(supports))), solver
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent, self._ghost = inertia != "lumped", inertia == "ghost"
         self.kernels = compile_transfers(self.background)
-        self._make_conditions(interface, loads, penalties, Start(self.parts, self.gravity, body_force))
-        for part in self.parts:
+        self._make_conditions(*map(self._frame.enter, (interface, list(loads), list(penalties))),
+                              Start(self._parts, self.gravity, body_force))
+        for part in self._parts:
             part.compile(self.background, self._consistent)
             self.background.keep_mine(part.points, np.full(len(part.points), "the body"))
-        warn_if_in_pieces(self.parts, self.background)
+        warn_if_in_pieces(self._parts, self.background)
         self._search()
 
     def _make_conditions(self, interface, loads, penalties, start):
         """What acts through particles of its own."""
         self._surface = BoundaryParticles(self.comm, self.dim, interface, start)
         self.boundary = self._surface.points
-        check_inside(self.grid, self.boundary.x, "a boundary particle")
+        check_inside(self._grid, self.boundary.x, "a boundary particle", self.origin)
         self.background.keep_mine(self.boundary, np.full(len(self.boundary), "the interface"))
         self.loads = (SurfaceLoads(loads, self.dim, start),) if loads else ()
         self.penalties = make_penalties(penalties, self.background, start)
         for condition in (*self.loads, *self.penalties):
             self.background.keep_mine(condition.points, condition.names)
         self._sets = Sets(self.comm, [
-            *(Set(f"points{n or ''}", part.points) for n, part in enumerate(self.parts)),
+            *(Set(f"points{n or ''}", part.points) for n, part in enumerate(self._parts)),
             Set("boundary", self.boundary), *(Set("loads", a.points) for a in self.loads),
             *(Set("hinges" if held.follows else "walls", held.points, held.follows, held.follows or held.moves)
-              for held in self.penalties)])
+              for held in self.penalties)], self.origin)
 
     # ---------------------------------------------------------------- one step
 
@@ -122,21 +124,14 @@ class MPM:
         """Between steps, renew the particles of an interface with a ``Resampling``: ``outline.Change`` or None."""
         if not self._surface.resampled:
             return None
-        changed = self._surface.stay_inside(self.grid.box)
+        changed = self._surface.stay_inside(self._grid.box)
         self._search()
-        has_mass = near_mass(self.background, self.step.cover, self.parts, self.kernels)
+        has_mass = near_mass(self.background, self.step.cover, self._parts, self.kernels)
         change = self._surface.resample(has_mass, self.time, changed)
         if change is not None:
             self.background.keep_mine(self.boundary, ["the interface"] * len(self.boundary))
             self._attach()
-        return change
-
-    interface = property(lambda self: self._surface.interface, doc="The ``Interface`` of now, or None.")
-
-    @property
-    def applied(self):
-        """Sum of the interface forces that reached the nodes in the last step [N], shape (dim,)."""
-        return self.step.applied
+        return change and change._replace(x=self._frame.leave(change.x))
 
     def _search(self):
         """Phase I: points go to their cells, and the cover follows them; once in a step."""
@@ -154,7 +149,7 @@ class MPM:
             self.step.destroy()
         if self._ghost:
             self._facets = self._facets or Facets(self.background, self.kernels.shapes)
-        self.step = Step(self.background, filled, self.supports, self.parts, self.gravity, self.kernels,
+        self.step = Step(self.background, filled, self.supports, self._parts, self.gravity, self.kernels,
                          self._consistent, self.phases, self.loads, self.penalties, self._solver, self._facets)
         self._attach()
 
@@ -162,10 +157,6 @@ class MPM:
         """Work arrays for the points now here, and the order in which their surface is put together."""
         self.step.attach(self.boundary)
         self._surface.attach()
-
-    def imbalance(self):
-        """Most material points on one rank over the mean."""
-        return self.comm.allreduce(sum(len(part.points) for part in self.parts), MPI.MAX) * self.comm.size / self.count
 
     def _rebalance(self):
         """A new partition of the grid when the points have gathered on few ranks; they move with all they carry. It
@@ -175,56 +166,19 @@ class MPM:
             return
         self.step.destroy()
         self._router.free()
-        self._lay_out(np.concatenate([part.points.x for part in self.parts]))
+        self._lay_out(np.concatenate([part.points.x for part in self._parts]))
         self._sets.relocate(self.background.search, self._router, self.time)
         self._make_step(self._sets.filled())
         self.balance.append((self.steps, before, self.imbalance()))
 
     def _lay_out(self, filling):
         """Background grid, supports and routes for points at ``filling`` [m], shape (n, dim)."""
-        averaged = any(part.body.f_bar for part in self.parts)
-        self.background = Background(self.grid, self.comm, filling, averaged)
+        averaged = any(part.body.f_bar for part in self._parts)
+        self.background = Background(self._grid, self.comm, filling, averaged, self.origin)
         self.supports = Supports(self._support_scene, self.background.x)
         self._router = Router(self.comm, self.background.neighbours)
         self._no_slot = np.full(len(self.background.cells), -1, np.int32)
         self.step = self._facets = None
-
-    @property
-    def points(self):
-        """Material points of the only body on this rank; ValueError when there are several."""
-        if len(self.parts) > 1:
-            raise ValueError(f"there are {len(self.parts)} bodies: take the points of each from parts[n].points")
-        return self.parts[0].points
-
-    def surface(self):
-        """Boundary particles: positions [m] and velocities [m/s], shape (n, dim) each, in the order of the interface,
-        the same on every rank."""
-        return tuple(self._surface.whole("x", "v"))
-
-    def reaction(self, name):
-        """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
-        return total(self.comm, reaction(self.penalties, name))
-
-    def energy(self):
-        """``kinetic``, ``strain`` and ``potential`` (in gravity, zero at the origin) energy of the points [J]."""
-        parts = np.sum([part.energies(self.gravity) for part in self.parts], axis=0)
-        return dict(zip(("kinetic", "strain", "potential"), total(self.comm, parts).tolist()))
-
-    def momentum(self):
-        """Momentum of the points [kg m/s], shape (dim,)."""
-        return total(self.comm, sum(part.points.mass @ part.points.v for part in self.parts))
-
-    def cauchy_stress(self):
-        """Cauchy stress of this rank's points [Pa], shape (n, dim, dim), body after body."""
-        return np.concatenate([part.cauchy_stress() for part in self.parts])
-
-    def snapshot(self):
-        """This rank's piece of what ParaView shows, see ``output``. Collective."""
-        return output.snapshot(self)
-
-    def describe(self):
-        """Solver and balance, for the report: see ``output``. Collective."""
-        return output.describe(self)
 
     def get_state(self):
         """Everything that decides the future of this rank's points, as name → array copy."""
@@ -246,10 +200,6 @@ class MPM:
             self._make_step(state["filled"].copy())
         self._attach()
         self.step.set_state(state)
-
-    def unused_options(self):
-        """Dash options of the command line that neither PETSc nor anybody else asked for."""
-        return unused_options()
 
     def close(self):
         """Free matrix and solver."""

@@ -15,10 +15,12 @@ def snapshot(mpm):
     """``points`` of this rank; ``grid``: its own cells, each on one rank only, with nodal fields of the last step;
     ``interface``: whole, on rank 0. Collective."""
     parts = {"points": _points(mpm), "grid": _grid(mpm)}
-    x, v = mpm.surface()
-    if mpm.comm.rank == 0 and mpm.interface is not None:
-        kind = ["vertex", "line", "triangle"][mpm.interface.elements.shape[1] - 1]
-        parts["interface"] = x, {kind: mpm.interface.elements}, {"velocity": v, "displacement": x - mpm.interface.x}
+    interface = mpm.interface
+    if interface is not None:
+        (x, v), u = mpm.surface(), mpm.displacement()
+        kind = ["vertex", "line", "triangle"][interface.elements.shape[1] - 1]
+        if mpm.comm.rank == 0:
+            parts["interface"] = x, {kind: interface.elements}, {"velocity": v, "displacement": u}
     return {name: part for name, part in parts.items() if len(part[0])}
 
 
@@ -34,6 +36,7 @@ def _grid(mpm):
     for that reaches one layer beyond the filled cells; so nobody has to be asked."""
     background = mpm.background
     vertices, cells = background.whole
+    vertices = vertices + background.origin
     own = cells[np.sort(background.original_cell[:background.cells_owned])]
     nodes, corners = np.unique(own, return_inverse=True)
     mass, velocity = np.zeros(len(vertices)), np.zeros(vertices.shape)

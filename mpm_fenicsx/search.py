@@ -15,13 +15,11 @@ from .specialise import specialise
 D, K = 2, 4  # fixed by specialise
 to_reference = None
 NOWHERE = -1
-INSIDE = 1e-12  # of a cell's size: points on a facet belong to both cells
 
 
 @njit(cache=True)
-def lattice_numbers(x, lower, h, counts, simplices, number):
-    """Number of the lattice cell of each point into ``number``, NOWHERE outside the lattice.
-
+def lattice_numbers(x, lower, h, counts, simplices, tolerance, number):
+    """Number of the lattice cell of each point into ``number``, NOWHERE outside by more than the ``tolerance`` [cells].
     simplices: per box cell, 1 or D!; they are numbered by the permutation that sorts the local coordinates downwards.
     """
     D = x.shape[1]
@@ -32,8 +30,10 @@ def lattice_numbers(x, lower, h, counts, simplices, number):
         for d in range(D):
             s = (x[p, d] - lower[d]) / h[d]
             i = int(np.floor(s))
-            if i == counts[d] and s <= counts[d]:
+            if i == counts[d] and s <= counts[d] + tolerance:
                 i -= 1  # the far edge belongs to the last cell
+            elif i == -1 and s >= -tolerance:
+                i = 0
             if not 0 <= i < counts[d]:  # also catches NaN
                 c = NOWHERE
                 break
@@ -72,16 +72,15 @@ class LatticeSearch:
     """O(1) on the regular cells of a box, however far a point moved."""
 
     def __init__(self, grid, background):
-        self._lower, self._h = np.asarray(grid.box.lower, float), grid.box.size / grid.cells
-        self._counts = np.asarray(grid.cells, np.int64)
-        self._simplices = len(background.owner) // int(np.prod(grid.cells))
+        self._lattice = (np.asarray(grid.box.lower, float), grid.box.size / grid.cells, np.asarray(grid.cells, np.int64),
+                         len(background.owner) // int(np.prod(grid.cells)), background.tolerance)
         self._rank, self._owner = background.comm.rank, background.owner
         self._local = np.full(len(background.owner), -1, np.int32)
         self._local[background.original_cell] = np.arange(len(background.cells))
 
     def _numbers(self, x):
         number = np.empty(len(x), np.int64)
-        lattice_numbers(x, self._lower, self._h, self._counts, self._simplices, number)
+        lattice_numbers(x, *self._lattice, number)
         return number
 
     def settle(self, points, slot):
@@ -104,12 +103,13 @@ class LatticeSearch:
         return self._local[number]
 
 
-def walk(x, cell, corner, inverse, neighbour, facet_of_lower, facet_of_upper, most, found):
+def walk(x, cell, corner, inverse, neighbour, facet_of_lower, facet_of_upper, most, tolerance, found):
     """Cell of each point by walking from ``cell`` over the facet that the point violates most.
 
     neighbour: (cells, facets) cell behind each facet, -1 where this rank sees none; facet_of_*: (D + 1,) facet that
     bounds each reference coordinate from below and above (of a simplex the last entry of the upper one is the facet
-    sum(xi) = 1); most: steps before giving up. Fills ``found`` with the cell, or -1 when not reached.
+    sum(xi) = 1); most: steps before giving up; tolerance: of a cell's size, by which it may lie outside. Fills ``found``
+    with the cell, or -1 when not reached.
     """
     xi = np.empty(D)
     J, to_xi, value, gradient = np.empty((D, D)), np.empty((D, D)), np.empty(K), np.empty((K, D))
@@ -126,7 +126,7 @@ def walk(x, cell, corner, inverse, neighbour, facet_of_lower, facet_of_upper, mo
                 for j in range(D):
                     for a in range(K):
                         xi[i] += inverse[c, i, j] * (x[p, j] - corner[c, a, j]) / K
-            total, worst = 0.0, -INSIDE
+            total, worst = 0.0, -tolerance
             facet = -1
             for i in range(D):
                 total += xi[i]
@@ -145,8 +145,8 @@ def walk(x, cell, corner, inverse, neighbour, facet_of_lower, facet_of_upper, mo
         found[p] = c if reached else -1
 
 
-def holds(x, cell, corner, inverse, answer):
-    """Whether each point lies in its cell, into ``answer``."""
+def holds(x, cell, corner, inverse, tolerance, answer):
+    """Whether each point lies in its cell, or outside by less than the ``tolerance`` of its size, into ``answer``."""
     xi = np.empty(D)
     J, to_xi, value, gradient = np.empty((D, D)), np.empty((D, D)), np.empty(K), np.empty((K, D))
     for p in range(len(x)):
@@ -155,8 +155,8 @@ def holds(x, cell, corner, inverse, answer):
         inside = True
         for i in range(D):
             total += xi[i]
-            inside = inside and xi[i] >= -INSIDE and (K == D + 1 or xi[i] <= 1.0 + INSIDE)
-        answer[p] = inside and (K != D + 1 or total <= 1.0 + INSIDE)
+            inside = inside and xi[i] >= -tolerance and (K == D + 1 or xi[i] <= 1.0 + tolerance)
+        answer[p] = inside and (K != D + 1 or total <= 1.0 + tolerance)
 
 
 class WalkSearch:
@@ -183,7 +183,7 @@ class WalkSearch:
     def _found(self, points):
         b, found = self._background, np.empty(len(points), np.int32)
         self._walk(points.x, points.cell, b.corner, b.inverse, self._neighbour, self._lower, self._upper,
-                   self.longest_walk, found)
+                   self.longest_walk, b.tolerance, found)
         return found
 
     def settle(self, points, slot):
@@ -226,10 +226,10 @@ class WalkSearch:
         b, best = self._background, np.full(len(x), -1, np.int64)
         if len(x) and b.cells_owned:
             if self._tree is None:
-                self._tree = compat.cell_tree(b.mesh, np.arange(b.cells_owned))
+                self._tree = compat.cell_tree(b.mesh, np.arange(b.cells_owned), b.tolerance * b.h.max())
             point, c = compat.candidates(self._tree, x)
             inside = np.empty(len(point), np.bool_)
-            self._holds(x[point], c, b.corner, b.inverse, inside)
+            self._holds(x[point], c, b.corner, b.inverse, b.tolerance, inside)
             np.maximum.at(best, point[inside], self._number[c[inside]])
         return best
 

@@ -18,11 +18,11 @@ class Set(NamedTuple):
 
 
 class Sets:
-    """The ``Set`` records of a scene; names of material points start with "points". All methods but ``filled`` and the
-    state's are collective."""
+    """The ``Set`` records of a scene; names of material points start with "points". origin: of their coordinates, see
+    ``frame``. All methods but ``filled`` and the state's are collective."""
 
-    def __init__(self, comm, sets):
-        self._comm, self._sets = comm, tuple(sets)
+    def __init__(self, comm, sets, origin):
+        self._comm, self._sets, self._origin = comm, tuple(sets), origin
 
     def settle(self, search, slot, router, time):
         """Phase I: cell of every point; points travel to the rank of their cell. slot: row of each local cell in the
@@ -49,7 +49,7 @@ class Sets:
 
     def _raise_if_outside(self, points, rank, time):
         """Name the first point that left the grid, on all ranks alike."""
-        found = [(int(points.gid[p]), points.x[p].tolist()) for p in np.flatnonzero(rank < 0)[:1]]
+        found = [(int(points.gid[p]), (points.x[p] + self._origin).tolist()) for p in np.flatnonzero(rank < 0)[:1]]
         found = sum(self._comm.allgather(found), [])
         if found:
             number, x = min(found)

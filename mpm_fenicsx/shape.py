@@ -139,5 +139,7 @@ def cell_maps(x, cells):
         sign = np.array([[1.0 if (a >> d) & 1 else -1.0 for d in range(D)] for a in range(K)])
         jacobian = np.einsum("mai,ad->mid", corner, sign) / 2 ** (D - 1)
         linear = corner[:, :1] + np.einsum("mid,ad->mai", jacobian, (sign + 1) / 2)
-        affine = bool(np.abs(linear - corner).max(initial=0.0) < 1e-12 * np.abs(jacobian).max(initial=1e-300))
+        round_off = 4 * np.finfo(float).eps * np.abs(x).max(initial=0.0)
+        affine = bool(np.abs(linear - corner).max(initial=0.0)
+                      < 1e-12 * np.abs(jacobian).max(initial=1e-300) + round_off)
     return np.ascontiguousarray(corner), np.ascontiguousarray(np.linalg.inv(jacobian)), affine

@@ -1,0 +1,87 @@
+"""What others ask the MPM: positions are in the user's coordinates, see ``frame``."""
+import numpy as np
+from mpi4py import MPI
+
+from . import output
+from .collective import total
+from .frame import Seen, seen_points
+from .penalty import reaction
+from .snes import unused_options
+
+
+class Answers:
+    """The part of ``MPM`` that computes nothing new. Everything is collective but ``parts``, ``points``, ``origin`` and
+    ``cauchy_stress``."""
+
+    @property
+    def origin(self):
+        """Of the frame in which it computes and in which its state is [m], shape (dim,), see ``frame``."""
+        return self._frame.origin
+
+    @property
+    def parts(self):
+        """The bodies with their points on this rank, see ``parts.Part``; far from zero positions can be read, not
+        changed."""
+        if not self._frame.moved:
+            return self._parts
+        return [Seen(part, points=seen_points(part.points, self._frame)) for part in self._parts]
+
+    @property
+    def points(self):
+        """Material points of the only body on this rank; ValueError when there are several."""
+        if len(self._parts) > 1:
+            raise ValueError(f"there are {len(self._parts)} bodies: take the points of each from parts[n].points")
+        return self.parts[0].points
+
+    @property
+    def interface(self):
+        """The ``Interface`` of now, or None."""
+        return self._frame.leave(self._surface.interface)
+
+    def surface(self):
+        """Boundary particles: positions [m] and velocities [m/s], shape (n, dim) each, in the order of the interface,
+        the same on every rank."""
+        x, v = self._surface.whole("x", "v")
+        return self._frame.leave(x), v
+
+    def displacement(self):
+        """Of the boundary particles since the start [m], shape (n, dim): not less exact far from zero."""
+        return self._surface.whole("x")[0] - self._surface.interface.x
+
+    @property
+    def applied(self):
+        """Sum of the interface forces that reached the nodes in the last step [N], shape (dim,)."""
+        return self.step.applied
+
+    def reaction(self, name):
+        """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
+        return total(self.comm, reaction(self.penalties, name))
+
+    def energy(self):
+        """``kinetic``, ``strain`` and ``potential`` (in gravity, zero at ``origin``) energy of the points [J]."""
+        parts = np.sum([part.energies(self.gravity) for part in self._parts], axis=0)
+        return dict(zip(("kinetic", "strain", "potential"), total(self.comm, parts).tolist()))
+
+    def momentum(self):
+        """Momentum of the points [kg m/s], shape (dim,)."""
+        return total(self.comm, sum(part.points.mass @ part.points.v for part in self._parts))
+
+    def cauchy_stress(self):
+        """Cauchy stress of this rank's points [Pa], shape (n, dim, dim), body after body."""
+        return np.concatenate([part.cauchy_stress() for part in self._parts])
+
+    def imbalance(self):
+        """Most material points on one rank over the mean."""
+        return self.comm.allreduce(sum(len(part.points) for part in self._parts), MPI.MAX) * self.comm.size / self.count
+
+    def snapshot(self):
+        """This rank's piece of what ParaView shows, see ``output``."""
+        return output.snapshot(self)
+
+    def describe(self):
+        """Solver and balance, for the report: see ``output``."""
+        return output.describe(self)
+
+    def unused_options(self):
+        """Dash options of the command line that neither PETSc nor anybody else asked for."""
+        return unused_options()

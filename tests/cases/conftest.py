@@ -63,12 +63,15 @@ def run(case, tmp_path):
 
 @pytest.fixture
 def words(tmp_path):
-    """``words("key=value …")``: the coarse beam as words of a command line."""
-    def plain(with_h):
-        return ["=".join([k, ",".join(map(str, v)) if isinstance(v, tuple) else str(v)])
-                for k, v in coarse(with_h).items()]
+    """``words("key=value …")``: the coarse beam as words of a command line, but for the keys that are given."""
+    def begin(more=""):
+        given = {word.partition("=")[0] for word in more.split()}
+        keys = {**coarse("h" in given), "out": tmp_path}
+        plain = [f"{key}={','.join(map(str, value)) if isinstance(value, tuple) else value}"
+                 for key, value in keys.items() if key not in given]
+        return [*plain, *more.split()]
 
-    return lambda more="": [*plain(more.startswith("h=")), f"out={tmp_path}", *more.split()]
+    return begin
 
 
 @pytest.fixture

@@ -51,8 +51,7 @@ class ReferenceDEM:
         self._fixed = self._surface.own[0]  # nodes at rest
         self._wall = at_rest(self._surface, self._surface.x)
         self._loads = Loads(np.zeros_like(self._wall.x), np.zeros_like(self._wall.x))
-        self._scratch = Scratch(np.empty((len(self._wall.elements) + 1, COLUMNS)), np.empty((3, 3)), *np.zeros((6, 3)),
-                                *np.zeros((2, 4)))
+        self._scratch = Scratch(np.empty((len(self._wall.elements) + 1, COLUMNS)), np.empty((3, 3)), *np.zeros((6, 3)))
         self._own = *self._balls, *self._loads, *self._scratch
 
     @property

@@ -1,7 +1,7 @@
-"""Rigid bodies of spheres: velocity Verlet with quaternions in the scheme of LIGGGHTS' fix multisphere; all compiled.
+"""Rigid bodies of spheres: velocity Verlet with quaternions; all compiled.
 
-The order of operations follows fix_multisphere.cpp and math_extra.cpp of LIGGGHTS 3.8 (richardson: the quaternion over
-a full step from two half steps and one whole, Miller et al., J. Chem. Phys. 116 (2002) 8649, give the background).
+The order of operations follows fix_multisphere.cpp of LIGGGHTS 3.8, but for the free rotation in a step, where both
+back ends have their own (`rotate`; shim/rotation.h): Richardson's extrapolation there loses energy in every step.
 """
 from collections import namedtuple
 
@@ -46,18 +46,6 @@ def omega_to_spin(omega, axes, inertia, spin):
 
 
 @compiled
-def _turned(q, omega, rate_of, dt, out):
-    """q + dt/2 omega rate_of, of norm one, into out; all quaternions (4,)."""
-    w, x, y, z = rate_of[0], rate_of[1], rate_of[2], rate_of[3]
-    a = -omega[0] * x - omega[1] * y - omega[2] * z
-    b = w * omega[0] + omega[1] * z - omega[2] * y
-    c = w * omega[1] + omega[2] * x - omega[0] * z
-    d = w * omega[2] + omega[0] * y - omega[1] * x
-    out[0], out[1], out[2], out[3] = q[0] + 0.5 * dt * a, q[1] + 0.5 * dt * b, q[2] + 0.5 * dt * c, q[3] + 0.5 * dt * d
-    _normalise(out)
-
-
-@compiled
 def _normalise(q):
     norm = 1.0 / np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     for k in range(4):
@@ -65,22 +53,70 @@ def _normalise(q):
 
 
 @compiled
-def rotate(q, spin, inertia, dt, omega, axes, full, half):
+def _middle(inertia):
+    """Number of the axis whose moment of inertia lies between the two others."""
+    for a in range(2):
+        if (inertia[a] - inertia[(a + 1) % 3]) * (inertia[a] - inertia[(a + 2) % 3]) <= 0.0:
+            return a
+    return 2
+
+
+@compiled
+def _turn_about_spin(q, spin, factor):
+    """Turn q by the rotation vector ``factor`` times ``spin`` [rad], in space."""
+    size = np.sqrt(spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2])
+    if not size > 0.0:
+        return
+    half = 0.5 * factor * size
+    c, s = np.cos(half), np.sin(half) / size
+    b, d, e, w, x, y, z = s * spin[0], s * spin[1], s * spin[2], q[0], q[1], q[2], q[3]
+    q[0], q[1] = c * w - b * x - d * y - e * z, c * x + b * w + d * z - e * y
+    q[2], q[3] = c * y - b * z + d * w + e * x, c * z + b * y - d * x + e * w
+
+
+@compiled
+def _turn_about_axis(q, own, k, factor):
+    """Turn q about the principal axis k by ``factor`` times own[k] [rad]; own, (3,): the angular momentum along the
+    principal axes, which turn against it."""
+    i, j, half = (k + 1) % 3, (k + 2) % 3, 0.5 * factor * own[k]
+    c, s = np.cos(half), np.sin(half)
+    w, qi, qj, qk = q[0], q[1 + i], q[1 + j], q[1 + k]
+    q[0], q[1 + k], q[1 + i], q[1 + j] = w * c - qk * s, qk * c + w * s, qi * c + qj * s, qj * c - qi * s
+    cosine, sine, along = c * c - s * s, 2.0 * c * s, own[i]
+    own[i], own[j] = cosine * along + sine * own[j], cosine * own[j] - sine * along
+
+
+@compiled
+def rotate(q, spin, inertia, dt, omega, axes, own):
     """Turn the quaternion q (4,) over the step dt [s] with the constant angular momentum ``spin``; omega [rad/s] ends
-    as that of the half step, axes as those of the new q. full, half: scratch (4,)."""
-    _turned(q, omega, q, dt, full)
-    _turned(q, omega, q, 0.5 * dt, half)
-    turn_axes(half, axes)
+    as that of the half step, axes as those of the new q. own: scratch (3,).
+
+    With a, i, j the middle axis and the others, the energy of rotation is L^2 / 2 I_a, which alone turns the body about
+    L, plus (1/I_i - 1/I_a) L_i^2 / 2 and the same of j, each of which alone turns it about that axis. Their exact
+    rotations follow each other, there and back: a symplectic map, symmetric in time, so that the energy swings within
+    the second order of the step and does not drift, and the angular momentum stays. Splitting of the rigid body:
+    Dullweber, Leimkuhler and McLachlan, J. Chem. Phys. 107 (1997) 5840-5851; Fasso, J. Comput. Phys. 189 (2003)
+    527-538.
+    """
+    for k in range(3):
+        own[k] = spin[0] * axes[0, k] + spin[1] * axes[1, k] + spin[2] * axes[2, k]
+    a = _middle(inertia)
+    i, j, whole = (a + 1) % 3, (a + 2) % 3, 0.5 * dt / inertia[a]
+    about_i, about_j = 0.5 * dt / inertia[i] - whole, 0.5 * dt / inertia[j] - whole
+    _turn_about_spin(q, spin, whole)
+    _turn_about_axis(q, own, j, about_j)
+    _turn_about_axis(q, own, i, about_i)
+    turn_axes(q, axes)
     spin_to_omega(spin, axes, inertia, omega)
-    _turned(half, omega, half, 0.5 * dt, half)
-    for k in range(4):
-        q[k] = 2.0 * half[k] - full[k]
+    _turn_about_axis(q, own, i, about_i)
+    _turn_about_axis(q, own, j, about_j)
+    _turn_about_spin(q, spin, whole)
     _normalise(q)
     turn_axes(q, axes)
 
 
 @compiled
-def drift_bodies(r, dt, full, half):
+def drift_bodies(r, dt, own):
     """Half a kick, then positions and orientations over the step dt [s]; velocities end as those of the half step."""
     for b in range(len(r.x)):
         for k in range(3):
@@ -89,8 +125,7 @@ def drift_bodies(r, dt, full, half):
             r.x[b, k] += dt * r.v[b, k]
             if r.free[b, 3 + k]:
                 r.spin[b, k] += 0.5 * dt * r.torque[b, k]
-        spin_to_omega(r.spin[b], r.axes[b], r.inertia[b], r.omega[b])
-        rotate(r.q[b], r.spin[b], r.inertia[b], dt, r.omega[b], r.axes[b], full, half)
+        rotate(r.q[b], r.spin[b], r.inertia[b], dt, r.omega[b], r.axes[b], own)
 
 
 @compiled

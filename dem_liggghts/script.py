@@ -60,7 +60,7 @@ def _motion(scene):
     if not scene.clusters:
         return ["fix move all nve/sphere"]
     single = ["group single type 1", "fix move single nve/sphere"] if len(scene.spheres.x) else []
-    return [*single, "fix bodies all multisphere"]
+    return [*single, "fix bodies all multisphere/splitting"]
 
 
 def _bins(scene):

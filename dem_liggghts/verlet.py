@@ -21,8 +21,8 @@ Balls = namedtuple("Balls", "x v omega force torque radius mass kind gravity sin
 # Wall nodes (n, 3): impulse of the window [N s], force at its end [N]
 Loads = namedtuple("Loads", "impulse force")
 
-# Room so that a step allocates nothing: found (contacts, COLUMNS), corner (3, 3); full, half (4,); the others (3,)
-Scratch = namedtuple("Scratch", "found corner n v spin shear vt force full half")
+# Room so that a step allocates nothing: found (contacts, COLUMNS), corner (3, 3), the others (3,)
+Scratch = namedtuple("Scratch", "found corner n v spin shear vt force")
 
 # Near spheres and wall elements, good until centres and wall nodes have moved by skin [m] in all since they were at
 # x and wall [m], shape (n, 3)
@@ -140,7 +140,7 @@ def kick_and_drift(b, bodies, dt, scratch):
         for k in range(3):
             b.x[i, k] += dt * b.v[i, k]
     if bodies is not None:
-        drift_bodies(Bodies(*bodies), dt, scratch.full, scratch.half)
+        drift_bodies(Bodies(*bodies), dt, scratch.vt)
         carry_spheres(Bodies(*bodies), b.x, b.v, b.omega, True)
 
 
@@ -202,9 +202,9 @@ def run(first, steps, dt, skin, fresh, bodies, *fields):
     done: fewer when the lists became too old (at least one when they are ``fresh``), -1 when the wall holds NaN,
     -1 - i when sphere i is about to go through a wall.
     """
-    b, loads, scratch = Balls(*fields[:10]), Loads(*fields[10:12]), Scratch(*fields[12:22])
-    wall, lists = MovingWall(*fields[22:26]), Lists(Near(*fields[26:30]), Near(*fields[30:34]), *fields[34:36], skin)
-    between, at_wall = fields[36:]
+    b, loads, scratch = Balls(*fields[:10]), Loads(*fields[10:12]), Scratch(*fields[12:20])
+    wall, lists = MovingWall(*fields[20:24]), Lists(Near(*fields[24:28]), Near(*fields[28:32]), *fields[32:34], skin)
+    between, at_wall = fields[34:]
     node, node_speed = wall_travel(wall, lists.wall, first * dt)
     if not np.isfinite(node + node_speed):
         return -1

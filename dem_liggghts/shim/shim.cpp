@@ -24,6 +24,7 @@
 #include "library.h"
 #include "models.h"
 #include "output.h"
+#include "rotation.h"
 #include "universe.h"
 #include "wall.h"
 
@@ -180,6 +181,7 @@ int dem_open(int argc, char **argv, MPI_Comm comm, void **out)
         say_it_nowhere(lmp);
         LIGGGHTS::ContactModels::register_models();
         fix_styles(lmp->modify)["wall/gran/nodal"] = &FixWallNodal::create;
+        fix_styles(lmp->modify)["multisphere/splitting"] = &FixMultisphereSplitting::create;
         *out = lmp;
     });
 }

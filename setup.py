@@ -28,8 +28,7 @@ def shim():
         return without(f"no LIGGGHTS headers in {HEADERS} (apt install libliggghts-dev)")
     source = zlib.crc32(b"".join(Path(name).read_bytes() for name in SHIM))  # liggghts.py recognises an old shim by it
     return [Extension("dem_liggghts.libdemshim", [f"{FOLDER}/shim.cpp"], depends=SHIM, libraries=["liggghts"],
-                      optional=True,
-                      define_macros=[("SHIM_SOURCE", f"{source}u")], extra_link_args=link_flags,
+                      optional=True, define_macros=[("SHIM_SOURCE", f"{source}u")], extra_link_args=link_flags,
                       extra_compile_args=["-std=c++14", "-O2", "-g0", "-isystem", HEADERS, *compile_flags])]
 
 

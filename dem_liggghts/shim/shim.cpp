@@ -1,8 +1,8 @@
 // LIGGGHTS in the process of Python: the few calls that drive one instance, and its errors as return codes.
 //
-// Time integration, neighbour lists and migration between ranks are LIGGGHTS' own; the contact models stand on its own, in
-// models.h; the wall is in wall.h, rigid bodies are in bodies.h. All arrays are contiguous doubles in SI units, of nodes with dim components
-// each. Calls return 0, or 1 with the text in dem_last_error(), or 2 when a particle or a node is NaN or infinite.
+// Neighbour lists, migration between ranks and the motion of single spheres are LIGGGHTS' own; the contact models stand on
+// its own, in models.h; the wall is in wall.h, rigid bodies are in bodies.h and their rotation in rotation.h. All arrays
+// are contiguous doubles in SI units, of nodes with dim components each. Calls return 0, or 1 with the text in dem_last_error(), or 2 when a particle or a node is NaN or infinite.
 #include <mpi.h>
 
 #include <cmath>

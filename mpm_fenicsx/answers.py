@@ -5,7 +5,7 @@ from mpi4py import MPI
 from . import output
 from .collective import total
 from .frame import Seen, seen_points
-from .penalty import reaction
+from .scene_penalties import reaction
 from .snes import unused_options
 
 

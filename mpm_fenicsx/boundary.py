@@ -1,7 +1,8 @@
 """Supports: grid nodes whose motion is given."""
+import warnings
+
 import numpy as np
 
-from .errors import MPMError
 from .scene import AXES
 
 
@@ -11,8 +12,9 @@ class Supports:
     Where several supports hold a node in the same direction, the last one counts.
     """
 
-    def __init__(self, supports, x):
-        self._supports = tuple(supports)
+    def __init__(self, supports, x, checked=False):
+        """checked: whether they have been looked at, on another partition of the grid."""
+        self._supports, self._checked = tuple(supports), checked
         self.fixed = np.zeros(x.shape, bool)
         self._holder = np.full(x.shape, -1)
         self._moving = any(s.motion is not None for s in supports)
@@ -25,13 +27,18 @@ class Supports:
             self._holder[held] = number
 
     def check(self, active, cover, time):
-        """Raise MPMError when a support holds no node that carries mass: it would be ignored. Collective."""
+        """Warn, on the first rank, of every support that holds no node with mass: the first time, and not later, when
+        the body may have left it. Collective, on all ranks alike."""
+        if self._checked:
+            return
+        self._checked = True
         holder = self._holder[cover.node[:cover.owned]][active[:cover.owned]]
         holds = np.array([np.count_nonzero(holder == n) for n in range(len(self._supports))], int)
         for support, count in zip(self._supports, cover.comm.allreduce(holds)):
-            if count == 0:
-                raise MPMError(f"{support.name} (fix {support.fix!r}) holds no grid node of the body at t = {time:.6g} s"
-                               ": move it to nodes of cells that contain material points, or leave it out")
+            if count == 0 and cover.comm.rank == 0:
+                warnings.warn(f"{support.name} (fix {support.fix!r}) holds no grid node of the body at t = {time:.6g} s:"
+                              " move it to nodes of cells that contain material points, unless the body comes to it "
+                              "later", stacklevel=2)
 
     def displacement(self, node, time, dt, v, a):
         """Known displacement over the step [m], shape (n, D), zero where free; sets velocity and acceleration of held

@@ -19,9 +19,10 @@ class Cover:
     """Numbering, vectors and matrix of the covered cells.
 
     cells: (all local cells, K) nodes in the cover's local numbering (owned first, then ghosts), -1 outside; slot: (all
-    local cells,) row of an owned covered cell in the element matrices, -1 else; covered: (all local cells,) mask; node:
-    (n,) the grid node behind each local number; fixed: (n, D) mask of supported directions; element_matrices: (slots,
-    K, D, D, K) [N/m], derivative by (node, direction) of (direction, node).
+    local cells,) row of an owned cell in the element matrices, -1 else; home: the same for cells that points may be in;
+    covered: (all local cells,) mask of these; node: (n,) the grid node behind each local number; fixed: (n, D) mask of
+    supported directions; element_matrices: (slots, K, D, D, K) [N/m], derivative by (node, direction) of (direction,
+    node). Cells with walls that share a node with those for points have a row too, as that node may come to carry mass.
 
     For F-bar: patch: (all local cells,) row of an owned covered cell's patch in patch_matrices, shape (patches, M, D,
     D, M); place: (all local cells, K) places of its nodes among the M of the patch. A quadrilateral or a hexahedron is
@@ -29,22 +30,27 @@ class Cover:
     facet_matrices, shape (facets, D, M, M), by direction, node and node. Collective.
     """
 
-    def __init__(self, background, filled, fixed, symmetric=True, averaged=False, facets=None):
+    def __init__(self, background, filled, fixed, symmetric=True, averaged=False, facets=None, walls=None):
         """filled: numbers of this rank's cells that hold points; fixed: (grid nodes, D) mask; symmetric: so
         is the matrix; averaged: whether a body needs the patches; facets: None, or ``ghost.Facets`` that need
-        matrices."""
+        matrices; walls: None on all ranks, or a mask of the local cells that may hold particles of walls."""
         self.comm, self.dim = background.comm, background.dim
         self._vectors, self._symmetric = {}, symmetric
         grid_vec = ghosted_vector(background.node_map, self.comm)
         near = self._flags(grid_vec, background, background.cells[filled])  # nodes of filled cells, on any rank
         self.covered = near[background.cells].any(axis=1)
         covered = np.flatnonzero(self.covered[:background.cells_owned]).astype(np.int32)
-        needed = self._flags(grid_vec, background, background.cells[covered])
+        needed, homes = self._flags(grid_vec, background, background.cells[covered]), len(covered)
+        if walls is not None:
+            rim = walls & ~self.covered & needed[background.cells].any(axis=1)
+            covered = np.append(covered, np.flatnonzero(rim[:background.cells_owned]).astype(np.int32))
+            needed = self._flags(grid_vec, background, background.cells[covered])
         beside = np.zeros((0, 1), np.int32) if facets is None else facets.nodes[facets.within(self.covered)]
         self._number(background, grid_vec, needed, covered, beside)
         grid_vec.destroy()
         self.slot = np.full(len(background.cells), -1, np.int32)
         self.slot[covered] = np.arange(len(covered))
+        self.home = np.where(self.slot < homes, self.slot, -1).astype(np.int32)
         self.fixed = fixed[self.node]
         self._make_patches(background, covered, averaged)
         self._make_matrix(covered)

@@ -13,7 +13,7 @@ from .kernels import compile_transfers
 from .loads import SurfaceLoads
 from .migrate import Router
 from .parts import Start, make_parts, warn_if_in_pieces
-from .penalty import make_penalties
+from .scene_penalties import make_penalties
 from .sets import Set, Sets
 from .step import PHASES, Step
 
@@ -137,7 +137,7 @@ class MPM(Answers):
         """Phase I: points go to their cells, and the cover follows them; once in a step."""
         if self._settled:
             return
-        slot = self._no_slot if self.step is None else self.step.cover.slot
+        slot = self._no_slot if self.step is None else self.step.cover.home
         self._settled, (travelled, bare) = True, self._sets.settle(self.background.search, slot, self._router, self.time)
         if bare:
             self._make_step(self._sets.filled())
@@ -175,7 +175,7 @@ class MPM(Answers):
         """Background grid, supports and routes for points at ``filling`` [m], shape (n, dim)."""
         averaged = any(part.body.f_bar for part in self._parts)
         self.background = Background(self._grid, self.comm, filling, averaged, self.origin)
-        self.supports = Supports(self._support_scene, self.background.x)
+        self.supports = Supports(self._support_scene, self.background.x, self.steps > 0)
         self._router = Router(self.comm, self.background.neighbours)
         self._no_slot = np.full(len(self.background.cells), -1, np.int32)
         self.step = self._facets = None

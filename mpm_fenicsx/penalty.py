@@ -1,127 +1,79 @@
-"""Boundary particles with springs: the ``Penalty`` and ``GridWall`` records of a scene on this rank."""
+"""Boundary particles with springs: ``Penalty`` records of a scene on this rank."""
 import numpy as np
 
-from . import laws
-from .conditions import GridWall
 from .points import Points
+from .soil_distance import SoilDistance
 from .specialise import specialise
 from .springs import AHEAD, CLOSED, STICK, respond, spring_matrix, tangent, weigh
-from .surface import areas
 
-# Stiffness of the springs over that of one cell of the body. Those of a support give by 1 % of a cell's strain. A wall
-# with friction or separation gives as much as one more cell would: with 100, neighbours in one cell fight each other,
-# friction without separation is too large by 10 to 80 % and Newton's method fails (measured on a sliding block).
-SUPPORT_FACTOR, WALL_FACTOR = 100.0, 1.0
-HALF = 0.5  # share of its basis on nodes with mass from which a particle in space touches the body
+HALF = 0.5 - 1e-9  # share of its basis on nodes with mass from which a particle in space touches the body
 # Mass of a node, over that of a full cell, below which it takes no part: one that the body has just reached would fly
 # off and come back with the springs on and off, and Newton's method with it.
 LIGHT = 0.01
 
 
-def modulus(law, dim):
-    """Stiffness [Pa] of the law at rest against stretch in one direction with the others held."""
-    P, A = np.zeros(dim * dim + 1), np.zeros((dim * dim + 1, dim * dim + 1))
-    old, new = np.zeros(2, law.state)
-    laws.kernels(law, dim)[1](law.params, np.eye(dim), 1.0, old, new, P, A)
-    return A[0, 0]
-
-
-def make_penalties(scene, background, start):
-    """``Penalties`` of a scene, those in space and those that follow the body apart, as a tuple of none to two.
-
-    scene: ``Penalty`` and ``GridWall`` records; start: the bodies, see ``parts.Start``. Raises ValueError for a surface
-    of another dimension.
-    """
-    if not scene:
-        return ()
-    D, groups, h = background.dim, {False: [], True: []}, background.h.min()
-    for condition in scene:
-        if isinstance(condition, GridWall):
-            condition = condition.penalty(background.whole[0])
-        if np.shape(condition.surface.x)[1] != D:
-            raise ValueError(f"the surface of {condition.name} has {np.shape(condition.surface.x)[1]} dimensions, the "
-                             f"scene {D}")
-        area = areas(np.asarray(condition.surface.x, float), np.asarray(condition.surface.elements))
-        area[area == 0.0] = h ** (D - 1)  # a particle without elements stands for a node
-        groups[condition.follows].append((condition, area * start.thickness))
-    size = dict(D=D, K=background.cells.shape[1])
-    return tuple(Penalties(*zip(*group), size, h, start)
-                 for group in groups.values() if group)
-
-
-def reaction(penalties, name):
-    """Force of the penalties of that name on the body, this rank's share [N]; raises ValueError for an unknown name."""
-    names = sorted({str(other) for held in penalties for other in held.names})
-    if name not in names:
-        raise ValueError(f"there is no penalty {name!r}: choose one of {', '.join(names) or 'none'}")
-    return sum(held.points.force[held.names[held.points.gid] == name].sum(axis=0) for held in penalties)
-
-
-def _has_kinks(penalty):
+def has_kinks(penalty):
+    """Whether the force of a ``Penalty`` is not smooth."""
     return penalty.separates or (penalty.normal is not None and 0.0 < penalty.friction < np.inf)
 
 
-def _stiffness(penalty, h, start):
-    """Of the springs per area [Pa/m], shape (n,); by default that of the nearest body."""
-    x = np.asarray(penalty.surface.x, float)
-    if penalty.stiffness is not None:
-        return np.full(len(x), penalty.stiffness)
-    factor = WALL_FACTOR if _has_kinks(penalty) else SUPPORT_FACTOR
-    return factor * start.modulus(x, modulus) / h
+def walls_in_reach(penalties, background):
+    """Mask of the local cells that may hold particles of walls; None, on all ranks, where there is no wall."""
+    walls = [held for held in penalties if not held.follows]
+    if not walls:
+        return None
+    mask = np.full(len(background.cells), any(held.moves for held in walls))
+    for held in walls:
+        mask[held.points.cell] = True
+    return mask
 
 
 class Penalties:
     """The ``Penalty`` records of a scene that all follow the body, or all do not. ``points``: their particles on this
     rank with force [N] on the body, gap [m] at the end of the step and status in the tangent in use."""
 
-    def __init__(self, penalties, areas, size, h, start):
-        """areas: one array per penalty [m^2]; size: dict of D and K; h: smallest cell size [m]; start: the bodies,
-        see ``parts.Start``."""
+    def __init__(self, penalties, stiffnesses, start, background):
+        """stiffnesses: of the springs, one array per penalty [N/m]; start: the bodies, see ``parts.Start``."""
         self.penalties, self.follows = tuple(penalties), penalties[0].follows
         counts = [len(p.surface.x) for p in penalties]
         ends = np.cumsum(counts)
         self._parts = [slice(end - n, end) for end, n in zip(ends, counts)]
-        self._dim, self.count = size["D"], int(ends[-1])
+        self._dim, self.count, h = background.dim, int(ends[-1]), background.h.max()
         repeated = lambda values, kind=float: np.repeat(np.array(values, kind), counts)  # noqa: E731
         self._start = np.concatenate([np.asarray(p.surface.x, float) for p in penalties])
         self._normal = np.concatenate([np.zeros(np.shape(p.surface.x)) if p.normal is None else p.normal
                                        for p in penalties])
         self._friction = repeated([np.inf if p.normal is None else p.friction for p in penalties])
         self._separates = repeated([p.separates for p in penalties], bool)
-        self._stiffness = np.concatenate(areas) * np.concatenate([_stiffness(p, h, start) for p in penalties])
-        self.kinks = any(_has_kinks(p) for p in penalties)
+        self._stiffness = np.concatenate(stiffnesses)
+        self.kinks = any(has_kinks(p) for p in penalties)
         self.moves = any(p.motion is not None for p in penalties)
         self.names = np.repeat([p.name for p in penalties], counts)
         self.points = self._make_points(start)
+        measured = self._separates if not self.follows else np.zeros(self.count, bool)
+        self._away = np.where(measured[:, None], h * self._normal, 0.0)  # gap where there is no soil
+        self._distance = SoilDistance(h, measured, self._normal, self._start) if measured.any() else None
+        size = dict(D=self._dim, K=background.cells.shape[1])
         self._weigh, self._respond = specialise(weigh, K=size["K"]), specialise(respond, **size)
-        self._tangent = specialise(tangent, **size, spring_matrix=specialise(spring_matrix, D=size["D"]))
+        self._tangent = specialise(tangent, **size, spring_matrix=specialise(spring_matrix, D=self._dim))
 
     def _make_points(self, start):
         n, x = self.count, self._start.copy()
         gap = np.zeros_like(x)
         for penalty, part in zip(self.penalties, self._parts):
-            self._check_motion(penalty, part)
             if penalty.at is not None:
                 distance = np.sum((x[part] - penalty.at) * penalty.normal, axis=1)
                 gap[part] = distance[:, None] * penalty.normal
         return Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
                       a=start.acceleration(x), force=np.zeros_like(x), gap=gap, status=np.zeros(n, np.int8))
 
-    def _check_motion(self, penalty, part):
-        if penalty.motion is None:
-            return
-        start = np.asarray(penalty.motion(0.0), float)
-        if start.shape not in ((self._dim,), self._start[part].shape) or start.any():
-            raise ValueError(f"the motion of {penalty.name} at t = 0 is {start.tolist()} m: it must have shape "
-                             f"({self._dim},) or {self._start[part].shape} and start from zero")
-
     def _motion(self, time):
-        """Displacement of what holds [m] since the start, shape (n, D), on this rank's particles."""
+        """Displacement of what holds [m] since the start, shape (count, D)."""
         w = np.zeros_like(self._start)
         for penalty, part in zip(self.penalties, self._parts):
             if penalty.motion is not None:
                 w[part] = penalty.motion(time)
-        return w[self.points.gid]
+        return w
 
     # ---------------------------------------------------------------- one step
 
@@ -140,14 +92,16 @@ class Penalties:
     def begin(self, step, time):
         """Gap and velocity at the start of the step, and what the walls will do in it."""
         p, cover, gid = self.points, step.cover, self._take_those_in_contact()
+        if self._distance:
+            self._come_near(step, gid)
         velocity = np.zeros((len(gid), self._dim))
         step.kernels.interpolate(self._cell, cover.cells, self.N, step.v, velocity)
         self._base = p.gap[self._index] - AHEAD * step.dt * velocity
         self._wall = 0.0
         if self.moves:
-            before, now, after = (self._motion(time + k * step.dt)[self._index] for k in (0, 1, 2))
+            before, half, now = (self._motion(time + k * step.dt)[gid] for k in (0.0, 0.5, 1.0))
             self._wall = now - before
-            self._base -= self._wall + 0.5 * AHEAD * (after - before)
+            self._base -= self._wall + AHEAD * (before - 4.0 * half + 3.0 * now)  # its velocity at the end, times dt
         normal, stiffness, limit = self._normal[gid], self._stiffness[gid], self._friction[gid]
         separates, pressed = self._separates[gid], np.sum(p.force[self._index] * normal, axis=1)
         limit[separates & (pressed <= 0.0)] = 0.0
@@ -166,9 +120,18 @@ class Penalties:
             off[self._index] = False
             self._some_left = bool(p.status[off].any())
             p.force[off] = 0.0
-            p.gap[off] = 0.0
+            p.gap[off] = self._away[p.gid[off]]
             p.status[off] = 0
         return p.gid[self._index]
+
+    def _come_near(self, step, gid):
+        """No gap is wider than the soil that is there now leaves it, whichever soil opened it."""
+        gap, normal, nearest = self.points.gap[self._index], self._normal[gid], self._distance(step.parts, step.comm)[gid]
+        along = np.sum(gap * normal, axis=1)
+        arrived = along >= 0.999 * np.linalg.norm(self._away[gid], axis=1)
+        least = np.maximum(np.where(arrived, nearest[:, 1], nearest[:, 0]), 0.0)
+        excess = np.where(self._separates[gid], np.maximum(along - least, 0.0), 0.0)
+        self.points.gap[self._index] = gap - excess[:, None] * normal
 
     def respond(self, step, u):
         """Forces at the displacement u over the step [m], shape (nodes, D)."""
@@ -206,4 +169,7 @@ class Penalties:
     def move(self, time):
         """Take particles that do not follow the body to their places at ``time`` [s]."""
         if self.moves and not self.follows:
-            self.points.x[:] = self._start[self.points.gid] + self._motion(time)
+            x = self._start + self._motion(time)
+            self.points.x[:] = x[self.points.gid]
+            if self._distance:
+                self._distance.place(x)

@@ -10,6 +10,7 @@ from .collective import somewhere, total
 from .cover import Cover
 from .ghost import Ghost
 from .laws import ELASTIC_STATE
+from .penalty import walls_in_reach
 from .snes import Newton
 
 PHASES = ("search", "to grid", "tangent", "residual", "solve", "to points")
@@ -34,7 +35,8 @@ class Step:
         laws = [part.body.law for part in parts]
         averaged = any(part.body.f_bar for part in parts)
         symmetric = all(law.symmetric for law in laws) and not averaged
-        self.cover = Cover(background, filled, supports.fixed, symmetric, averaged, facets)
+        self.cover = Cover(background, filled, supports.fixed, symmetric, averaged, facets,
+                           walls_in_reach(penalties, background))
         self.filled, self.supports, self.gravity, self.kernels = filled, supports, gravity, kernels
         self.parts, self.consistent, self.phases = parts, consistent, phases
         bodies = [part.body for part in parts]

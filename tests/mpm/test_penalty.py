@@ -215,7 +215,7 @@ def test_moving_wall_pushes_a_block(make_mpm):
 def loaded_problem(make_mpm, grid=None, **changes):
     """All kinds of springs, pressed, sliding, sticking and open, at a random deformation."""
     grid = turned_grid(0.35) if grid is None else grid
-    line, random = Interface.line((0.1, 0.1), (0.9, 0.1), 5), np.random.default_rng(4)
+    line, random = Interface.line((0.1, 0.1), (0.9, 0.1), 8), np.random.default_rng(4)
     penalties = [Penalty(line, name="stick", follows=True), Penalty(line, (0, 1), 0.4, name="rub"),
                  Penalty(line, (1, 2), 0.4, True, follows=True, name="rub and separate"),
                  Penalty(line, (1, -2), np.inf, True, name="stick and separate"), Penalty(line, (2, 1), name="slip")]

@@ -13,7 +13,7 @@ import column_collapse
 from beam_impact import SCHEME
 from blocks_history import Obstacles, draw, events, miss
 from coupling import Record, cli, count_windows, couple, nearest
-from dem_liggghts import Cluster, Interaction, Material, Scene, Wall, open_dem, warn_if_window_too_long
+from dem_liggghts import Cluster, Interaction, Material, Scene, Wall, open_dem
 from mpm_fenicsx import SOLVERS, Interface, of_points
 
 PRESETS = {"paper": dict(h=0.005, dt=5e-5, substeps=5)}
@@ -63,7 +63,6 @@ def main(
         label = "liggghts" if (dem, backend) == ("compare", "liggghts") else ""
         solid = column_collapse.make_column(p, of_points if contact == "points" else lambda body: outline(p, body))
         scene = make_scene(p, solid.interface)
-        warn_if_too_long(p, solid.count, scene)
         grains = open_dem(backend, scene, dt / substeps)
         flow = Obstacles(solid, grains, p)
         with Record("granular_blocks", keys, out, solid, grains, windows=windows, columns=flow.columns(),
@@ -104,17 +103,6 @@ def surface_of(p, interface):
         mean = math.sqrt(p.width * p.height / len(interface.x))
         return Wall.discs(interface.x, p.disc * mean, "soil"), p.disc_E
     return Wall(interface.x, interface.elements, max(p.block) / p.spheres, "soil"), p.wall_E
-
-
-def warn_if_too_long(p, count, scene):
-    """One warning when the window is too long for the mass of one of ``count`` material points, where a sphere bears
-    the flow's pressure rho v^2 at the speed v of free fall. A disc loads its own point; spheres along an outline load
-    the same light node."""
-    sphere = scene.clusters[0].radii[0]
-    mass = p.rho * p.width * p.height * p.depth / count
-    if scene.wall.radius is None:
-        mass /= max(1.0, 0.5 * p.h / sphere)
-    warn_if_window_too_long(scene, p.dt, mass, force=p.rho * 2.0 * p.g * p.height * 2.0 * sphere * p.depth)
 
 
 if __name__ == "__main__":

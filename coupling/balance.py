@@ -1,6 +1,7 @@
 """Ledger of impulse and energy over the interface, window by window."""
 import numpy as np
 
+from .limit import work_on_wall
 from .momentum import AXES, Momentum, turning
 
 COLUMNS = {
@@ -70,22 +71,10 @@ class Ledger:
     def _energies(self):
         return sum(self._grains.energy().values()), sum(self._solid.energy().values())
 
-    def _on_wall(self, window):
-        """Work in the window, and in the jump before it from where the wall was carried to where the interface went,
-        under the mean of the forces on both sides of it; points that are new have jumped as their neighbours."""
-        work, last, self._last = window.dt * float(np.vdot(window.wall_force, window.wall_v)), self._last, window
-        if last is not None:
-            if window.resampled is None:
-                jump = before = window.wall_x - last.wall_x - last.dt * last.wall_v
-            else:
-                before = last.x - last.wall_x - last.dt * last.wall_v
-                jump = window.resampled.carry(before)
-            work += 0.5 * float(np.vdot(last.wall_force, before) + np.vdot(window.wall_force, jump))
-        return work
-
     def __call__(self, window):
         """Entries after this window, name → number."""
-        self._work_wall += self._on_wall(window)
+        self._work_wall += work_on_wall(window, self._last)
+        self._last = window
         self._work_solid += float(np.vdot(window.force, window.moved))
         grains, solid = self._energies()
         self._scale = max(self._scale, abs(grains), abs(solid))

@@ -10,7 +10,9 @@ import numpy as np
 
 class Solid(Protocol):
     """The continuum as the loop sees it: takes forces, answers with motion (eq. 26). It may have a method
-    ``resample()`` that renews the points of its interface between two steps, see ``resampling``."""
+    ``resample()`` that renews the points of its interface between two steps, see ``resampling``, and a method
+    ``window_mass()``: of each interface point, the mass [kg] of a free body that a force would have moved as far over
+    the last step, shape (n,). With it and with that of the grains the loop checks the length of weak windows."""
 
     time: float  # [s]
 
@@ -26,7 +28,9 @@ class Solid(Protocol):
 
 
 class Grains(Protocol):
-    """The discrete elements as the loop sees them: take motion, answer with forces (eq. 25)."""
+    """The discrete elements as the loop sees them: take motion, answer with forces (eq. 25). They may have a method
+    ``contact_at_wall(force)``: tangent stiffness [N/m] and damping [kg/s] of the contact of each particle with the
+    moving wall under ``force`` [N], and its mass [kg], shape (p,) each."""
 
     dt: float  # inner step [s]
 

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .limit import Watch
+
 
 class Window(NamedTuple):
     """What happened in one coupling window. ``number`` counts from 1, ``time`` [s] is its end, ``dt`` [s] its length.
@@ -64,6 +66,7 @@ class Weak:
     def __init__(self, solid, grains, mapping, last=None):
         self._solid, self._grains, self._mapping, self._last = solid, grains, mapping, last
         self._change, (self._x, self._v) = None, solid.surface()
+        self._watch = Watch(solid, grains)
 
     def __call__(self, number, time, dt, substeps, rewind=None, trend=None):
         """The ``Window`` of ``dt`` [s] that ends at ``time`` [s]. rewind, trend: what ``Iterated`` needs."""
@@ -75,6 +78,7 @@ class Weak:
                      velocity_of_a_particle=particles["v"])
         clock.lap("DEM")
         force = self._mapping.force(wall_force)
+        self._watch.look(time, dt, force)
         clock.lap("mapping")
         x, v = self._solid.advance(dt, force)
         check_finite(number, time, position_of_the_interface=x, velocity_of_the_interface=v)
@@ -89,6 +93,8 @@ class Weak:
 
     def accept(self, window):
         """Go on from the end of ``window``."""
+        self._watch.look(window.time, window.dt, window.force)  # once more: now a new grid knows its mass, too
+        self._watch.judge(window, self._last)
         self._last, self._change, self._x, self._v = window, None, window.x, window.v
 
     def _coming(self, dt):

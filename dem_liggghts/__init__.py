@@ -2,10 +2,11 @@
 LIGGGHTS)."""
 from .checks import check_start, warn_if_too_long, warn_if_window_too_long
 from .clusters import Cluster
-from .contact import critical_step, longest_window
+from .contact import critical_step
 from .energy import contact_energy, kinetic_energy, potential_energy
 from .protocol import BODY, DEM, PARTICLE
 from .scene import Interaction, Material, Scene, Spheres, Wall
+from .window import longest_window
 
 __all__ = ["BODY", "Cluster", "DEM", "Interaction", "Material", "PARTICLE", "Scene", "Spheres", "Wall", "check_start",
            "contact_energy", "critical_step", "kinetic_energy", "longest_window", "open_dem", "potential_energy",

@@ -7,9 +7,10 @@ import mpm_dem_checks as check
 
 from . import parts
 from .compiled import compiled
-from .contact import critical_step, longest_window
+from .contact import critical_step
 from .near import near_spheres, nothing
 from .wall import RIM, at_rest, closest, normal_and_angle, place
+from .window import longest_window
 
 TOUCHING = 1e-9  # overlap at the start, as a fraction of the radius, that still counts as touching
 GONE = ("is going through the wall: Hertz's law does not stop it before its centre is there; take a stiffer contact "
@@ -143,9 +144,9 @@ def warn_if_window_too_long(scene, dt, mass, force=None):
     limit = longest_window(scene, mass, force)
     if dt > limit:
         modulus = scene.materials[scene.wall.material].E
-        warnings.warn(f"the window of {dt:.3g} s exceeds 2 sqrt(m/k) = {limit:.3g} s of the contact with the moving "
-                      f"wall, whose modulus is {modulus:.3g} Pa, on nodes of m = {mass:.3g} kg: the force rings and may "
-                      "blow up; use shorter windows, a softer contact, or iterate=10", stacklevel=3)
+        warnings.warn(f"the window of {dt:.3g} s exceeds {limit:.3g} s, the limit of the contact with the moving wall, "
+                      f"whose modulus is {modulus:.3g} Pa, on nodes of m = {mass:.3g} kg: the force rings and may blow "
+                      "up; use shorter windows, a softer or less damped contact, or iterate=10", stacklevel=3)
 
 
 def check_window(steps, x, v, scene):

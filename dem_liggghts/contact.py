@@ -165,21 +165,3 @@ def critical_step(scene):
                                   hertz(balls.mass / 2, balls.radius / 2, largest(between), 2 * speed).min()) ** 0.2
         shortest = min(shortest, balls.radius.min() / speed)
     return CriticalStep(0.2 * rayleigh.min(), shortest / max(20.0, 7.4 * damped))
-
-
-def longest_window(scene, mass, force=None):
-    """Longest sensible coupling window of ``scene`` [s] when the moving wall is carried by grid nodes of ``mass`` [kg].
-
-    2 sqrt(m/k), the stability limit of a mass on a spring that is taken explicitly, once per window; k: stiffness of a
-    Hertz contact, 2 E* sqrt(R d), of the sphere that meets the wall with the greatest one, at the overlap d under
-    ``force`` [N], by default at an overlap of its radius, when its centre is on the surface. Infinite when nothing can
-    meet the wall. Several spheres at one node, and nodes that carry less mass, shorten it.
-    """
-    balls, number = parts.grains(scene), {name: k for k, name in enumerate(scene.names)}
-    if not len(balls.x) or not len(scene.wall.elements):
-        return np.inf
-    E = field(laws(scene, scene.wall_pairs()), "E")[balls.kind, number[scene.wall.material]]
-    disc = scene.wall.radius
-    R = balls.radius if disc is None else balls.radius * disc / (balls.radius + disc)
-    overlap = R if force is None else (0.75 * force / (E * np.sqrt(R))) ** (2.0 / 3.0)
-    return float(2.0 * np.sqrt(mass / (2.0 * E * np.sqrt(R * overlap)).max()))

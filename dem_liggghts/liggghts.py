@@ -13,6 +13,7 @@ from .library import ARGUMENTS, SHIM, Comm, LiggghtsError, MissingLiggghts, chec
 from .protocol import BODY, PARTICLE
 from .script import commands
 from .states import check_state, fingerprint
+from .window import AtWall
 
 __all__ = ["LiggghtsDEM", "LiggghtsError", "MissingLiggghts"]
 
@@ -25,7 +26,7 @@ def _pointer(array):
     return array.ctypes.data
 
 
-class LiggghtsDEM:
+class LiggghtsDEM(AtWall):
     """The protocol of `protocol.DEM` for ``scene``, time step ``dt`` [s], on the ranks of the mpi4py communicator
     ``comm`` (default: all).
 

@@ -40,6 +40,10 @@ class DEM(Protocol):
         the centre of mass; quaternion (w, x, y, z): from the body's own frame to space (`quaternion.angle` in a
         plane)."""
 
+    def contact_at_wall(self, force: float) -> np.ndarray:
+        """Tangent stiffness [N/m], damping [kg/s] and mass [kg] in the contact of each sphere with the moving wall
+        under ``force`` [N], shape (3, n), whether it touches it or not."""
+
     def energy(self) -> dict:
         """``kinetic`` (translation and spin), ``contact`` (potential energy of normal forces and adhesion),
         ``potential`` (in gravity, zero at the origin) [J]."""

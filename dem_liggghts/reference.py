@@ -15,6 +15,7 @@ from .rigid import Bodies, omega_to_spin, turn_axes
 from .states import check_state, fingerprint
 from .verlet import Balls, Lists, Loads, Scratch, build_lists, forces, run
 from .wall import COLUMNS, MovingWall, at_rest
+from .window import AtWall
 
 MOVING = ("x", "v", "omega", "force", "torque")
 LARGE = 2000  # elements of a wall
@@ -24,7 +25,7 @@ NAMES = (*MOVING, "steps", "wall", "wall_elements", "wall_force", "near_x", "nea
          *(f"near_{of}_{name}" for of in ("spheres", "elements") for name in Near._fields))
 
 
-class ReferenceDEM:
+class ReferenceDEM(AtWall):
     """The protocol of `protocol.DEM` for ``scene`` and the time step ``dt`` [s]. ``comm`` is not used: the work is
     repeated on every rank, with the same result."""
 

@@ -53,6 +53,10 @@ class Answers:
         """Sum of the interface forces that reached the nodes in the last step [N], shape (dim,)."""
         return self.step.applied
 
+    def window_mass(self):
+        """See ``Carriers.window_mass``, of all boundary particles, the same on every rank."""
+        return self._surface.everywhere(self.step.carriers.window_mass())
+
     def reaction(self, name):
         """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
         return total(self.comm, reaction(self.penalties, name))

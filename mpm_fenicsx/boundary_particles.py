@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from . import outline
+from . import outline, surface
 from .collective import somewhere
 from .errors import MPMError
 from .points import Points
@@ -50,6 +50,10 @@ class BoundaryParticles:
         self._comm.Allgatherv(mine, [parts, self._counts * mine.shape[1]])
         ordered[self._number] = parts
         return [ordered[:, k:k + self._dim].copy() for k in range(0, mine.shape[1], self._dim)]
+
+    def everywhere(self, values):
+        """Values of this rank's particles in the order of the interface, of all on every rank."""
+        return surface.everywhere(self._comm, self.points.gid, values, self.count)
 
     def stay_inside(self, box):
         """Put particles that have left the box of the grid back on its side; returns whether there are any."""

@@ -1,8 +1,11 @@
 """Boundary particles in one step: their loads and springs reach the nodes, their motion follows the nodes."""
 import numpy as np
 
+from . import newmark
 from .collective import somewhere, total
 from .errors import MPMError
+
+NEIGHBOURS = 0.5  # of the stiffness of a node whose neighbours are held, that of one whose neighbours give way
 
 
 class Carriers:
@@ -96,6 +99,23 @@ class Carriers:
         step.a += nodal
         for p, N in [*((part.points, part.basis) for part in step.parts), *self._riders]:
             step.kernels.interpolate(p.cell, step.cover.cells, N, nodal, p.a)
+
+    def window_mass(self):
+        """Of each of the interface's particles on this rank, the mass [kg] of a free body that a force would move as
+        far over a step like the last one, shape (n,): that of the nodes, and dt^2/4 times their stiffness. An estimate
+        from the diagonal of the tangent, within a factor of two. Infinite where held, and before the first step."""
+        step, (particles, N, _) = self._step, self._loaded[0]
+        if step.mass is None:
+            return np.full(len(particles), np.inf)
+        self.shapes()
+        cover, nodes = step.cover, step.cover.cells[particles.cell]
+        N = np.where(step.active[nodes], N, 0.0)
+        N /= np.maximum(N.sum(axis=1, keepdims=True), 1e-300)
+        diagonal = cover.matrix.getDiagonal().array.reshape(cover.owned, step.dim) / newmark.alpha(step.dt)
+        mass = step.mass[:, None] + NEIGHBOURS * np.maximum(cover.with_ghosts(diagonal) - step.mass[:, None], 0.0)
+        with np.errstate(divide="ignore"):
+            give = np.where(step.active[:, None] & ~cover.fixed, 1.0 / mass, 0.0)
+            return 1.0 / np.einsum("nk,nkd->nd", N**2, give[nodes]).max(axis=1, initial=0.0)
 
     def finish(self, u, a):
         """Settle the springs and move the boundary particles; u: displacement over the step [m], a: acceleration at its

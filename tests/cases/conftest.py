@@ -55,6 +55,12 @@ def blocks():
     return load("granular_blocks")
 
 
+@pytest.fixture(scope="session")
+def extreme():
+    """The module ``cases/extreme.py``."""
+    return load("extreme")
+
+
 @pytest.fixture
 def run(case, tmp_path):
     """``run(key=value, …)`` runs the coarse beam, results in ``tmp_path``; returns its histories."""

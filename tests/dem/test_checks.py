@@ -1,11 +1,13 @@
 """Bad input: one clear sentence with the value and the remedy."""
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from dem_liggghts import (Cluster, Interaction, Material, Scene, Spheres, Wall, check_start, contact_energy, critical_step,
                           longest_window, open_dem, warn_if_window_too_long)
+from dem_liggghts.damping import damping_ratio
 
 STEEL = Material(2.1e11, 0.3)
 
@@ -188,18 +190,46 @@ def test_contact_energy_is_the_integral_of_the_force(sheet, dim):
 
 @pytest.mark.parametrize("radius", [0.01, 0.02])
 def test_window_against_the_contact_of_the_moving_wall(sheet, radius):
-    """A mass on a spring of the Hertz stiffness at an overlap of one radius, by hand; steel on both sides."""
+    """Stiffness and damping of Hertz' contact at an overlap of one radius, by hand; steel on both sides."""
     one, mass = scene(sheet(), x=((0.0, radius),), radius=radius), 0.3
-    stiffness = 2.0 * STEEL.E / (2 * (1 - 0.3**2)) * radius
-    limit = 2.0 * np.sqrt(mass / stiffness)
+    E, ball = STEEL.E / (2 * (1 - 0.3**2)), one.spheres.mass[0]
+    stiffness = 2.0 * E * radius
+    limit = np.sqrt(4 / 3 * mass / stiffness)
     assert longest_window(one, mass) == pytest.approx(limit, rel=1e-12)
     assert longest_window(Scene(wall=sheet(), wall_material=STEEL), mass) == np.inf
     force = 1e4
-    overlap = (0.75 * force / (STEEL.E / (2 * (1 - 0.3**2)) * np.sqrt(radius))) ** (2 / 3)
-    assert longest_window(one, mass, force) == pytest.approx(2.0 * np.sqrt(mass / (1.5 * force / overlap)), rel=1e-12)
+    overlap = (0.75 * force / (E * np.sqrt(radius))) ** (2 / 3)
+    assert longest_window(one, mass, force) == pytest.approx(np.sqrt(4 / 3 * mass / (1.5 * force / overlap)), rel=1e-12)
+    damped = replace(one, at_wall=Interaction(restitution=0.05), interactions={})
+    ratio = damping_ratio(0.05, damped.at_wall.pulls)
+    gamma = 2 * np.sqrt(5 / 6) * ratio * np.sqrt(stiffness * ball)
+    dt = longest_window(damped, 1e-5 * ball)
+    assert dt == pytest.approx(2 / np.sqrt(3) * 1e-5 * ball / gamma, rel=0.01)  # the damping rules
+    assert 0.75 * stiffness * dt**2 + np.sqrt(0.75) * gamma * dt == pytest.approx(1e-5 * ball, rel=1e-12)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warn_if_window_too_long(one, 0.99 * limit, mass)
-    text = r"the window of .* s exceeds 2 sqrt\(m/k\) = .* modulus is 2.1e\+11 Pa, on nodes of m = 0.3 kg"
+    text = r"the window of .* s exceeds .* s, the limit of .* modulus is 2.1e\+11 Pa, on nodes of m = 0.3 kg"
     with pytest.warns(UserWarning, match=text):
         warn_if_window_too_long(one, 1.01 * limit, mass)
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.3])
+def test_contact_at_the_wall(dem, sheet, dim, restitution):
+    """Stiffness and damping are the derivatives of the force on the wall, here of one that is pressed into a sphere."""
+    up, d, dt, speed = np.eye(dim)[-1], 1e-5, 1e-9, 1e-3
+    spheres = Spheres(0.01 * up[None], 0 * up[None], 0.01, 7800.0)
+    ball = dem(Scene(spheres, sheet(dim), STEEL, STEEL, at_wall=Interaction(restitution)), dt)
+    start, nodes = ball.get_state(), np.array(ball.scene.wall.nodes)
+
+    def force(lift, v=0.0):
+        """At the end of a step [N], of which the mean has half; there is none at its start."""
+        ball.set_state(start)
+        push = np.tile(v * up, (len(nodes), 1))
+        return -2.0 * (ball.advance(1, nodes + lift * up - dt * push, push) @ up).sum()
+
+    stiffness, damping, mass = ball.contact_at_wall(force(d))[:, 0]
+    assert mass == pytest.approx(spheres.mass[0], rel=1e-12)
+    assert stiffness == pytest.approx((force(d + 1e-8) - force(d - 1e-8)) / 2e-8, rel=1e-4)
+    assert damping == pytest.approx((force(d, speed) - force(d, -speed)) / (2 * speed), rel=1e-3, abs=1.0)
+    assert (damping > 100.0) == (restitution < 1.0)

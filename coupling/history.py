@@ -6,16 +6,20 @@ from pathlib import Path
 
 import numpy as np
 
+from .rows import Rows
+
 
 class History:
-    """Rows of named numbers, written as they come, so that a run that fails leaves what it had.
+    """Rows of named numbers, written as they come, so that a run that fails leaves what it had. Memory does not grow with
+    them: columns are read back from ``rows.Rows``, which has the numbers as they were, when they are asked for.
 
-    path: the CSV file, or None to keep rows in memory only; columns: name → (unit, meaning), in their order; notes:
+    path: the CSV file, or None for none; columns: name → (unit, meaning), in their order; notes:
     lines for the head of the file. Give a path on rank 0 only. Who renames the file tells its new ``path``.
     """
 
     def __init__(self, path, columns, notes=()):
-        self.path, self.columns, self.rows = path, dict(columns), []
+        self.path, self.columns = path, dict(columns)
+        self.rows = Rows(len(self.columns), None if path is None else Path(path).parent)
         self._file = None if path is None else open(path, "w", encoding="utf-8")
         self._flushed = time.monotonic()
         if self._file:
@@ -27,7 +31,7 @@ class History:
     def add(self, row):
         """Append one row, name → number; the names are those of the columns."""
         values = [row[name] for name in self.columns]
-        self.rows.append(values)
+        self.rows.add(values)
         if self._file:
             self._file.write(",".join(f"{value:.15g}" for value in values) + "\n")
             if time.monotonic() - self._flushed > 0.5:
@@ -36,7 +40,7 @@ class History:
 
     def __getitem__(self, name):
         """Column as an array, shape (rows,)."""
-        return np.array(self.rows, float).reshape(-1, len(self.columns))[:, list(self.columns).index(name)]
+        return self.rows.column(list(self.columns).index(name))
 
     def __len__(self):
         return len(self.rows)
@@ -54,7 +58,7 @@ class History:
         shutil.copyfile(f"/proc/self/fd/{self._file.fileno()}", path)
 
     def close(self):
-        """Write what is left; rows stay in memory."""
+        """Write what is left; columns can still be read."""
         if self._file:
             self._file.close()
             self._file = None
@@ -63,11 +67,17 @@ class History:
 def read(path):
     """Columns of a history.csv as name → array, shape (rows,). A last line that was not written to its end is left out.
     ValueError when the file has no header yet."""
-    whole, _, _ = Path(path).read_text(encoding="utf-8").rpartition("\n")
-    lines = [line for line in whole.split("\n") if line and not line.startswith("#")]
-    if not lines:
+    names, rows = None, None
+    with open(path, encoding="utf-8") as file:
+        for line in file:
+            if line.startswith("#") or not line.endswith("\n"):
+                continue
+            if names is None:
+                names = line.strip().split(",")
+                rows = Rows(len(names))
+            elif line != "\n":
+                rows.add([float(number) for number in line.split(",")])
+    if names is None:
         raise ValueError(f"{path} has no line with the names of its columns: it is not a history, or the run ended "
                          "before its first window")
-    names = lines[0].split(",")
-    rows = np.array([line.split(",") for line in lines[1:]], float).reshape(-1, len(names))
-    return dict(zip(names, rows.T))
+    return {name: rows.column(k) for k, name in enumerate(names)}

@@ -83,7 +83,7 @@ class Record:
         except BaseException as error:
             self.__exit__(type(error), error, None)
             raise
-        self._timing = report.Timing(self.solid)
+        self._timing = report.Timing(self.solid, self.results.folder if self._first else None)
         return self
 
     def begin(self):
@@ -108,7 +108,8 @@ class Record:
             self.begin()
             self._progress(window.time, window.substeps / self._substeps, self.solid.iterations)
             self._look()
-        self._timing(window)
+        with writing(self.history.path):
+            self._timing(window)
 
     def _start(self):
         """After the first window: the files become those of the folder."""
@@ -220,7 +221,7 @@ class Record:
             pace = f"windows of {entries['substeps']} DEM steps"
             coupled = f", {entries['coupling_mean']:.2f} of the coupling, energy {self.history['energy_error'][-1]:+.2e}"
         return [f"{self._case}: {entries['points']} points, {entries['windows']} {pace}, "
-                f"{entries['ranks']} rank(s): {sum(self._timing.windows):.2f} s "
+                f"{entries['ranks']} rank(s): {self._timing.spent:.2f} s "
                 f"(and {entries['startup_s']:.2f} s to start)",
                 f"window {entries['window_ms']['median']:.2f} ms (median): {phases}",
                 "errors: " + ", ".join(f"{name} {value:.3g}" for name, value in entries["errors"].items()),

@@ -9,21 +9,23 @@ from time import perf_counter, process_time
 import numpy as np
 
 from . import STARTED
+from .rows import Rows
 from .writing import replace_text
 
 MODULES = ("numpy", "scipy", "numba", "mpi4py", "petsc4py", "dolfinx")
 
 
 class Timing:
-    """Seconds per window and phase. Make it before the first window, call it at the end of each."""
+    """Seconds per window and phase. Make it before the first window, call it at the end of each. folder: of the rows on
+    disk, see ``rows``."""
 
     began = STARTED  # of this run: the first one includes the import, a later one starts where the last one ended
 
-    def __init__(self, solid):
-        self._solid, self._last = solid, perf_counter()
+    def __init__(self, solid, folder=None):
+        self._solid, self._last, self._folder = solid, perf_counter(), folder
         self._before = dict(solid.phases)
         self.startup, self._cpu, self.cpu = self._last - self.began, process_time(), 0.0
-        self.windows, self.phases = [], []
+        self.spent, self.names, self.rows = 0.0, (), None  # names: of the phases, rows: of window and phases
 
     def __call__(self, window):
         phases = {name: total - self._before[name] for name, total in self._solid.phases.items()}
@@ -31,8 +33,10 @@ class Timing:
         phases["rest"] = window.seconds["MPM"] - sum(phases[name] for name in self._before)
         now, self.cpu = perf_counter(), process_time() - self._cpu
         phases["output"] = now - self._last - sum(window.seconds.values())
-        self.phases.append(phases)
-        self.windows.append(now - self._last)
+        if self.rows is None:
+            self.names, self.rows = tuple(phases), Rows(1 + len(phases), self._folder)
+        self.rows.add([now - self._last, *(phases[name] for name in self.names)])
+        self.spent += now - self._last
         self._before, self._last = dict(self._solid.phases), now
 
     def total(self):
@@ -42,14 +46,14 @@ class Timing:
     def figures(self):
         """The entries of report.json that are times."""
         times = {"wall_s": round(self.total(), 3), "startup_s": round(self.startup, 3),
-                 "window_s": round(sum(self.windows), 4), "window_cpu_s": round(self.cpu, 4),
+                 "window_s": round(self.spent, 4), "window_cpu_s": round(self.cpu, 4),
                  "window_ms": None, "phases_ms": {}}
-        if self.windows:
-            ms = 1e3 * np.array(self.windows)
+        if self.rows:
+            ms = 1e3 * self.rows.column(0)
             times["window_ms"] = {"median": round(float(np.median(ms)), 4),
                                   "p90": round(float(np.quantile(ms, 0.9)), 4)}
-            times["phases_ms"] = {name: round(1e3 * float(np.median([p[name] for p in self.phases])), 4)
-                                  for name in self.phases[0]}
+            times["phases_ms"] = {name: round(1e3 * float(np.median(self.rows.column(k))), 4)
+                                  for k, name in enumerate(self.names, 1)}
         return times
 
     def end(self):

@@ -50,7 +50,8 @@ def test_timing_adds_up():
     figures = timing.figures()
     assert figures["window_ms"]["median"] >= 2 and figures["window_ms"]["p90"] >= figures["window_ms"]["median"]
     assert figures["phases_ms"]["solve"] == pytest.approx(0.5) and figures["phases_ms"]["rest"] == pytest.approx(0.2)
-    assert sum(timing.phases[0].values()) == pytest.approx(timing.windows[0])
+    window, *phases = (timing.rows.column(k)[0] for k in range(1 + len(timing.names)))
+    assert sum(phases) == pytest.approx(window) and timing.spent == pytest.approx(timing.rows.column(0).sum())
     assert figures["wall_s"] >= figures["startup_s"] > 0
     timing.end()
     assert report.Timing(solid).startup < 0.1  # of the next run, long after the import

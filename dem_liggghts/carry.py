@@ -13,7 +13,7 @@ def with_wall(scene, wall):
     """``scene`` with ``wall`` as the moving one. Raises ValueError when they do not fit."""
     if wall.dim != scene.dim:
         raise ValueError(f"the new wall is {wall.dim}D, the scene {scene.dim}D: use one dimension")
-    if wall.material not in scene.materials:
+    if len(wall.elements) and wall.material not in scene.materials:
         raise ValueError(f"there is no material {wall.material!r} in the scene: it has {sorted(scene.materials)}")
     return replace(scene, wall=wall)
 

@@ -8,6 +8,7 @@ import mpm_dem_checks as check
 from . import parts
 from .compiled import compiled
 from .contact import critical_step
+from .frame import find_origin, moved
 from .near import near_spheres, nothing
 from .wall import RIM, at_rest, closest, normal_and_angle, place
 from .window import longest_window
@@ -21,18 +22,21 @@ CONNECTED = 1e-6  # gap, as a fraction of the radius, over which the spheres of 
 def check_start(scene):
     """Raise ValueError unless every sphere starts outside the body and free of overlap, touching is fine, and every
     cluster is in one piece."""
-    balls = parts.grains(scene)
+    origin = find_origin(scene)
+    scene = moved(scene, -origin)
+    balls, slack = parts.grains(scene), 4.0 * np.spacing(np.abs(origin).max())  # what was lost in far coordinates
     if scene.dim == 2 and balls.omega[:, :2].any():
         bad = int(np.flatnonzero(balls.omega[:, :2].any(axis=1))[0])
         raise ValueError(f"sphere {bad + 1} of a plane scene has spin {balls.omega[bad]} rad/s: only the third "
                          "component may differ from zero")
     for number, cluster in enumerate(scene.clusters):
         _check_one_piece(cluster, number)
-    _check_apart(balls)
+    _check_apart(balls, slack)
     for number, wall in enumerate((*scene.walls, scene.wall)):
         if len(wall.elements):
             _check_adhesion(scene, balls, wall)
-            _check_outside(scene, balls, wall, "the wall" if wall is scene.wall else f"fixed wall {number + 1}")
+            _check_outside(scene, balls, wall, "the wall" if wall is scene.wall else f"fixed wall {number + 1}", slack,
+                           origin)
 
 
 def _name(balls, i):
@@ -61,12 +65,12 @@ def _check_one_piece(cluster, number):
                          "does not hang together with its sphere 1 over touching spheres: use larger or more spheres")
 
 
-def _check_apart(balls):
+def _check_apart(balls, slack):
     near = near_spheres(balls.x, balls.radius, balls.body, 0.0, nothing(len(balls.x)), False)
     for i in range(len(balls.x)):
         for j in near.partner[near.start[i]:near.start[i + 1]]:
             overlap = balls.radius[i] + balls.radius[j] - np.sqrt(((balls.x[j] - balls.x[i]) ** 2).sum())
-            if overlap > TOUCHING * balls.radius[i]:
+            if overlap > TOUCHING * balls.radius[i] + slack:
                 both = f"spheres {i + 1} and {j + 1}" if max(balls.body[i], balls.body[j]) < 0 else \
                     f"{_name(balls, i)} and {_name(balls, j)}"
                 raise ValueError(f"{both} overlap by {overlap:.3g} m at the start: "
@@ -81,17 +85,18 @@ def _check_adhesion(scene, balls, wall):
                          f"adhesion give at most the smallest radius, {smallest:.3g} m, where the area of contact ends")
 
 
-def _check_outside(scene, balls, wall, what):
+def _check_outside(scene, balls, wall, what, slack, origin):
     surface = at_rest(*_alone(scene, wall))
     for i, radius in enumerate(balls.radius):
-        distance, outside, e, weight = side(balls.x[i], surface, 1e-9 * radius)
+        distance, outside, e, weight = side(balls.x[i], surface, 1e-9 * radius + slack)
         distance -= wall.radius or 0.0
         at_rim = surface.traits[e, RIM:] * (weight == (1.0 if scene.dim == 2 else 0.0))
-        if outside < 0.0 and not at_rim.any():
-            raise ValueError(f"{_name(balls, i)} at {balls.x[i, :scene.dim]} m lies inside the body, {distance:.3g} m "
+        if outside < -slack and not at_rim.any():
+            place = (balls.x[i] + origin)[:scene.dim]
+            raise ValueError(f"{_name(balls, i)} at {place} m lies inside the body, {distance:.3g} m "
                              "below its surface: move it out, or reverse the wall elements (outside is left of a "
                              "segment)")
-        if radius - distance > TOUCHING * radius:
+        if radius - distance > TOUCHING * radius + slack:
             raise ValueError(f"{_name(balls, i)} overlaps {what} by {radius - distance:.3g} m at the start: "
                              "move it away from the wall by at least that much")
 
@@ -157,11 +162,12 @@ def check_window(steps, x, v, scene):
     return check.count("steps", steps, rule="a window has at least one DEM step, and a whole number of them")
 
 
-def check_finite(x, time):
-    """Raise FloatingPointError, naming the particle and the time [s], unless all positions x [m] are finite."""
+def check_finite(x, time, origin=0.0):
+    """Raise FloatingPointError, naming the particle and the time [s], unless all positions x [m] from ``origin`` [m] are
+    finite."""
     if not np.isfinite(x.sum()):
         bad = int(np.flatnonzero(~np.isfinite(x).all(axis=1))[0])
-        raise FloatingPointError(f"particle {bad + 1} is at {x[bad]} m at t = {time:.6g} s: its contact is too stiff "
+        raise FloatingPointError(f"particle {bad + 1} is at {x[bad] + origin} m at t = {time:.6g} s: its contact is too stiff "
                                  "for the DEM time step, or the wall passed through it; use more substeps per window")
 
 

@@ -95,7 +95,7 @@ def kinetic_energy(particles, bodies=(), inertia=(), turn=()):
 
 
 def potential_energy(particles, gravity, bodies=()):
-    """Energy in gravity [J], zero at the origin: -sum m g . x."""
+    """Energy in gravity [J], zero where x is: -sum m g . x."""
     energy = 0.0
     for some in (particles[particles["body"] == 0], bodies):
         if len(some):

@@ -9,17 +9,17 @@ from . import parts, quaternion
 from .carry import carry_force, with_wall
 from .checks import check_finite, check_window
 from .energy import contact_energy, kinetic_energy, potential_energy
+from .frame import find_origin, leave, moved, shifted
 from .library import ARGUMENTS, SHIM, Comm, LiggghtsError, MissingLiggghts, check_sizes, load, quiet
 from .protocol import BODY, PARTICLE
+from .records import CHANGING, always, by_tag
 from .script import commands
 from .states import check_state, fingerprint
 from .window import AtWall
 
 __all__ = ["LiggghtsDEM", "LiggghtsError", "MissingLiggghts"]
 
-ALWAYS = 16  # numbers of a body that never change, before those that do (shim/bodies.h)
-NAMES = "particles", "bodies", "wall", "wall_elements", "wall_force", "steps"  # of a state
-CHANGING = 22  # x, v, omega, angular momentum (3 each), quaternion (4), force, torque (3 each)
+NAMES = "origin", "particles", "bodies", "wall", "wall_elements", "wall_force", "steps"  # of a state
 
 
 def _pointer(array):
@@ -37,12 +37,13 @@ class LiggghtsDEM(AtWall):
 
     def __init__(self, scene, dt, comm=None):
         self.scene, self.dt, self.comm = scene, float(dt), comm or MPI.COMM_WORLD
-        self._steps, self._nodes = 0, scene.wall.nodes
-        self._grains, self._rigid = parts.grains(scene), parts.rigid(scene)
-        self._fingerprint = fingerprint(scene, self.dt)
-        self._always = _always(self._rigid, self._grains)
+        self._fingerprint, self.origin = fingerprint(scene, self.dt), find_origin(scene)
+        self._inside = moved(scene, -self.origin)
+        self._steps, self._nodes = 0, self._inside.wall.nodes
+        self._grains, self._rigid = parts.grains(self._inside), parts.rigid(self._inside)
+        self._always = always(self._rigid, self._grains)
         self._handle, self._library = None, load(SHIM)
-        script = commands(scene, self.dt)
+        script = commands(self._inside, self.dt)
         self._open()
         for line in script:
             self._command(line)
@@ -64,7 +65,7 @@ class LiggghtsDEM(AtWall):
 
     def _set_wall(self, keep):
         """Hand over all walls of the scene; tangential springs go on when ``keep``."""
-        s, dim = parts.surface(self.scene), self.scene.dim
+        s, dim = parts.surface(self._inside), self.scene.dim
         data = np.zeros((len(s.elements), 10))
         data[:, :dim], data[:, 3:] = s.elements, s.traits
         data[:, dim:3] = s.elements[:, :3 - dim]  # a segment names its first node twice
@@ -105,7 +106,7 @@ class LiggghtsDEM(AtWall):
     def advance(self, steps, x, v):
         """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
         steps = check_window(steps, x, v, self.scene)
-        x, v = np.ascontiguousarray(x, float), np.ascontiguousarray(v, float)
+        x, v = np.ascontiguousarray(shifted(x, -self.origin), float), np.ascontiguousarray(v, float)
         out = np.empty(x.size + 2)
         code = self._call("dem_advance", self.scene.dim, steps, _pointer(x), _pointer(v), _pointer(out))
         if code and not (np.isfinite(x).all() and np.isfinite(v).all()):
@@ -138,16 +139,21 @@ class LiggghtsDEM(AtWall):
         """See `protocol.DEM.replace_wall`."""
         scene, force = with_wall(self.scene, wall), np.empty(self._nodes.shape)
         self._call("dem_wall_force", scene.dim, _pointer(force))
-        self._put_wall(scene, carry_force(self._nodes, self._sum(force), scene), keep=1)
+        inside = moved(scene, -self.origin)
+        self._put_wall(scene, carry_force(self._nodes, self._sum(force), inside), keep=1)
 
     def _put_wall(self, scene, force, keep):
-        self.scene, self._nodes = scene, scene.wall.nodes
+        self.scene, self._inside = scene, moved(scene, -self.origin)
+        self._nodes = self._inside.wall.nodes
         self._set_wall(keep)
         force = np.ascontiguousarray(force if self.comm.rank == 0 else np.zeros_like(force))
         self._call("dem_set_wall_force", scene.dim, _pointer(force))
 
     def particles(self):
         """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres first."""
+        return leave(self._own_particles(), self.origin)
+
+    def _own_particles(self):
         table = self._table("dem_count", "dem_particles", 12)
         out, index = np.empty(len(table), PARTICLE), table[:, 0].astype(int) - 1
         out["id"], out["x"], out["v"], out["omega"] = table[:, 0], table[:, 1:4], table[:, 4:7], table[:, 7:10]
@@ -156,6 +162,9 @@ class LiggghtsDEM(AtWall):
 
     def bodies(self):
         """See `protocol.DEM.bodies`."""
+        return leave(self._own_bodies(), self.origin)
+
+    def _own_bodies(self):
         table, r = self._changing(), self._rigid
         out = np.empty(len(table), BODY)
         if len(out):
@@ -184,10 +193,10 @@ class LiggghtsDEM(AtWall):
 
     def energy(self):
         """See `protocol.DEM.energy`."""
-        particles, bodies, r = self.particles(), self.bodies(), self._rigid
+        particles, bodies, r = self._own_particles(), self._own_bodies(), self._rigid
         return dict(kinetic=kinetic_energy(particles, bodies, r.inertia, r.turn),
                     potential=potential_energy(particles, self.scene.gravity, bodies),
-                    contact=contact_energy(self.scene, particles["x"], self._nodes))
+                    contact=contact_energy(self._inside, particles["x"], self._nodes))
 
     def get_state(self):
         """See `protocol.DEM.get_state`. LIGGGHTS makes its neighbour lists anew here as in `set_state`, so that both
@@ -201,8 +210,8 @@ class LiggghtsDEM(AtWall):
         mine = np.empty(count.value)
         if count.value:
             mine[:] = (ctypes.c_double * count.value).from_address(records.value)
-        particles = _by_tag(mine if self.comm.size == 1 else np.concatenate(self.comm.allgather(mine)))
-        state = dict(scene=self._fingerprint, particles=particles, bodies=self._changing(), wall=wall,
+        particles = by_tag(mine if self.comm.size == 1 else np.concatenate(self.comm.allgather(mine)))
+        state = dict(scene=self._fingerprint, origin=self.origin.copy(), particles=particles, bodies=self._changing(), wall=wall,
                      wall_elements=np.array(self.scene.wall.elements), wall_force=self._sum(force),
                      steps=np.array(self._steps))
         self.set_state(state)
@@ -212,8 +221,10 @@ class LiggghtsDEM(AtWall):
         """See `protocol.DEM.set_state`. The state may come from another instance of the same scene, on any ranks."""
         check_state(state, NAMES, self._fingerprint)
         particles, wall, old = np.array(state["particles"], float), np.array(state["wall"]), self.scene.wall
-        if not np.array_equal(state["wall_elements"], old.elements):
-            new = replace(old, nodes=wall, elements=state["wall_elements"])
+        there = np.array(state["origin"])
+        if not (np.array_equal(state["wall_elements"], old.elements) and np.array_equal(there, self.origin)):
+            self.origin = there
+            new = replace(old, nodes=shifted(wall, there), elements=state["wall_elements"])
             self._put_wall(with_wall(self.scene, new), np.zeros(wall.shape), keep=0)
         force = np.array(state["wall_force"]) if self.comm.rank == 0 else np.zeros(wall.shape)
         bodies = np.hstack([self._always, state["bodies"]])
@@ -228,31 +239,3 @@ class LiggghtsDEM(AtWall):
         if self._handle is not None:
             handle, self._handle = self._handle, None
             self._check(self._library.dem_close(handle))
-
-
-def _starts(records):
-    """Where the records of the particles begin, and the end of the last one; each starts with its length."""
-    numbers, starts = memoryview(records), [0]  # reads one number several times faster than an array does
-    while starts[-1] < len(numbers):
-        starts.append(starts[-1] + int(numbers[starts[-1]]))
-    return np.array(starts)
-
-
-def _by_tag(records):
-    """The records in the order of their second number."""
-    starts = _starts(records)
-    order = np.argsort(records[starts[:-1] + 1], kind="stable")
-    lengths = np.diff(starts)[order]
-    shift = starts[order] - np.concatenate([[0], np.cumsum(lengths)[:-1]])  # where a record comes from and goes to
-    return records[np.repeat(shift, lengths) + np.arange(len(records))]
-
-
-def _always(rigid, grains):
-    """What never changes of the bodies (shim/bodies.h), shape (bodies, ALWAYS)."""
-    out = np.zeros((len(rigid.mass), ALWAYS))
-    for b, (start, stop) in enumerate(zip(rigid.first[:-1], rigid.first[1:])):
-        arm = grains.arm[start:stop]
-        middle = arm.mean(axis=0)
-        bound = (np.sqrt(((arm - middle) ** 2).sum(axis=1)) + grains.radius[start:stop]).max()
-        out[b] = b + 1, rigid.mass[b], stop - start, *rigid.inertia[b], *rigid.free[b], bound, *middle
-    return out

@@ -16,6 +16,7 @@ class DEM(Protocol):
     scene: object  # `scene.Scene`; its wall is the one of now
     dt: float  # DEM time step [s]
     time: float  # [s]
+    origin: np.ndarray  # of the frame it computes in [m], shape (3,), see `frame`: zero but for coordinates as in maps
 
     def advance(self, steps: int, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Advance ``steps`` DEM steps while wall node i moves along x_i + v_i t, t from 0 to steps * dt.
@@ -46,11 +47,11 @@ class DEM(Protocol):
 
     def energy(self) -> dict:
         """``kinetic`` (translation and spin), ``contact`` (potential energy of normal forces and adhesion),
-        ``potential`` (in gravity, zero at the origin) [J]."""
+        ``potential`` (in gravity, zero at ``origin``) [J]."""
 
     def get_state(self) -> dict:
         """Everything that decides the future (positions, orientations, velocities, forces, tangential history, time,
-        wall), as name → array copies."""
+        wall), as name → array copies. Its positions are those in the frame whose ``origin`` [m] is in it."""
 
     def set_state(self, state: dict) -> None:
         """Go back to ``state``: the run continues bit for bit as it did from there."""

@@ -9,6 +9,7 @@ from .carry import carry_force, with_wall
 from .checks import PerforatedError, check_finite, check_window, through_the_wall
 from .contact import field, laws
 from .energy import contact_energy, kinetic_energy, potential_energy
+from .frame import find_origin, leave, moved, shifted
 from .near import Near, nothing, renumber
 from .protocol import BODY, PARTICLE
 from .rigid import Bodies, omega_to_spin, turn_axes
@@ -21,7 +22,7 @@ MOVING = ("x", "v", "omega", "force", "torque")
 LARGE = 2000  # elements of a wall
 BODY_MOVING = ("x", "v", "omega", "spin", "force", "torque", "q", "axes")
 BODY_NAMES = tuple(f"body_{name}" for name in BODY_MOVING)  # in a state
-NAMES = (*MOVING, "steps", "wall", "wall_elements", "wall_force", "near_x", "near_wall", "skin",
+NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_force", "near_x", "near_wall", "skin",
          *(f"near_{of}_{name}" for of in ("spheres", "elements") for name in Near._fields))
 
 
@@ -31,8 +32,9 @@ class ReferenceDEM(AtWall):
 
     def __init__(self, scene, dt, comm=None):
         self.dt, self._steps, self._closed = float(dt), 0, False
-        self._fingerprint = fingerprint(scene, self.dt)
-        self._start, self._rigid = parts.grains(scene), parts.rigid(scene)
+        self._fingerprint, self.origin = fingerprint(scene, self.dt), find_origin(scene)
+        inside = moved(scene, -self.origin)
+        self._start, self._rigid = parts.grains(inside), parts.rigid(inside)
         g, zeros = self._start, lambda: np.zeros_like(self._start.x)
         self._balls = Balls(g.x.copy(), g.v.copy(), g.omega.copy(), zeros(), zeros(), g.radius, g.partner, g.kind,
                             in_space([scene.gravity])[0], len(scene.spheres.x))
@@ -48,7 +50,8 @@ class ReferenceDEM(AtWall):
 
     def _use(self, scene):
         """Take the walls of ``scene``, where they are; no force on them."""
-        self.scene, self._surface = scene, parts.surface(scene)
+        self.scene, self._inside = scene, moved(scene, -self.origin)
+        self._surface = parts.surface(self._inside)
         self._fixed = self._surface.own[0]  # nodes at rest
         self._wall = at_rest(self._surface, self._surface.x)
         self._loads = Loads(np.zeros_like(self._wall.x), np.zeros_like(self._wall.x))
@@ -75,7 +78,7 @@ class ReferenceDEM(AtWall):
         """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
         self._need_open()
         steps = check_window(steps, x, v, self.scene)
-        here = self._surface.x[:self._fixed]
+        here, x = self._surface.x[:self._fixed], shifted(x, -self.origin)
         wall = MovingWall(self._all_nodes(x, here), self._all_nodes(v, 0.0 * here), *self._surface[1:3])
         loads = self._loads
         np.multiply(loads.force, 0.5 * self.dt, out=loads.impulse)
@@ -96,15 +99,15 @@ class ReferenceDEM(AtWall):
             fresh = True
         self._steps += steps
         self._wall = at_rest(self._surface, wall.x + wall.v * (steps * self.dt))
-        check_finite(self._balls.x, self.time)
+        check_finite(self._balls.x, self.time, self.origin)
         return loads.impulse[self._fixed:, :self.scene.dim] / (steps * self.dt)
 
     def replace_wall(self, wall):
         """See `protocol.DEM.replace_wall`."""
         self._need_open()
-        scene, fixed, old = with_wall(self.scene, wall), self._fixed, self._wall
-        force = carry_force(old.x[fixed:, :scene.dim], self._loads.force[fixed:, :scene.dim], scene)
+        scene, fixed, old, loads = with_wall(self.scene, wall), self._fixed, self._wall, self._loads
         self._use(scene)
+        force = carry_force(old.x[fixed:, :scene.dim], loads.force[fixed:, :scene.dim], self._inside)
         self._loads.force[fixed:] = in_space(force)
         near = self._lists.elements
         if len(near.shear):
@@ -116,6 +119,9 @@ class ReferenceDEM(AtWall):
 
     def particles(self):
         """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres first."""
+        return leave(self._own_particles(), self.origin)
+
+    def _own_particles(self):
         self._need_open()
         out = np.empty(len(self._balls.x), PARTICLE)
         out["id"], out["body"], out["mass"] = np.arange(1, len(out) + 1), self._start.body + 1, self._start.mass
@@ -125,6 +131,9 @@ class ReferenceDEM(AtWall):
 
     def bodies(self):
         """See `protocol.DEM.bodies`."""
+        return leave(self._own_bodies(), self.origin)
+
+    def _own_bodies(self):
         self._need_open()
         out = np.empty(len(self._rigid.mass), BODY)
         if len(out):
@@ -136,10 +145,10 @@ class ReferenceDEM(AtWall):
 
     def energy(self):
         """See `protocol.DEM.energy`."""
-        particles, bodies, r = self.particles(), self.bodies(), self._rigid
+        particles, bodies, r = self._own_particles(), self._own_bodies(), self._rigid
         return dict(kinetic=kinetic_energy(particles, bodies, r.inertia, r.turn),
                     potential=potential_energy(particles, self.scene.gravity, bodies),
-                    contact=contact_energy(self.scene, particles["x"], self._wall.x[self._fixed:]))
+                    contact=contact_energy(self._inside, particles["x"], self._wall.x[self._fixed:]))
 
     def get_state(self):
         """See `protocol.DEM.get_state`. The lists of near partners belong to it: they hold the tangential history."""
@@ -147,7 +156,7 @@ class ReferenceDEM(AtWall):
         state = {name: getattr(self._balls, name).copy() for name in MOVING}
         if self._bodies is not None:
             state.update({f"body_{name}": getattr(self._bodies, name).copy() for name in BODY_MOVING})
-        state.update(scene=self._fingerprint, steps=np.array(self._steps), wall=self._wall.x[self._fixed:].copy(),
+        state.update(scene=self._fingerprint, origin=self.origin.copy(), steps=np.array(self._steps), wall=self._wall.x[self._fixed:].copy(),
                      wall_elements=np.array(self.scene.wall.elements),
                      wall_force=self._loads.force[self._fixed:].copy(),
                      near_x=self._lists.x.copy(), near_wall=self._lists.wall.copy(), skin=np.array(self._lists.skin))
@@ -166,9 +175,9 @@ class ReferenceDEM(AtWall):
             for name in BODY_MOVING:
                 getattr(self._bodies, name)[:] = state[f"body_{name}"]
         self._steps = int(state["steps"])
-        wall = self.scene.wall
-        if not np.array_equal(state["wall_elements"], wall.elements):
-            nodes = state["wall"][:, :self.scene.dim]
+        wall, there = self.scene.wall, np.array(state["origin"])
+        if not (np.array_equal(state["wall_elements"], wall.elements) and np.array_equal(there, self.origin)):
+            self.origin, nodes = there, shifted(state["wall"][:, :self.scene.dim], there)
             self._use(with_wall(self.scene, replace(wall, nodes=nodes, elements=state["wall_elements"])))
         self._wall = at_rest(self._surface, self._all_nodes(state["wall"], self._surface.x[:self._fixed]))
         self._loads.force[self._fixed:] = state["wall_force"]

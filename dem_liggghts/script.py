@@ -10,8 +10,8 @@ from .damping import damping_ratio
 from .scene import Interaction
 
 SOFTEST, HARDEST = 5e6, 1e9  # Young's moduli LIGGGHTS takes without being asked, SI units [Pa]
-BINS = 60  # along the longest side, in a scene with clusters
-FEW = 200  # up to so many spheres are searched without bins, whose number grows with the box
+FEW = 200  # up to so many spheres are searched without bins
+PARTNERS = 2000  # of one sphere, for which LIGGGHTS has room without being asked
 
 
 def commands(scene, dt):
@@ -33,8 +33,9 @@ def commands(scene, dt):
         f"region box block {_box(scene)} units box",
         f"create_box {len(scene.names)} box",
         f"neighbor {0.2 * radius.min():.17g} {'nsq' if len(radius) <= FEW else 'bin'}",
+        *(["fix bins all neighbor/bins"] if len(radius) > FEW else []),  # the shim's: so many as there is use for
         # LIGGGHTS forgets the tangential spring of two spheres only in a gap it looks at, which by default is none
-        "neigh_modify delay 0" + (" contact_distance_factor 1.01" if _any(between, "friction") else "") + _bins(scene),
+        "neigh_modify delay 0" + (" contact_distance_factor 1.01" if _any(between, "friction") else "") + _room(radius),
         *_materials(scene),
         f"pair_style gran {_model(between)}",
         "pair_coeff * *",
@@ -63,14 +64,13 @@ def _motion(scene):
     return [*single, "fix bodies all multisphere/splitting"]
 
 
-def _bins(scene):
-    """With clusters LIGGGHTS looks far beyond the box, over their whole size, so its bins of the size of a sphere
-    would be too many: at most so many along the box and that margin."""
-    if not scene.clusters:
-        return ""
-    x = parts.grains(scene).x
-    widest = max(np.ptp(cluster.places, axis=0).max() for cluster in scene.clusters)
-    return f" binsize {(np.ptp(x, axis=0).max() + 4 * widest) / BINS:.17g}"
+def _room(radius):
+    """For the partners of the largest sphere: no more than there are spheres, nor than have their volume, at the
+    smallest radius, between it and the farthest place that counts as near."""
+    large, small = radius.max(), radius.min()
+    near = 1.01 * (large + small) + 0.2 * small + small
+    partners = int(min(len(radius), (near**3 - (large - small) ** 3) / small**3))
+    return f" one {partners} page {50 * partners}" if partners > PARTNERS else ""
 
 
 def _box(scene):

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "atom_vec.h"
+#include "bins.h"
 #include "bodies.h"
 #include "comm.h"
 #include "domain.h"
@@ -180,6 +181,7 @@ int dem_open(int argc, char **argv, MPI_Comm comm, void **out)
         LAMMPS *lmp = new LAMMPS(argc, argv, comm);
         say_it_nowhere(lmp);
         LIGGGHTS::ContactModels::register_models();
+        fix_styles(lmp->modify)["neighbor/bins"] = &FixBins::create;
         fix_styles(lmp->modify)["wall/gran/nodal"] = &FixWallNodal::create;
         fix_styles(lmp->modify)["multisphere/splitting"] = &FixMultisphereSplitting::create;
         *out = lmp;

@@ -1,0 +1,74 @@
+"""The frame in which both back ends compute: coordinates as in maps keep few digits, so its origin moves near the scene.
+
+At 5e6 m two doubles are 1e-9 m apart, as much as an overlap, and a sphere that creeps less than that in a step stands
+still. The scene is moved when it is taken over and what is given out is moved back. Only a state stays in the frame,
+whose ``origin`` is in it: else it would lose the digits it is there to keep.
+"""
+import copy
+
+import numpy as np
+
+FAR = 1024.0  # distance from zero over the size of the scene, from which on the frame is moved: ten bits
+
+
+def find_origin(scene):
+    """Origin [m], shape (3,), of the frame for ``scene``: zero along axes on which the scene is near zero.
+
+    A multiple of a power of two that is larger than the scene, so that the differences to it are exact.
+    """
+    low, high = _box(scene)
+    size = (high - low).max()
+    if not size > 0.0:
+        return np.zeros(3)
+    near = np.where(low > 0.0, low, np.where(high < 0.0, high, 0.0))
+    step = 2.0 ** np.ceil(np.log2(size))
+    return np.where(np.abs(near) >= FAR * size, np.trunc(near / step) * step, 0.0)
+
+
+def _box(scene):
+    """Lowest and highest corner of all spheres and wall nodes [m], shape (3,) each."""
+    balls = [(scene.spheres.x, scene.spheres.radius[:, None])]
+    balls += [(cluster.places[:, :scene.dim], cluster.radii[:, None]) for cluster in scene.clusters]
+    balls += [(wall.nodes, wall.radius or 0.0) for wall in (*scene.walls, scene.wall)]
+    low, high = np.zeros(3), np.zeros(3)
+    some = [(x, r) for x, r in balls if len(x)]
+    if some:
+        low[:scene.dim] = np.min([(x - r).min(axis=0) for x, r in some], axis=0)
+        high[:scene.dim] = np.max([(x + r).max(axis=0) for x, r in some], axis=0)
+    return low, high
+
+
+def moved(scene, by):
+    """``scene`` moved by ``by`` [m], shape (3,); itself when that is nothing."""
+    if not np.any(by):
+        return scene
+    by = by[:scene.dim]
+    return _with(scene, spheres=_with(scene.spheres, x=scene.spheres.x + by), wall=_moved_wall(scene.wall, by),
+                 clusters=tuple(_with(cluster, x=cluster.x + by) for cluster in scene.clusters),
+                 walls=tuple(_moved_wall(wall, by) for wall in scene.walls))
+
+
+def _moved_wall(wall, by):
+    return _with(wall, nodes=wall.nodes + by)
+
+
+def _with(part, **fields):
+    """A frozen part of a scene with other arrays; not made anew, since nothing that was checked has changed."""
+    other = copy.copy(part)
+    for name, value in fields.items():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+        object.__setattr__(other, name, value)
+    return other
+
+
+def shifted(x, by):
+    """Positions x [m], shape (n, dim), moved by ``by`` [m], shape (3,); themselves, bit for bit, when that is nothing."""
+    return np.asarray(x) + by[:np.shape(x)[1]] if by.any() else x
+
+
+def leave(table, origin):
+    """Particles or bodies with their true positions x, in place."""
+    if origin.any():
+        table["x"] += origin
+    return table

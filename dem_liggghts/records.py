@@ -1,0 +1,33 @@
+"""Arrays that LIGGGHTS and its shim understand: records of particles, rows of bodies."""
+import numpy as np
+
+ALWAYS = 16  # numbers of a body that never change, before those that do (shim/bodies.h)
+CHANGING = 22  # x, v, omega, angular momentum (3 each), quaternion (4), force, torque (3 each)
+
+
+def starts(records):
+    """Where the records of the particles begin, and the end of the last one; each starts with its length."""
+    numbers, first = memoryview(records), [0]  # reads one number several times faster than an array does
+    while first[-1] < len(numbers):
+        first.append(first[-1] + int(numbers[first[-1]]))
+    return np.array(first)
+
+
+def by_tag(records):
+    """The records in the order of their second number."""
+    first = starts(records)
+    order = np.argsort(records[first[:-1] + 1], kind="stable")
+    lengths = np.diff(first)[order]
+    shift = first[order] - np.concatenate([[0], np.cumsum(lengths)[:-1]])  # where a record comes from and goes to
+    return records[np.repeat(shift, lengths) + np.arange(len(records))]
+
+
+def always(rigid, grains):
+    """What never changes of the bodies (shim/bodies.h), shape (bodies, ALWAYS)."""
+    out = np.zeros((len(rigid.mass), ALWAYS))
+    for b, (start, stop) in enumerate(zip(rigid.first[:-1], rigid.first[1:])):
+        arm = grains.arm[start:stop]
+        middle = arm.mean(axis=0)
+        bound = (np.sqrt(((arm - middle) ** 2).sum(axis=1)) + grains.radius[start:stop]).max()
+        out[b] = b + 1, rigid.mass[b], stop - start, *rigid.inertia[b], *rigid.free[b], bound, *middle
+    return out

@@ -12,7 +12,7 @@ import numpy as np
 
 MOST, LEAST = 1e30, 1e-30  # SI units: beyond them products of a few quantities leave the range of a double
 COUNT = 2**31 - 1  # most of anything that is counted: numbers of nodes and steps have 32 bits in PETSc and LIGGGHTS
-WORK = 1e12  # operations per window, some twenty minutes: more than that nobody waits for
+WORK = 1e12  # operations of a window or of the start, some twenty minutes: for more nobody waits
 SHOWN = 80  # characters of a value
 
 
@@ -28,8 +28,6 @@ def shown(value, plain=False):
     text = " ".join(text.encode(errors="backslashreplace").decode().split())
     return text if len(text) <= SHOWN else text[:SHOWN] + " …"
 
-
-# -------------------------------------------------------------------- numbers
 
 def finite(name, value, unit="", rule="give a finite number"):
     """A number that is neither NaN nor infinite, as float."""
@@ -87,8 +85,6 @@ def _real(value):
         return math.nan
 
 
-# -------------------------------------------------------------------- several numbers
-
 def counts(name, value, length, least=1):
     """``length`` whole numbers, as tuple of int."""
     given = _listed(value)
@@ -105,11 +101,7 @@ def numbers(name, value, length, unit="", kind=finite):
     values = _listed(value)
     if len(values) != length:
         refuse(name, value, f"give {length} numbers" if length > 1 else "give one number", unit)
-    return tuple(kind(name if length == 1 else f"{name} ({_place(i)} number)", v, unit) for i, v in enumerate(values))
-
-
-def _place(i):
-    return ("first", "second", "third")[i] if i < 3 else f"{i + 1}th"
+    return tuple(kind(f"{name} (number {i} of {length})", v, unit) for i, v in enumerate(values, 1))
 
 
 def _listed(value):
@@ -122,18 +114,18 @@ def _listed(value):
 
 def array(name, value, *shapes, unit=""):
     """Finite numbers of one of the ``shapes``, tuples in which a text such as "n" is any length, as array of float."""
-    result = _array(name, value, float, shapes)
+    result = shaped(name, value, *shapes)
     bad = ~(np.abs(result) <= MOST)
     if bad.any():
         place = np.argwhere(bad)[0].tolist()
-        where = f"{name} at {', '.join(map(str, place))}" if place else name
+        where = f"{name} (entry {', '.join(map(str, place))})" if place else name
         refuse(where, result[tuple(place)], f"give finite numbers of at most {MOST:g} in size", unit)
     return result
 
 
 def indices(name, value, end, columns, of):
     """Numbers of ``of`` from 0 to ``end`` - 1, shape (n, k) with k among ``columns``, as array of int64."""
-    result = _array(name, value, None, [("n", k) for k in columns])
+    result = shaped(name, value, *(("n", k) for k in columns), dtype=None)
     if result.size and not (np.issubdtype(result.dtype, np.number) and not np.iscomplexobj(result)
                             and (result == np.floor(result)).all()):
         refuse(name, value, f"give whole numbers, those of {of}")
@@ -143,7 +135,8 @@ def indices(name, value, end, columns, of):
     return result.astype(np.int64)
 
 
-def _array(name, value, dtype, shapes):
+def shaped(name, value, *shapes, dtype=float):
+    """Numbers of one of the ``shapes``, also NaN and infinity, as array."""
     try:
         result = np.array(value, dtype)
     except (TypeError, ValueError, OverflowError):
@@ -152,15 +145,14 @@ def _array(name, value, dtype, shapes):
         refuse(name, value, f"give numbers of shape {_shapes(shapes)}")
     if not any(len(shape) == result.ndim and all(isinstance(n, str) or n == m for n, m in zip(shape, result.shape))
                for shape in shapes):
-        raise ValueError(f"{name} has shape {result.shape}: give numbers of shape {_shapes(shapes)}")
+        given = f"is {shown(value)}" if result.size < 7 else f"has shape {result.shape}"
+        raise ValueError(f"{name} {given}: give numbers of shape {_shapes(shapes)}")
     return result
 
 
 def _shapes(shapes):
-    return " or ".join("(" + ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "") + ")" for shape in shapes)
+    return " or ".join("() (one number)" if not shape else"(" + ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "") + ")" for shape in shapes)
 
-
-# -------------------------------------------------------------------- words, functions
 
 def choice(name, value, choices):
     """One of the ``choices``."""
@@ -205,7 +197,20 @@ def _called(name, given, *arguments):
         raise ValueError(f"{name} fails for {of} ({type(error).__name__}: {error}): look at this function") from error
 
 
-# -------------------------------------------------------------------- paths
+def record(name, value, *kinds):
+    """An object of one of the classes ``kinds``."""
+    if not isinstance(value, kinds):
+        refuse(name, value, f"give a {' or '.join(kind.__name__ for kind in kinds)}")
+    return value
+
+
+def records(name, value, *kinds):
+    """Any number of such objects, as tuple."""
+    try:
+        return tuple(record(f"one of the {name}", one, *kinds) for one in value)
+    except TypeError:
+        return refuse(name, value, f"give a list of {' or '.join(kind.__name__ for kind in kinds)}")
+
 
 def path(name, value):
     """A path, ~ as the home folder."""
@@ -229,8 +234,6 @@ def file(name, value):
     return found if os.access(found, os.R_OK) else refuse(name, value, "this file cannot be read, look at its owner")
 
 
-# -------------------------------------------------------------------- sizes
-
 def memory():
     """What each process on this machine may have if all of one run have the same [bytes]."""
     whole = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
@@ -242,15 +245,13 @@ def memory():
 
 
 def check_memory(what, need, remedy):
-    """ValueError when ``what``, such as "9e9 cells of the grid (h = 1e-5 m)", needs more memory [bytes] than there
-    is."""
+    """ValueError when ``what``, such as "9e9 cells of the grid", needs more memory [bytes] than there is."""
     if need > memory():
         raise ValueError(f"{what} need about {need / 1e9:.3g} GB of memory, and there are {memory() / 1e9:.3g} "
                          f"GB for each process: {remedy}")
 
 
 def check_work(what, operations, remedy):
-    """ValueError when a window of ``what`` takes ``WORK`` operations or more."""
+    """ValueError when ``what``, such as "1e9 DEM steps of a window", takes ``WORK`` operations or more."""
     if operations >= WORK:
-        raise ValueError(f"{what} take about {operations:.2g} operations per window, of which {WORK:.0e} are most: "
-                         f"{remedy}")
+        raise ValueError(f"{what} take about {operations:.2g} operations, more than {WORK:g}: {remedy}")

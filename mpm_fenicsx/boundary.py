@@ -3,6 +3,8 @@ import warnings
 
 import numpy as np
 
+import mpm_dem_checks as check
+
 from .scene import AXES
 
 
@@ -21,8 +23,9 @@ class Supports:
         for number, support in enumerate(self._supports):
             directions = [AXES.index(letter) for letter in support.fix]
             if max(directions) >= x.shape[1]:
-                raise ValueError(f"{support.name} fixes {support.fix!r}, the scene has {x.shape[1]} dimensions")
-            held = np.ix_(np.asarray(support.where(x), bool), directions)
+                raise ValueError(f"{support.name} fixes {support.fix!r}, the scene has {x.shape[1]} dimensions: "
+                                 f"give some of {AXES[:x.shape[1]]}")
+            held = np.ix_(check.mask(f"where of {support.name}", support.where, x), directions)
             self.fixed[held] = True
             self._holder[held] = number
 
@@ -52,7 +55,7 @@ class Supports:
         for number, support in enumerate(self._supports if self._moving else ()):
             if support.motion is None:
                 continue
-            at = np.array([np.broadcast_to(support.motion(time + k * dt), (len(support.fix),)) for k in (-1, 0, 1, 2)])
+            at = np.array([self._place(support, time + k * dt) for k in (-1, 0, 1, 2)])
             before, after = np.diff(at, 2, axis=0) / dt**2
             for k, letter in enumerate(support.fix):
                 d = AXES.index(letter)
@@ -61,3 +64,10 @@ class Supports:
                 v[held, d] = known[held, d] / dt - 0.25 * dt * (before[k] + after[k])
                 a[held, d] = before[k]
         return known
+
+    @staticmethod
+    def _place(support, time):
+        """Displacement of a support at ``time`` [s] along each of its directions [m]."""
+        n = len(support.fix)
+        place = check.values(f"the motion of {support.name} at t = {time:.6g} s", support.motion, (time,), (), (n,), unit="m")
+        return np.broadcast_to(place, (n,))

@@ -7,19 +7,19 @@ from typing import Callable, Optional
 
 import numpy as np
 
+import mpm_dem_checks as check
+
 from .interface import Interface
 from .scene import AXES
 
 
-def _check_number(name, what, value, unit, zero=True):
-    good = np.isfinite(value) and (value >= 0 if zero else value > 0)
-    if not good:
-        raise ValueError(f"{what} of {name} is {value} {unit}: it must be {'0 or more' if zero else 'positive'}")
-
-
-def _check_friction(name, friction):
-    if not friction >= 0:
-        raise ValueError(f"the friction of {name} is {friction}: it must be 0 or more (inf sticks)")
+def _check_rubbing(wall):
+    """Friction, separation and stiffness of a wall: a ``Penalty`` or ``GridWall``."""
+    if not (isinstance(wall.friction, (int, float)) and wall.friction >= 0):
+        check.refuse(f"the friction of {wall.name}", wall.friction, "it must be 0 or more (inf sticks)")
+    check.truth(f"separates of {wall.name}", wall.separates)
+    if wall.stiffness is not None:
+        check.positive(f"the stiffness of {wall.name}", wall.stiffness, "Pa/m", "it must be positive")
 
 
 @dataclass(frozen=True)
@@ -50,9 +50,11 @@ class Penalty:
     name: str = "penalty"
 
     def __post_init__(self):
-        _check_friction(self.name, self.friction)
-        if self.stiffness is not None:
-            _check_number(self.name, "the stiffness", self.stiffness, "Pa/m", zero=False)
+        check.record(f"the surface of {self.name}", self.surface, Interface)
+        _check_rubbing(self)
+        check.truth(f"follows of {self.name}", self.follows)
+        if self.motion is not None:
+            check.function(f"the motion of {self.name}", self.motion)
         if self.normal is None and (self.friction or self.separates or self.at is not None):
             raise ValueError(f"{self.name} sticks, as it has no normal: give one for friction, separates or at")
         if self.at is not None and not self.follows:
@@ -63,11 +65,8 @@ class Penalty:
 
     def _unit_normals(self):
         shape = np.shape(self.surface.x)
-        try:
-            normal = np.broadcast_to(np.asarray(self.normal, float), shape)
-        except ValueError:
-            raise ValueError(f"the normal of {self.name} has shape {np.shape(self.normal)}: give ({shape[1]},) or "
-                             f"{shape}") from None
+        given = check.array(f"the normal of {self.name}", self.normal, shape[1:], shape)
+        normal = np.broadcast_to(given, shape)
         length = np.linalg.norm(normal, axis=1)
         bad = ~(np.isfinite(length) & (length > 0))
         if bad.any():
@@ -91,19 +90,19 @@ class GridWall:
     name: str = "grid wall"
 
     def __post_init__(self):
-        if len(self.normal) != 2 or self.normal[0] not in "+-" or self.normal[1] not in AXES:
-            raise ValueError(f"the normal of {self.name} is {self.normal!r}: give a sign and an axis, as \"+y\"")
-        _check_friction(self.name, self.friction)
-        if self.stiffness is not None:
-            _check_number(self.name, "the stiffness", self.stiffness, "Pa/m", zero=False)
+        if self.normal not in [sign + axis for sign in "+-" for axis in AXES]:
+            raise ValueError(f"the normal of {self.name} is {check.shown(self.normal)}: give a sign and an axis, as "
+                             "\"+y\"")
+        check.function(f"where of {self.name}", self.where)
+        _check_rubbing(self)
 
     def penalty(self, vertices):
         """The same as a ``Penalty`` on the vertices [m], shape (n, dim), of the grid."""
         axis = AXES.index(self.normal[1])
         if axis >= vertices.shape[1]:
             raise ValueError(f"the normal of {self.name} is {self.normal!r}, the scene has {vertices.shape[1]} "
-                             "dimensions")
-        x = vertices[np.asarray(self.where(vertices), bool)]
+                             "dimensions: give one of its axes")
+        x = vertices[check.mask(f"where of {self.name}", self.where, vertices)]
         if not len(x):
             raise ValueError(f"{self.name} holds no node of the grid: look at where")
         normal = np.zeros(vertices.shape[1])
@@ -129,20 +128,24 @@ class Load:
     name: str = "load"
 
     def __post_init__(self):
+        check.record(f"the surface of {self.name}", self.surface, Interface)
         given = [kind for kind in ("force", "traction", "pressure") if getattr(self, kind) is not None]
         if len(given) != 1:
             raise ValueError(f"{self.name} has {' and '.join(given) or 'nothing'}: give one of force, traction, "
                              "pressure")
         object.__setattr__(self, "kind", given[0])
-        value, D = getattr(self, self.kind), np.shape(self.surface.x)[1]
-        shapes = {"force": ((D,), (len(self.surface.x), D)), "traction": ((D,),), "pressure": ((),)}[self.kind]
-        if not callable(value) and (np.shape(value) not in shapes or not np.isfinite(value).all()):
-            raise ValueError(f"the {self.kind} of {self.name} is {value}: give finite numbers of shape "
-                             f"{' or '.join(map(str, shapes))}, or a function of time")
+        D = self.surface.x.shape[1]
+        shapes = {"force": ((D,), self.surface.x.shape), "traction": ((D,),), "pressure": ((),)}[self.kind]
+        object.__setattr__(self, "shapes", shapes)
+        if not callable(getattr(self, self.kind)):
+            check.array(f"the {self.kind} of {self.name}", getattr(self, self.kind), *shapes)
         if self.kind != "force" and not len(self.surface.elements):
-            raise ValueError(f"{self.name} has a {self.kind}, but its surface has no elements to take the area from")
+            raise ValueError(f"{self.name} has a {self.kind}, but its surface has no elements to take the area from: give "
+                             "a force, or a surface of segments or triangles")
 
     def at(self, time):
         """The force [N], traction or pressure [Pa] at ``time`` [s]."""
         value = getattr(self, self.kind)
-        return np.asarray(value(time) if callable(value) else value, float)
+        if not callable(value):
+            return np.asarray(value, float)
+        return check.values(f"the {self.kind} of {self.name} at t = {time:.6g} s", value, (time,), *self.shapes)

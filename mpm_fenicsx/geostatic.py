@@ -1,7 +1,7 @@
 """Initial stress of soil, in equilibrium with its weight."""
-import math
-
 import numpy as np
+
+import mpm_dem_checks as check
 
 
 def at_rest(top, rho, gravity, ratio):
@@ -9,8 +9,7 @@ def at_rest(top, rho, gravity, ratio):
     stresses along x, y and z [Pa], shape (n, 3), for the field ``stress`` of ``Body``. gravity: downward [m/s^2];
     ratio: of horizontal to vertical stress, as 1 - sin phi (Jaky 1944) or nu / (1 - nu) (elastic, held at the
     sides)."""
-    if not (math.isfinite(ratio) and ratio >= 0.0):
-        raise ValueError(f"the ratio of horizontal to vertical stress is {ratio}: give 0 or a positive number")
+    check.not_negative("ratio", ratio, rule="the ratio of horizontal to vertical stress must be 0 or a positive number")
 
     def stress(x):
         vertical = -rho * gravity * np.maximum(top - x[:, 1], 0.0)

@@ -18,15 +18,10 @@ from scipy.sparse.csgraph import connected_components
 from .collective import somewhere
 from .cover import ghosted_vector
 
+INERTIA = "consistent", "lumped", "ghost"  # the kinds there are
 GAMMA = 0.1
 FULL = 0.6  # of a cell's volume
 GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
-
-
-def check_inertia(inertia):
-    """ValueError for a kind of inertia that does not exist."""
-    if inertia not in ("consistent", "lumped", "ghost"):
-        raise ValueError(f"inertia is {inertia!r}: choose consistent, lumped or ghost")
 
 
 def local_facets(D, K):

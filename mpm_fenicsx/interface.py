@@ -1,11 +1,14 @@
 """Surfaces of boundary particles: frozen data in SI units, checked when made. No numerics, MPI or PETSc in here."""
+import math
 from dataclasses import dataclass
 from typing import Optional, Tuple
 
 import numpy as np
 
+import mpm_dem_checks as check
+
 from .mesh import Box, Mesh
-from .scene import Body, whole_numbers
+from .scene import BYTES_PER_POINT, Body
 
 SIDES = {"x-": (0, 1.0), "y+": (1, -1.0), "x+": (0, -1.0), "y-": (1, 1.0)}  # clockwise; axis, and the way into the box
 
@@ -27,14 +30,16 @@ class Resampling:
     reach: float = 4.0
 
     def __post_init__(self):
-        if not (np.isfinite(self.spacing) and self.spacing > 0):
-            raise ValueError(f"the spacing of the outline is {self.spacing} m: it must be positive")
-        if not 0 <= self.shortest < 0.5 * self.longest < np.inf:
+        check.positive("the spacing of the outline", self.spacing, "m", "it must be positive")
+        if not 0 <= check.not_negative("the outline's shortest segment", self.shortest) < 0.5 * check.positive(
+                "the outline's longest segment", self.longest):
             raise ValueError(f"the outline's shortest segment is {self.shortest} spacings and its longest "
                              f"{self.longest}: a longest one, divided, must stay longer than the shortest")
-        for foot in self.feet:
-            if foot is not None and foot[0] not in SIDES:
-                raise ValueError(f"a foot of the outline is on side {foot[0]!r}: choose one of {', '.join(SIDES)}")
+        check.not_negative("the reach of the outline's feet", self.reach)
+        for foot in check.records("feet of the outline", self.feet, tuple, type(None)):
+            if foot is not None and (len(foot) != 2 or foot[0] not in SIDES):
+                raise ValueError(f"a foot of the outline is {foot!r}: give its side, one of {', '.join(SIDES)}, and its "
+                                 "level")
 
 
 @dataclass(frozen=True)
@@ -47,6 +52,16 @@ class Interface:
     elements: np.ndarray
     resampling: Optional[Resampling] = None
 
+    def __post_init__(self):
+        x = check.array("x of the interface", self.x, ("n", 2), ("n", 3), unit="m")
+        elements = np.asarray(self.elements)
+        columns = (1, x.shape[1]) if elements.size else elements.shape[1:]
+        object.__setattr__(self, "x", x)
+        object.__setattr__(self, "elements", check.indices("elements of the interface", elements, len(x), columns,
+                                                           "particles"))
+        if self.resampling is not None:
+            check.record("resampling of the interface", self.resampling, Resampling)
+
     @staticmethod
     def around(body: Body, spacing: Optional[float] = None, inset: float = 0.05, open_sides=(), floor=None, **rule):
         """Outline of a plane body whose shape is a box, resampled as the body flows.
@@ -55,13 +70,16 @@ class Interface:
         cells (the paper's delta). open_sides: those without boundary particles ("x-", "x+", "y-", "y+"), where a wall
         or the floor is; floor: the one of them on which the body sticks. rule: further fields of ``Resampling``.
         """
-        if body.dim != 2 or not isinstance(body.shape, Box):
+        if check.record("body", body, Body).dim != 2 or not isinstance(body.shape, Box):
             raise ValueError("an outline goes around a plane body whose shape is a Box: give other interfaces their "
                              "particles, elements and Resampling")
         cell = min(body.box.size / body.cells)
-        spacing = 0.5 * cell if spacing is None else spacing
-        if not 0.0 <= inset * cell < 0.5 * min(body.box.size):
-            raise ValueError(f"inset is {inset} body cells: it must lie between 0 and half the body")
+        spacing = 0.5 * cell if spacing is None else check.positive("spacing", spacing, "m")
+        check.between("inset", inset, 0, 0.5 * min(body.box.size) / cell, "body cells",
+                      "it must lie between 0 and half the body", "[)")
+        n = 2 * sum(body.box.size) / spacing
+        check.check_memory(f"{n:.3g} boundary particles of the outline (spacing={spacing:g} m)", n * BYTES_PER_POINT[2],
+                           "take a larger spacing")
         corner, ends = _corners(body.box, inset * cell, tuple(open_sides), floor)
         rule = Resampling(spacing, feet=ends, **rule)
         pieces = [np.linspace(a, b, max(1, round(np.hypot(*(b - a)) / spacing)), endpoint=False)
@@ -87,10 +105,11 @@ class Interface:
         """Upper side of a box, moved into the body by ``shift`` [m] (the paper's delta). segments: of the upper edge of a
         plane box, one number; of the upper face of a box in space two, along x and z, each rectangle being two triangles.
         """
-        across = [d for d in range(box.dim) if d != 1]
-        counts = whole_numbers(np.atleast_1d(segments), len(across), "segments")
-        if not 0.0 <= shift < box.size[1]:
-            raise ValueError(f"shift is {shift} m: it must lie between 0 and the height of the body, {box.size[1]} m")
+        across = [d for d in range(check.record("box", box, Box).dim) if d != 1]
+        counts = check.counts("segments", (segments,) if np.ndim(segments) == 0 else segments, len(across))
+        check.between("shift", shift, 0, box.size[1], "m",
+                      f"it must lie between 0 and the height of the body, {box.size[1]} m", "[)")
+        _check_size(counts, "segments", box.dim)
         axes = [np.linspace(box.lower[d], box.upper[d], n + 1) for d, n in zip(across, counts)]
         x = np.stack([a.ravel(order="F") for a in np.meshgrid(*axes, indexing="ij")], axis=1)
         x = np.insert(x, 1, box.upper[1] - shift, axis=1)
@@ -103,8 +122,9 @@ class Interface:
     @staticmethod
     def line(a, b, segments: int):
         """Segments of equal length from a to b [m] in the plane; their outside is on the left of the way."""
-        if int(segments) != segments or segments < 1:
-            raise ValueError(f"segments is {segments}: give a whole number of at least 1")
+        segments, a, b = check.count("segments", segments), *(
+            check.numbers(f"{name} of the line", end, 2, "m") for name, end in (("a", a), ("b", b)))
+        _check_size((segments,), "segments", 2)
         i = np.arange(segments)
         return Interface(np.linspace(a, b, segments + 1), np.column_stack([i, i + 1]))
 
@@ -112,13 +132,23 @@ class Interface:
     def patch(corner, first, second, counts):
         """Parallelogram in space from ``corner`` along the edges ``first`` and ``second`` [m], in counts[0] x counts[1]
         pieces of two triangles each; its outside is that of first x second."""
-        n, m = whole_numbers(counts, 2, "pieces of the patch")
+        n, m = check.counts("counts (pieces of the patch)", counts, 2)
+        _check_size((n, m), "counts", 3)
+        corner, first, second = (check.numbers(f"{name} of the patch", value, 3, "m") for name, value in
+                                 (("corner", corner), ("first edge", first), ("second edge", second)))
         s, t = (a.ravel() for a in np.meshgrid(np.arange(n + 1), np.arange(m + 1), indexing="ij"))
         x = np.asarray(corner, float) + np.outer(s / n, first) + np.outer(t / m, second)
         corners = (np.arange(n)[:, None] * (m + 1) + np.arange(m)).ravel()
         along, across = corners + m + 1, corners + 1
         return Interface(x, np.concatenate([np.column_stack([corners, along, along + 1]),
                                             np.column_stack([corners, along + 1, across])]))
+
+
+def _check_size(counts, name, dim):
+    """ValueError for more pieces than fit into the memory."""
+    n = math.prod(counts)
+    check.check_memory(f"{n:.3g} pieces of the interface ({name}={','.join(map(str, counts))})",
+                       n * BYTES_PER_POINT[dim], f"take fewer {name}")
 
 
 def _corners(box, inset, open_sides, floor):

@@ -7,7 +7,6 @@ large step.
 """
 import numpy as np
 
-from .errors import MPMError
 from .points import Points
 from .surface import everywhere, normal_areas, to_particles
 
@@ -24,7 +23,7 @@ class SurfaceLoads:
         for load in loads:
             if np.shape(load.surface.x)[1] != dim:
                 raise ValueError(f"the surface of {load.name} has {np.shape(load.surface.x)[1]} dimensions, the scene "
-                                 f"{dim}")
+                                 f"{dim}: give both the same")
             self._parts.append(slice(n, n + len(load.surface.x)))
             n += len(load.surface.x)
         x = np.concatenate([np.asarray(load.surface.x, float) for load in loads])
@@ -51,8 +50,4 @@ class SurfaceLoads:
                 area = np.linalg.norm(area, axis=1)[:, None]
             share = to_particles(area, elements, part.stop - part.start) * self._thickness
             whole[part] = share * (value if load.kind == "traction" else -value)
-        wrong = ~np.isfinite(whole).all(axis=1)
-        if wrong.any():
-            raise MPMError(f"{self.names[wrong][0]} is not a number at t = {middle:.6g} s: look at its function of "
-                           "time")
         return whole[p.gid]

@@ -1,12 +1,17 @@
 """Meshes as plain arrays, checked when made, and regular ones of a box. No MPI in here."""
+import math
 from dataclasses import dataclass, field
 from itertools import permutations
 from typing import Dict, Tuple
 
 import numpy as np
 
+import mpm_dem_checks as check
+
 CELLS = {2: ("quadrilateral", "triangle"), 3: ("hexahedron", "tetrahedron")}  # tensor product, simplex
 NODES = {"quadrilateral": 4, "triangle": 3, "hexahedron": 8, "tetrahedron": 4}
+BYTES_PER_CELL = {2: 600, 3: 1300}  # of a grid, on each rank, measured
+START_PER_CELL = 2.5e4  # operations to set up a grid, measured
 FLAT = 1e-12  # volume of a cell over the cube (in the plane: square) of its longest edge
 # Facets of a cell as local vertices, outward by the right hand (left hand of a→b in the plane) for positive cells.
 FACETS = {
@@ -21,9 +26,12 @@ def cell_of(dim, cell, what):
     """The kind of cell, the tensor-product one for None; ValueError when it does not fit the dimension."""
     if cell is None:
         return CELLS[dim][0]
-    if cell not in CELLS[dim]:
-        raise ValueError(f"cell of the {what} is {cell!r}: choose one of {', '.join(CELLS[dim])}")
-    return cell
+    return check.choice(f"cell of the {what}", cell, CELLS[dim])
+
+
+def cell_count(counts, cell):
+    """Number of cells of that kind in a regular mesh, see ``lattice``."""
+    return math.prod(counts) * {"triangle": 2, "tetrahedron": 6}.get(cell, 1)
 
 
 @dataclass(frozen=True)
@@ -34,10 +42,13 @@ class Box:
     upper: Tuple[float, ...]
 
     def __post_init__(self):
-        lower, upper = np.asarray(self.lower, float), np.asarray(self.upper, float)
-        if lower.shape != upper.shape or lower.shape not in ((2,), (3,)):
+        lower, upper = (tuple(end) if np.ndim(end) == 1 else () for end in (self.lower, self.upper))
+        if len(lower) != len(upper) or len(lower) not in CELLS:
             raise ValueError(f"box from {self.lower} to {self.upper}: give two corners with 2 or 3 coordinates each")
-        if not (upper > lower).all():
+        for name in ("lower", "upper"):
+            corner = check.numbers(f"{name} corner of the box", getattr(self, name), len(lower), "m")
+            object.__setattr__(self, name, corner)
+        if not all(high > low for low, high in zip(self.lower, self.upper)):
             raise ValueError(f"box from {self.lower} to {self.upper}: every upper coordinate must exceed the lower one")
 
     @property
@@ -69,30 +80,26 @@ class Mesh:
     surfaces: Dict[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self):
-        vertices, cells = np.array(self.vertices, float), np.array(self.cells, np.int64)
-        if vertices.ndim != 2 or vertices.shape[1] not in CELLS:
-            raise ValueError(f"vertices of the mesh have shape {vertices.shape}: give (n, 2) or (n, 3)")
-        cell_of(vertices.shape[1], self.cell, "mesh")
-        if cells.ndim != 2 or cells.shape[1] != NODES[self.cell]:
-            raise ValueError(f"{self.cell} cells have {NODES[self.cell]} vertices, the array has shape {cells.shape}")
+        vertices = check.array("vertices of the mesh", self.vertices, ("n", 2), ("n", 3), unit="m")
+        check.choice("cell of the mesh", self.cell, CELLS[vertices.shape[1]])
+        name = f"the {self.cell} cells of the mesh"
+        cells = check.indices(name, self.cells, len(vertices), (NODES[self.cell],), "vertices")
         if not len(cells):
             raise ValueError("the mesh has no cells: give at least one")
-        if not 0 <= cells.min() <= cells.max() < len(vertices):
-            raise ValueError(f"the cells name vertices {cells.min()}..{cells.max()}, there are {len(vertices)}")
-        bad = ~np.isfinite(vertices).all(axis=1)
-        if bad.any():
-            raise ValueError(f"vertex {np.argmax(bad)} of the mesh lies at {vertices[bad][0]} m: it must be finite")
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "cells", cells)
         self._check_names()
         self._check_cells()
 
     def _check_names(self):
-        for name, numbers, end in [*((name, group, len(self.cells)) for name, group in self.groups.items()),
-                                   *((name, facets, len(self.vertices)) for name, facets in self.surfaces.items())]:
-            if not np.size(numbers) or not 0 <= np.min(numbers) <= np.max(numbers) < end:
-                raise ValueError(f"{name!r} of the mesh is empty or names what does not exist: give numbers from 0 to "
-                                 f"{end - 1}")
+        facet = (len(FACETS[self.cell][0]),)
+        for kind, named, end, columns, of in (("group of cells", self.groups, len(self.cells), None, "cells"),
+                                              ("surface", self.surfaces, len(self.vertices), facet, "vertices")):
+            for name, numbers in check.record(f"{kind} of the mesh", named, dict).items():
+                if not np.size(numbers):
+                    raise ValueError(f"the {kind} {name!r} of the mesh is empty: leave it out")
+                rows = numbers if columns else np.reshape(numbers, (-1, 1))
+                check.indices(f"the {kind} {name!r} of the mesh", rows, end, columns or (1,), of)
 
     def _check_cells(self):
         x = self.vertices[self.cells]

@@ -1,6 +1,8 @@
 """Meshes and points from files that meshio reads: Gmsh, VTK, Abaqus and others."""
 import numpy as np
 
+import mpm_dem_checks as check
+
 from .gmsh import Groups, read_groups
 from .mesh import CELLS, NODES, Mesh
 from .scene import Cloud
@@ -17,8 +19,11 @@ def read_mesh(path, dim):
     Raises ValueError for a file that cannot be read, holds no cells of that dimension, several kinds of them, or a mesh
     of another dimension, and for what ``Mesh`` refuses.
     """
-    data = _read(path)
+    check.choice("dim", dim, tuple(CELLS))
+    data, path = _read(path)
     cell = _kind(data, path, dim)
+    for block in (block for block in data.cells if block.type in (*MESHIO, *FACET.values())):
+        check.indices(f"{block.type} cells of {path}", block.data, len(data.points), (block.data.shape[-1],), "points")
     blocks = [b for b, block in enumerate(data.cells) if MESHIO.get(block.type) == cell]
     first = dict(zip(blocks, np.cumsum([0, *(len(data.cells[b].data) for b in blocks)])))
     cells = np.concatenate([np.asarray(data.cells[b].data, np.int64) for b in blocks])
@@ -45,7 +50,8 @@ def read_mesh(path, dim):
 def read_cloud(path, dim):
     """Material points from a file: its points, and their point data "volume" [m^3]. Raises ValueError when the file
     cannot be read or has no volumes, and for what ``Cloud`` refuses."""
-    data = _read(path)
+    check.choice("dim", dim, tuple(CELLS))
+    data, path = _read(path)
     if "volume" not in data.point_data:
         raise ValueError(f"{path} has no point data \"volume\" but {', '.join(sorted(data.point_data)) or 'none'}: add "
                          "the volume of each point in m^3")
@@ -56,8 +62,9 @@ def read_cloud(path, dim):
 def _read(path):
     import meshio  # slow to import, and few scenes read files
 
+    path = check.file("path of the mesh", path)
     try:
-        return meshio.read(path)
+        return meshio.read(path), path
     except (Exception, SystemExit) as error:  # meshio's readers fail in many ways, some by leaving Python
         if "gmsh:physical" in str(error):
             raise ValueError(f"in {path} some elements belong to a physical group and others to none, which meshio cannot "

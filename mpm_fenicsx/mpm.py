@@ -2,12 +2,15 @@
 import numpy as np
 from mpi4py import MPI
 
+import mpm_dem_checks as check
+
 from .answers import Answers
+from .arguments import check_arguments
 from .boundary import Supports
 from .boundary_particles import BoundaryParticles, near_mass
 from .errors import MPMDiverged, MPMError
 from .frame import Frame
-from .ghost import Facets, check_inertia
+from .ghost import Facets
 from .grid import Background, check_inside
 from .kernels import compile_transfers
 from .loads import SurfaceLoads
@@ -40,16 +43,15 @@ class MPM(Answers):
 
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
                  rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto", halvings=0):
-        check_inertia(inertia)
-        if not rebalance >= 1.0:
-            raise ValueError(f"rebalance is {rebalance}: an imbalance is never below 1, give a larger number")
+        bodies = body if isinstance(body, (list, tuple)) else [body]
+        check_arguments(grid, bodies, supports, interface, gravity, inertia, rebalance, loads, penalties, body_force,
+                        solver, halvings)
         self.comm, self.dim, self.grid, self._frame = comm, grid.box.dim, grid, Frame(grid.box)
         self._grid, body_force = self._frame.enter(grid), self._frame.enter_function(body_force)
         self.gravity = np.zeros(self.dim) if gravity is None else np.array(gravity, float)
         self.time, self.steps, self.iterations, self.substeps, self._halvings = 0.0, 0, 0, 1, halvings
         self._settled, self.phases = False, dict.fromkeys(PHASES, 0.0)  # settled: the points are in their cells
-        bodies = self._frame.enter(body if isinstance(body, (list, tuple)) else [body])
-        self._parts = make_parts(bodies, self._grid, self.gravity, body_force)
+        self._parts = make_parts(self._frame.enter(bodies), self._grid, self.gravity, body_force)
         x = np.concatenate([part.points.x for part in self._parts])
         check_inside(self._grid, x, "the body reaches out of the grid: a material point", self.origin)
         self.count, self.rebalance, self.balance = len(x), rebalance, []
@@ -86,9 +88,9 @@ class MPM(Answers):
     def advance(self, dt, force=None):
         """Advance by ``dt`` [s], in one step unless that fails, under point loads ``force`` on the boundary particles
         [N], shape (n, dim), constant meanwhile, the same on every rank. Returns ``surface()``."""
-        if not (dt > 0 and np.isfinite(dt)):
-            raise ValueError(f"dt is {dt} s: it must be positive")
-        force = np.zeros((self._surface.count, self.dim)) if force is None else np.asarray(force, float)
+        dt = check.positive("dt", dt, "s", "it must be positive")
+        shape = self._surface.count, self.dim
+        force = np.zeros(shape) if force is None else check.shaped("force", force, shape)
         if not np.isfinite(force).all():
             raise MPMError(f"the force on boundary particle {np.argwhere(~np.isfinite(force))[0][0]} is not a number "
                            f"at t = {self.time:.6g} s: look at the grains that sent it")

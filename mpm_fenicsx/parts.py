@@ -3,6 +3,8 @@ import warnings
 
 import numpy as np
 
+import mpm_dem_checks as check
+
 from .geostatic import put_stress
 from .kernels import compile_material
 from .points import Points, seed
@@ -19,19 +21,20 @@ class Part:
         x, volume = seed(body)
         n, dim, self.body, self._params = len(x), body.dim, body, body.law.params
         self._body_force = body_force
-        self.velocity_at = lambda at: np.array(body.velocity(at) if callable(body.velocity)
-                                               else np.broadcast_to(body.velocity, at.shape), float)
+        self.velocity_at = lambda at: (
+            check.values("velocity of the body", body.velocity, (at,), at.shape, unit="m/s")
+            if callable(body.velocity) else np.array(np.broadcast_to(body.velocity, at.shape), float))
         a = np.tile(gravity, (n, 1))  # an unstressed body starts in free fall
         rest = {}
         if body_force is not None:
-            a += body_force(x, 0.0)
+            a += check.values("body_force", body_force, (x, 0.0), x.shape, unit="m/s^2")
             rest["rest"] = x.copy()
         self.points = Points(
             gid=first + np.arange(n), cell=np.zeros(n, np.int32), x=x, v=self.velocity_at(x), a=a,
             mass=body.rho * volume, V0=volume,
             F=np.tile(np.eye(dim), (n, 1, 1)), F33=np.ones(n), state=np.zeros(n, body.law.state), **rest)
         if body.stress is not None:
-            put_stress(self.points, body.law, np.asarray(body.stress(x), float))
+            put_stress(self.points, body.law, check.values("stress of the body", body.stress, (x,), (n, 3), unit="Pa"))
 
     def compile(self, background, consistent):
         """Kernels of the law on the cells of ``background``, with consistent or lumped inertia."""
@@ -146,8 +149,6 @@ def make_parts(bodies, grid, gravity, body_force):
     """Parts of the ``bodies``, numbered through; ValueError when they do not fit each other or the grid."""
     if not bodies:
         raise ValueError("there is no body: give at least one")
-    if gravity.shape != (grid.box.dim,):
-        raise ValueError(f"gravity is {gravity.tolist()}: give {grid.box.dim} numbers")
     for number, body in enumerate(bodies):
         if body.dim != grid.box.dim:
             raise ValueError(f"body {number} has {body.dim} dimensions, the grid {grid.box.dim}: give both the same")

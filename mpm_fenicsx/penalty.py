@@ -1,6 +1,8 @@
 """Boundary particles with springs: ``Penalty`` records of a scene on this rank."""
 import numpy as np
 
+import mpm_dem_checks as check
+
 from .points import Points
 from .soil_distance import SoilDistance
 from .specialise import specialise
@@ -72,7 +74,8 @@ class Penalties:
         w = np.zeros_like(self._start)
         for penalty, part in zip(self.penalties, self._parts):
             if penalty.motion is not None:
-                w[part] = penalty.motion(time)
+                w[part] = check.values(f"the motion of {penalty.name} at t = {time:.6g} s", penalty.motion, (time,),
+                                       (self._dim,), w[part].shape, unit="m")
         return w
 
     # ---------------------------------------------------------------- one step

@@ -2,6 +2,8 @@
 import basix
 import numpy as np
 
+import mpm_dem_checks as check
+
 from .interface import Interface
 from .mesh import lattice
 from .scene import Body, Cloud, Mesh
@@ -45,7 +47,7 @@ def seed(body: Body):
 
 def of_points(body: Body) -> Interface:
     """The body's material points as its interface: particles that coincide with them, in their order, and stay so."""
-    x = seed(body)[0]
+    x = seed(check.record("body", body, Body))[0]
     return Interface(x, np.arange(len(x))[:, None])
 
 

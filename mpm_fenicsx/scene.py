@@ -4,21 +4,15 @@ from typing import Callable, Optional, Tuple
 
 import numpy as np
 
+import mpm_dem_checks as check
+
 from .laws import Law
-from .mesh import Box, Mesh, cell_of
+from .mesh import BYTES_PER_CELL, START_PER_CELL, Box, Mesh, cell_count, cell_of
 
 AXES = "xyz"
 TENSOR_POINTS = range(1, 7)  # per direction
 SIMPLEX_POINTS = {2: (1, 3, 6, 7, 12), 3: (1, 4, 14, 15, 24)}  # basix's rules with positive weights
-
-
-def whole_numbers(value, dim, name):
-    counts = tuple(int(n) for n in value)
-    if len(counts) != dim or any(n != v for n, v in zip(counts, value)) or min(counts) < 1:
-        shown, wanted = (value[0], "a whole number of") if dim == len(value) == 1 else (
-            tuple(value), f"{dim} whole numbers, each" if dim > 1 else "one whole number of")
-        raise ValueError(f"{name} is {shown}: give {wanted} at least 1")
-    return counts
+BYTES_PER_POINT = {2: 1000, 3: 3500}  # with its share of matrix and solver, measured
 
 
 @dataclass(frozen=True)
@@ -31,8 +25,13 @@ class Grid:
     cell: Optional[str] = None
 
     def __post_init__(self):
-        object.__setattr__(self, "cells", whole_numbers(self.cells, self.box.dim, "cells of the grid"))
+        check.record("box of the grid", self.box, Box)
+        object.__setattr__(self, "cells", check.counts("cells of the grid", self.cells, self.box.dim))
         object.__setattr__(self, "cell", cell_of(self.box.dim, self.cell, "grid"))
+        n = cell_count(self.cells, self.cell)
+        what = f"{n:.3g} cells of the grid (cells={','.join(map(str, self.cells))})"
+        check.check_memory(what, n * BYTES_PER_CELL[self.dim], "take larger and fewer cells (h), or a smaller box")
+        check.check_work(f"{what} at the start", n * START_PER_CELL, "take larger and fewer cells (h), or a smaller box")
 
     @property
     def dim(self):
@@ -41,8 +40,8 @@ class Grid:
     @staticmethod
     def counts(size, h):
         """Cells per direction of size about ``h`` [m] for a box of ``size`` [m]."""
-        if not (np.isfinite(h) and 0 < h <= min(size)):
-            raise ValueError(f"h is {h} m: the cell size must lie between 0 and {min(size):.3g} m")
+        size = check.numbers("size of the box", size, len(np.atleast_1d(size)), "m", check.positive)
+        check.between("h", h, 0, min(size), "m", f"the cell size must lie between 0 and {min(size):.3g} m", "(]")
         return tuple(max(1, round(length / h)) for length in size)
 
 
@@ -54,17 +53,13 @@ class Cloud:
     volume: np.ndarray
 
     def __post_init__(self):
-        x, volume = np.array(self.x, float), np.array(self.volume, float)
-        if x.ndim != 2 or x.shape[1] not in (2, 3) or volume.shape != (len(x),):
-            raise ValueError(f"a cloud of points has positions of shape (n, 2) or (n, 3) and as many volumes, not "
-                             f"{x.shape} and {volume.shape}")
+        x = check.array("positions of the cloud", self.x, ("n", 2), ("n", 3), unit="m")
+        volume = check.array("volumes of the cloud", self.volume, (len(x),), unit="m^3")
         if not len(x):
             raise ValueError("the cloud has no points: give at least one")
-        for what, bad, values, rule in (("position", ~np.isfinite(x).all(axis=1), x, "finite"),
-                                        ("volume", ~(np.isfinite(volume) & (volume > 0)), volume, "positive")):
-            if bad.any():
-                raise ValueError(f"the {what} of point {np.argmax(bad)} of the cloud is {values[bad][0]}: it must be "
-                                 f"{rule}")
+        if not (volume > 0).all():
+            bad = int(np.argmin(volume > 0))
+            raise ValueError(f"the volume of point {bad} of the cloud is {volume[bad]}: it must be positive")
         object.__setattr__(self, "x", x)
         object.__setattr__(self, "volume", volume)
 
@@ -103,25 +98,37 @@ class Body:
     def __post_init__(self):
         put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen
         if isinstance(self.shape, Box):
-            put("cells", whole_numbers(self.cells, self.dim, "body (its cells)"))
+            put("cells", check.counts("body (its cells)", self.cells, self.dim))
             put("cell", cell_of(self.dim, self.cell, "body"))
         elif isinstance(self.shape, Mesh):
             put("cell", self.shape.cell)
         elif not isinstance(self.shape, Cloud):
-            raise ValueError(f"the shape of a body is a Box, a Mesh or a Cloud, not {type(self.shape).__name__}")
-        if not (np.isfinite(self.rho) and self.rho > 0):
-            raise ValueError(f"rho is {self.rho} kg/m^3: the density must be positive")
-        if not (np.isfinite(self.thickness) and self.thickness > 0):
-            raise ValueError(f"thickness is {self.thickness} m: it must be positive")
+            raise ValueError(f"the shape of a body is a Box, a Mesh or a Cloud, not {check.shown(self.shape)}: give one")
+        check.record("law of the body", self.law, Law)
+        put("rho", check.positive("rho", self.rho, "kg/m^3", "the density must be positive"))
+        put("thickness", check.positive("thickness", self.thickness, "m", "it must be positive"))
+        put("f_bar", check.truth("f_bar", self.f_bar))
         states = ("plane_stress", "plane_strain") if self.dim == 2 else ("three_dimensional",)
-        put("stress_state", self.stress_state or states[-1])
-        if self.stress_state not in states:
-            raise ValueError(f"stress_state is {self.stress_state!r}: choose one of {', '.join(states)}")
+        put("stress_state", states[-1] if self.stress_state is None else
+            check.choice("stress_state", self.stress_state, states))
+        if self.stress is not None:
+            check.function("stress of the body", self.stress)
+        if not callable(self.velocity):
+            put("velocity", check.array("velocity of the body", self.velocity, (), (self.dim,), unit="m/s"))
+        if not isinstance(self.shape, Cloud):
+            self._check_points()
+
+    def _check_points(self):
         tensor = self.cell in ("quadrilateral", "hexahedron")
         allowed = TENSOR_POINTS if tensor else SIMPLEX_POINTS[self.dim]
-        if not isinstance(self.shape, Cloud) and self.points not in allowed:
-            raise ValueError(f"points is {self.points}: choose one of {', '.join(map(str, allowed))} "
+        if self.points not in list(allowed) or isinstance(self.points, bool):
+            raise ValueError(f"points is {check.shown(self.points)}: choose one of {', '.join(map(str, allowed))} "
                              f"({'per direction' if tensor else 'per ' + self.cell})")
+        cells = cell_count(self.cells, self.cell) if isinstance(self.shape, Box) else len(self.shape.cells)
+        n = cells * (self.points**self.dim if tensor else self.points)
+        check.check_memory(f"{n:.3g} material points of the body ({cells:.3g} cells, points={self.points})",
+                           n * BYTES_PER_POINT[self.dim],
+                           "take fewer body cells (body or refine, a larger h), or fewer points in each")
 
     @property
     def box(self):
@@ -148,13 +155,18 @@ class Support:
     name: str = "support"
 
     def __post_init__(self):
-        if not self.fix or set(self.fix) - set(AXES):
-            raise ValueError(f"{self.name} fixes {self.fix!r}: give one or more of the letters x, y, z")
+        if not isinstance(self.fix, str) or not self.fix or set(self.fix) - set(AXES):
+            raise ValueError(f"{self.name} fixes {check.shown(self.fix)}: give one or more of the letters x, y, z")
+        check.function(f"where of {self.name}", self.where)
+        if self.motion is not None:
+            check.function(f"motion of {self.name}", self.motion)
 
     @staticmethod
     def column(axis: str, at: float, grid: Grid, fix: str, motion=None, name="support"):
         """Support on the grid nodes of the column (in space: plane) across ``axis`` that is nearest to ``at`` [m]."""
-        d = AXES.index(axis)
+        check.record("grid", grid, Grid)
+        d = AXES.index(check.choice("axis", axis, tuple(AXES[:grid.dim])))
+        at = check.finite("at", at, "m")
         h = grid.box.size[d] / grid.cells[d]
         nearest = grid.box.lower[d] + h * np.rint((at - grid.box.lower[d]) / h)
         return Support(lambda x: np.abs(x[:, d] - nearest) < 0.25 * h, fix, motion, name)

@@ -1,6 +1,8 @@
 """The ``Penalty`` and ``GridWall`` records of a scene, made ready for this rank."""
 import numpy as np
 
+import mpm_dem_checks as check
+
 from . import laws
 from .conditions import GridWall
 from .penalty import Penalties, has_kinks
@@ -33,7 +35,7 @@ def make_penalties(scene, background, start):
             condition = condition.penalty(background.whole[0])
         if np.shape(condition.surface.x)[1] != D:
             raise ValueError(f"the surface of {condition.name} has {np.shape(condition.surface.x)[1]} dimensions, the "
-                             f"scene {D}")
+                             f"scene {D}: give both the same")
         _check_motion(condition)
         if not condition.follows:
             condition = as_fine_as_the_grid(condition, background)
@@ -46,10 +48,11 @@ def make_penalties(scene, background, start):
 def _check_motion(penalty):
     if penalty.motion is None:
         return
-    start, shape = np.asarray(penalty.motion(0.0), float), np.shape(penalty.surface.x)
-    if start.shape not in (shape[1:], shape) or start.any():
-        raise ValueError(f"the motion of {penalty.name} at t = 0 is {start.tolist()} m: it must have shape {shape[1:]} "
-                         f"or {shape} and start from zero")
+    shape = np.shape(penalty.surface.x)
+    start = check.values(f"the motion of {penalty.name} at t = 0 s", penalty.motion, (0.0,), shape[1:], shape, unit="m")
+    if start.any():
+        raise ValueError(f"the motion of {penalty.name} at t = 0 is {check.shown(start.tolist())} m: it must start from "
+                         "zero")
 
 
 def reaction(penalties, name):

@@ -54,13 +54,13 @@ def test_several_numbers():
     assert check.numbers("g", [0, -9.81], 2) == (0.0, -9.81)
     with pytest.raises(ValueError, match=r"g is \(0, 1, 2\) m: give 2 numbers"):
         check.numbers("g", (0, 1, 2), 2, "m")
-    with pytest.raises(ValueError, match=r"g \(second number\) is nan m: give a finite number"):
+    with pytest.raises(ValueError, match=r"g \(number 2 of 2\) is nan m: give a finite number"):
         check.numbers("g", (0, np.nan), 2, "m")
 
 
 @pytest.mark.parametrize("value, sentence", [
-    ([[1.0, np.nan]], r"x at 0, 1 is nan m: give finite numbers"), ("abc", "x is 'abc': give numbers of shape"),
-    ([[1], [1, 2]], "give numbers of shape"), (3.0, r"x has shape \(\): give numbers of shape \(n, 2\) or \(n, 3\)"),
+    ([[1.0, np.nan]], r"x \(entry 0, 1\) is nan m: give finite numbers"), ("abc", "x is 'abc': give numbers of shape"),
+    ([[1], [1, 2]], "give numbers of shape"), (3.0, r"x is 3.0: give numbers of shape \(n, 2\) or \(n, 3\)"),
     (np.zeros((2, 4)), r"x has shape \(2, 4\)"), ({}, "x is {}")])
 def test_arrays(value, sentence):
     with pytest.raises(ValueError, match=sentence):
@@ -70,7 +70,7 @@ def test_arrays(value, sentence):
 @pytest.mark.parametrize("value, sentence", [
     ([[0, 5]], r"elements name nodes 0..5, there are 5: give numbers from 0 to 4"), ([[-1, 0]], "name nodes -1..0"),
     ([[0.5, 1]], "give whole numbers, those of nodes"), ([["a", "b"]], "give whole numbers"),
-    ([[0, 1, 2]], r"elements has shape \(1, 3\)"), ([[0, np.nan]], "give whole numbers")])
+    ([[0, 1, 2]], r"elements is \[\[0, 1, 2\]\]: give numbers of shape \(n, 2\)"), ([[0, np.nan]], "give whole numbers")])
 def test_indices(value, sentence):
     with pytest.raises(ValueError, match=sentence):
         check.indices("elements", value, 5, (2,), "nodes")
@@ -115,7 +115,7 @@ def test_sizes(monkeypatch):
     check.check_work("2 steps", 1e11, "")
     with pytest.raises(ValueError, match="^1 cell need about 1e.06 GB of memory, .* GB for each process: take fewer"):
         check.check_memory("1 cell", 1e15, "take fewer")
-    with pytest.raises(ValueError, match="^3 steps take about 2e.12 operations per window, of which .*: take fewer"):
+    with pytest.raises(ValueError, match="^3 steps take about 2e.12 operations, more than 1e.12: take fewer"):
         check.check_work("3 steps", 2e12, "take fewer")
     alone = check.memory()
     monkeypatch.setenv("OMPI_COMM_WORLD_LOCAL_SIZE", "4")

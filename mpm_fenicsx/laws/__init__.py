@@ -17,6 +17,8 @@ from typing import Callable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+import mpm_dem_checks as check
+
 from ..specialise import specialise
 
 ELASTIC_STATE = np.dtype([("unused", np.int8)])  # an elastic law remembers nothing; numba refuses an empty record
@@ -43,10 +45,8 @@ def lame(E: float, nu: float):
 
     Raises ValueError unless E > 0 and -1 < nu < 0.5.
     """
-    if not (np.isfinite(E) and E > 0):
-        raise ValueError(f"E is {E} Pa: Young's modulus must be positive")
-    if not -1.0 < nu < 0.5:
-        raise ValueError(f"nu is {nu}: Poisson's ratio must lie between -1 and 0.5, both excluded")
+    E = check.positive("E", E, "Pa", "Young's modulus must be positive")
+    nu = check.between("nu", nu, -1, 0.5, rule="Poisson's ratio must lie between -1 and 0.5, both excluded", ends="()")
     return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
 
 

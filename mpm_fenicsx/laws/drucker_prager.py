@@ -21,6 +21,8 @@ from typing import NamedTuple, Optional
 
 from numba import njit
 
+import mpm_dem_checks as check
+
 from . import Law, lame
 from .hencky import ELASTIC, OPEN, deviatoric_moduli, hencky_law
 from .mohr_coulomb import soil_angles, tension_limit
@@ -92,8 +94,7 @@ def drucker_prager(E: float, nu: float, friction_angle: float, dilation_angle: f
     cohesion and greatest mean tension [Pa] (None: up to the apex c cot phi); ``match`` as above. Raises ValueError for
     impossible values."""
     friction, dilation = soil_angles(friction_angle, dilation_angle, cohesion)
-    if match not in ("compression", "extension", "plane_strain"):
-        raise ValueError(f"match is {match!r}: choose compression, extension or plane_strain")
+    check.choice("match", match, ("compression", "extension", "plane_strain"))
     if match == "plane_strain":
         etab = dilation / math.sqrt(1.0 + dilation**2 / 3.0)
     else:

@@ -19,6 +19,8 @@ from typing import NamedTuple, Optional
 
 from numba import njit
 
+import mpm_dem_checks as check
+
 from . import Law, lame
 from .hencky import ELASTIC, OPEN, hencky_law
 
@@ -142,13 +144,10 @@ def moduli(p, hardening, e1, e2, e3, region):
 
 def soil_angles(friction_angle, dilation_angle, cohesion):
     """sin of both angles [degrees] of a soil with that cohesion [Pa]; raises ValueError for impossible values."""
-    if not 0.0 <= friction_angle < 90.0:
-        raise ValueError(f"friction_angle is {friction_angle} degrees: give at least 0 and less than 90")
-    if not 0.0 <= dilation_angle <= friction_angle:
-        raise ValueError(f"dilation_angle is {dilation_angle} degrees: give at least 0 and at most the friction angle, "
-                         f"{friction_angle} degrees")
-    if not (cohesion >= 0.0 and math.isfinite(cohesion)):
-        raise ValueError(f"cohesion is {cohesion} Pa: give 0 or a positive number")
+    check.between("friction_angle", friction_angle, 0, 90, "degrees", "give at least 0 and less than 90", "[)")
+    check.between("dilation_angle", dilation_angle, 0, friction_angle, "degrees",
+                  f"give at least 0 and at most the friction angle, {friction_angle} degrees")
+    check.not_negative("cohesion", cohesion, "Pa")
     if friction_angle == 0.0 and cohesion == 0.0:
         raise ValueError("friction_angle and cohesion are both 0: give one of them, or nothing resists shear")
     return math.sin(math.radians(friction_angle)), math.sin(math.radians(dilation_angle))
@@ -158,10 +157,8 @@ def tension_limit(tension_cutoff, apex):
     """The greatest tension [Pa]: ``tension_cutoff``, or ``apex`` for None; raises ValueError unless 0 <= it <= apex."""
     if tension_cutoff is None:
         return apex
-    if not 0.0 <= tension_cutoff <= apex:
-        raise ValueError(f"tension_cutoff is {tension_cutoff} Pa: give at least 0 and at most the apex of the yield "
-                         f"surface, {apex:.6g} Pa")
-    return float(tension_cutoff)
+    return check.between("tension_cutoff", tension_cutoff, 0, apex, "Pa",
+                         f"give at least 0 and at most the apex of the yield surface, {apex:.6g} Pa")
 
 
 def mohr_coulomb(E: float, nu: float, friction_angle: float, dilation_angle: float = 0.0, cohesion: float = 0.0,

@@ -14,6 +14,8 @@ from typing import NamedTuple
 
 from numba import njit
 
+import mpm_dem_checks as check
+
 from . import Law, lame
 from .hencky import ELASTIC, deviatoric_moduli, hencky_law
 
@@ -54,8 +56,7 @@ def moduli(p, hardening, e1, e2, e3, region):
 def von_mises(E: float, nu: float, yield_stress: float, hardening: float = 0.0) -> Law:
     """Von Mises law with Young's modulus E [Pa], Poisson's ratio nu, yield stress in uniaxial stress and hardening
     modulus (stress per plastic strain) [Pa]. Raises ValueError for impossible values."""
-    if not (yield_stress > 0.0 and math.isfinite(yield_stress)):
-        raise ValueError(f"yield_stress is {yield_stress} Pa: give a positive number")
-    if not (hardening >= 0.0 and math.isfinite(hardening)):
-        raise ValueError(f"hardening is {hardening} Pa: give 0 or a positive number; softening needs a length scale")
-    return hencky_law("von_mises", Params(*lame(E, nu), float(yield_stress), float(hardening)), return_map, moduli)
+    yield_stress = check.positive("yield_stress", yield_stress, "Pa")
+    hardening = check.not_negative("hardening", hardening, "Pa",
+                                   "give 0 or a positive number; softening needs a length scale")
+    return hencky_law("von_mises", Params(*lame(E, nu), yield_stress, hardening), return_map, moduli)

@@ -56,5 +56,5 @@ def test_stress_beyond_the_yield_surface_does_not_stay():
 def test_bad_input():
     with pytest.raises(ValueError, match="the law linear cannot start with a stress"):
         strip(law=LAWS["linear"](5e4, 0.4))
-    with pytest.raises(ValueError, match="ratio of horizontal to vertical stress is -1.0"):
+    with pytest.raises(ValueError, match="ratio is -1.0: the ratio of horizontal to vertical stress must be 0 or"):
         strip(ratio=-1.0)

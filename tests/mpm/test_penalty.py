@@ -355,7 +355,7 @@ LINE = Interface.line((0.0, 0.0), (1.0, 0.0), 4)
 @pytest.mark.parametrize("arguments, message", [
     (dict(stiffness=-1.0), "stiffness of base is -1.0 Pa/m: it must be positive"),
     (dict(normal=(0, 0)), r"normal of base is \[0.0, 0.0\]: it must be finite and not zero"),
-    (dict(normal=(0, 1, 0)), r"normal of base has shape \(3,\): give \(2,\) or \(5, 2\)"),
+    (dict(normal=(0, 1, 0)), r"normal of base is \(0, 1, 0\): give numbers of shape \(2,\) or \(5, 2\)"),
     (dict(normal=(0, 1), friction=-0.1), "friction of base is -0.1: it must be 0 or more"),
     (dict(friction=0.1), "base sticks, as it has no normal: give one"),
     (dict(separates=True), "base sticks, as it has no normal: give one"),

@@ -219,7 +219,7 @@ def test_closed_cycles_of_flow_settle(element, any_law):
     (mohr_coulomb, dict(friction_angle=0.0), "both 0: give one of them"),
     (mohr_coulomb, dict(friction_angle=45.0, cohesion=5.0, tension_cutoff=5.1), "tension_cutoff is 5.1 Pa: .* apex"),
     (drucker_prager, dict(friction_angle=45.0, cohesion=5.0, tension_cutoff=-1.0), "tension_cutoff is -1.0 Pa"),
-    (drucker_prager, dict(friction_angle=45.0, match="best"), "match is 'best': choose"),
+    (drucker_prager, dict(friction_angle=45.0, match="best"), "match is 'best': choose one of compression, extension, plane_strain"),
     (von_mises, dict(yield_stress=0.0), "yield_stress is 0.0 Pa: give a positive number"),
     (von_mises, dict(yield_stress=1.0, hardening=-1.0), "hardening is -1.0 Pa"),
 ])

@@ -1,0 +1,32 @@
+"""What ``MPM`` is given: checked before anything is built."""
+import mpm_dem_checks as check
+
+from .conditions import GridWall, Load, Penalty
+from .ghost import INERTIA
+from .interface import Interface
+from .mesh import Mesh
+from .scene import Body, Grid, Support
+from .solvers import SOLVERS
+
+MOST_HALVINGS = 20  # of a step, into a millionth
+
+
+def check_arguments(grid, bodies, supports, interface, gravity, inertia, rebalance, loads, penalties, body_force, solver,
+                    halvings):
+    """ValueError for the first argument of ``MPM`` that is none; bodies: a list."""
+    check.record("grid", grid, Grid, Mesh)
+    check.records("bodies", bodies, Body)
+    check.records("supports", supports, Support)
+    check.records("loads", loads, Load)
+    check.records("penalties", penalties, Penalty, GridWall)
+    check.choice("inertia", inertia, INERTIA)
+    check.choice("solver", solver, SOLVERS)
+    check.count("halvings", halvings, 0, MOST_HALVINGS)
+    check.between("rebalance", rebalance, 1, float("inf"),
+                  rule="an imbalance is never below 1, give a larger number")
+    if interface is not None:
+        check.record("interface", interface, Interface)
+    if gravity is not None:
+        check.numbers("gravity", gravity, grid.dim, "m/s^2")
+    if body_force is not None:
+        check.function("body_force", body_force)

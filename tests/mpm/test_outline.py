@@ -73,7 +73,7 @@ def test_around_leaves_sides_open(open_sides, ends, feet):
     (dict(open_sides=("x-", "x+")), "the open sides are x-, x\\+: the others must hang together"),
     (dict(open_sides=("x-", "x+", "y-", "y+")), "must hang together"), (dict(open_sides=("z-",)), "no side 'z-'"),
     (dict(floor="y-"), "the floor is side 'y-'"), (dict(inset=-1.0), "inset is -1.0 body cells"),
-    (dict(inset=6.0), "inset is 6.0 body cells"), (dict(spacing=0.0), "spacing of the outline is 0.0 m"),
+    (dict(inset=6.0), "inset is 6.0 body cells"), (dict(spacing=0.0), "spacing is 0.0 m: give a positive number"),
     (dict(longest=0.4), "longest 0.4")])
 def test_around_refuses(options, text):
     with pytest.raises(ValueError, match=text):
@@ -84,7 +84,7 @@ def test_around_needs_a_plane_box():
     cloud = Body(Cloud([[0.0, 0.0], [1.0, 1.0]], [1.0, 1.0]), None, None, linear(1e5, 0.3), 1e3)
     with pytest.raises(ValueError, match="an outline goes around a plane body whose shape is a Box"):
         Interface.around(cloud)
-    with pytest.raises(ValueError, match="a foot of the outline is on side 'bottom'"):
+    with pytest.raises(ValueError, match="a foot of the outline is \\('bottom', 0.0\\): give its side, one of x-"):
         Resampling(S, feet=(None, ("bottom", 0.0)))
 
 

@@ -25,8 +25,8 @@ class Cover:
     node). Cells with walls that share a node with those for points have a row too, as that node may come to carry mass.
 
     For F-bar: patch: (all local cells,) row of an owned covered cell's patch in patch_matrices, shape (patches, M, D,
-    D, M); place: (all local cells, K) places of its nodes among the M of the patch. A quadrilateral or a hexahedron is
-    its own patch, and these matrices are the element matrices. For ghost inertia: nodes_of_facets (facets, M) and
+    D, M), and in nodes_of_patch, shape (patches, M), -1 where it has fewer; place: (all local cells, K) places of its
+    nodes among these. A quadrilateral or a hexahedron is its own patch, and these matrices are the element matrices. For ghost inertia: nodes_of_facets (facets, M) and
     facet_matrices, shape (facets, D, M, M), by direction, node and node. Collective.
     """
 
@@ -120,7 +120,8 @@ class Cover:
 
     def _make_patches(self, background, covered, averaged):
         K = self.cells.shape[1]
-        self.patch, self.place, self._nodes_of_patch = self.slot, np.zeros((0, K), np.int32), None
+        self.patch, self.place = self.slot, np.zeros((0, K), np.int32)
+        self.nodes_of_patch = self.cells[covered]
         if not averaged:
             return
         self.place = np.tile(np.arange(K, dtype=np.int32), (len(self.cells), 1))
@@ -132,8 +133,8 @@ class Cover:
         place = np.arange(len(pairs)) - np.searchsorted(row_of, row_of)
         self.patch = np.full_like(self.slot, -1)
         self.patch[covered], self.place[covered] = row, place[pair].reshape(-1, K)
-        self._nodes_of_patch = np.full((len(numbers), place.max(initial=0) + 1), -1)
-        self._nodes_of_patch[row_of, place] = node
+        self.nodes_of_patch = np.full((len(numbers), place.max(initial=0) + 1), -1, np.int32)
+        self.nodes_of_patch[row_of, place] = node
 
     def _make_matrix(self, covered):
         D = self.dim
@@ -141,8 +142,8 @@ class Cover:
         diagonal = dof[:self.owned].flatten()
         dof[self.fixed] = -1  # rows and columns of supports stay out: their displacement is known
         blocks = [dof[self.cells[covered]]]  # (cells, K, D)
-        if self._nodes_of_patch is not None:
-            blocks.append(np.append(dof, np.full((1, D), -1, dof.dtype), axis=0)[self._nodes_of_patch])
+        if self.patch is not self.slot:
+            blocks.append(np.append(dof, np.full((1, D), -1, dof.dtype), axis=0)[self.nodes_of_patch])
         shapes = [(*block.shape, *block.shape[:0:-1]) for block in blocks]
         rows = [np.broadcast_to(block.transpose(0, 2, 1)[:, None, None], shape).ravel()
                 for block, shape in zip(blocks, shapes)]

@@ -23,6 +23,7 @@ class Material(NamedTuple):
 
     mean_changes: Callable
     residual: Callable
+    add_pressure: Callable
     tangent: Callable
     couple: Callable
     energies: Callable
@@ -53,6 +54,7 @@ def compile_material(body, background, consistent):
     return Material(
         mean_changes=specialise(f_bar.mean_changes, **size),
         residual=specialise(weakform.residual, **form, point_stress=point_stress),
+        add_pressure=specialise(f_bar.add_pressure, D=D),
         tangent=specialise(weakform.tangent, **form, point_tangent=point_tangent),
         couple=specialise(f_bar.couple, D=D),
         energies=specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D)),

@@ -43,7 +43,8 @@ class Part:
     def attach(self, cover):
         """Work arrays on a cover; needed whenever it or the number of points on this rank changes."""
         n, K, (patches, M, D) = len(self.points), cover.cells.shape[1], cover.patch_matrices.shape[:3]
-        self._volume, self._gradient, self._push = (np.zeros((patches, *shape)) for shape in ((2,), (M, D), (M, D)))
+        self._volume, self._bulk = np.zeros((patches, 2)), np.zeros((patches, 2))
+        self._gradient, self._push, self._pull = (np.zeros((patches, M, D)) for _ in range(3))
         self.basis, self._G = np.empty((n, K)), np.empty((n, K, D))
         self._F, self._F33, self._state = np.empty((n, D, D)), np.empty(n), self.points.state.copy()
         self._inert = self.points.mass  # with consistent inertia
@@ -88,7 +89,7 @@ class Part:
         self._u, p, cover = u, self.points, step.cover
         if not self.body.f_bar:
             return
-        self._volume[:], self._gradient[:] = 0.0, 0.0
+        self._volume[:], self._gradient[:], self._bulk[:] = 0.0, 0.0, 0.0
         self._material.mean_changes(p.cell, cover.cells, cover.patch, cover.place, self._G, p.V0, p.F, p.F33, u,
                                     self._volume, self._gradient)
 
@@ -98,22 +99,26 @@ class Part:
         self._mean_changes(step, u)
         self._material.residual(p.cell, step.cover.cells, step.cover.patch, self._volume, self.basis, self._G,
                                 self._inert, p.V0, p.F, p.F33, p.state, self._params, u, a, self._F, self._F33,
-                                self._state, R)
+                                self._state, self._bulk, R)
+        if self.body.f_bar:
+            self._material.add_pressure(step.cover.nodes_of_patch, self._volume, self._gradient, self._bulk, R)
 
     def rest(self, step):
         """Before a tangent at the start of the step, without a residual."""
-        self._F[:], self._F33[:] = self.points.F, self.points.F33
-        self._mean_changes(step, np.zeros_like(step.v))
+        self._u, self._F[:], self._F33[:] = np.zeros_like(step.v), self.points.F, self.points.F33
+        if self.body.f_bar:  # its tangent needs the mean pressure
+            self.residual(step, self._u, self._u, np.empty_like(step.v))
 
     def tangent(self, step, alpha):
         """Add to the matrices of the cover, see ``weakform.tangent`` and ``f_bar.couple``."""
         p, cover = self.points, step.cover
-        self._push[:] = 0.0
+        self._bulk[:, 1], self._push[:], self._pull[:] = 0.0, 0.0, 0.0
         self._material.tangent(p.cell, cover.cells, cover.slot, cover.patch, cover.place, self._volume, self.basis,
                                self._G, self._inert, p.V0, p.F, p.F33, p.state, self._params, alpha, self._u, self._F,
-                               self._F33, self._state, self._push, cover.element_matrices)
+                               self._F33, self._state, self._bulk, self._push, self._pull, cover.element_matrices)
         if self.body.f_bar:
-            self._material.couple(self._volume, self._gradient, self._push, cover.patch_matrices)
+            self._material.couple(self._volume, self._gradient, self._bulk, self._push, self._pull,
+                                  cover.patch_matrices)
 
     def finish(self, step, u, a):
         """Move the points; deformation and state of the last residual become theirs."""

@@ -30,7 +30,7 @@ def check(name, symmetric):
         raise ValueError(f"solver={name} does not exist: choose one of {', '.join(SOLVERS)}")
     if not symmetric and name in ("cholesky", "cg"):
         other = {"cholesky": "lu", "cg": "gmres"}[name]
-        raise ValueError(f"solver={name} needs a symmetric tangent, which laws with friction and F-bar do not have: "
+        raise ValueError(f"solver={name} needs a symmetric tangent, which laws with friction do not have: "
                          f"take {other}")
 
 

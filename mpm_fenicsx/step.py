@@ -34,7 +34,7 @@ class Step:
         self.loads, self.penalties = loads, penalties
         laws = [part.body.law for part in parts]
         averaged = any(part.body.f_bar for part in parts)
-        symmetric = all(law.symmetric for law in laws) and not averaged
+        symmetric = all(law.symmetric for law in laws)
         self.cover = Cover(background, filled, supports.fixed, symmetric, averaged, facets,
                            walls_in_reach(penalties, background))
         self.filled, self.supports, self.gravity, self.kernels = filled, supports, gravity, kernels

@@ -6,20 +6,20 @@ T = P F_old^T (the stress that works on du/dx, per undeformed volume)
     R_I = sum_p V0 T grad N_I + m N_I a(x_p),     a = sum_J N_J a_J,
     K_IJ = sum_p V0 grad N_I (F_old A F_old^T) grad N_J + alpha m N_I N_J.
 
-With FBAR, F = r (I + du/dx) F_old and T = r P F_old^T with a mean volume change in r, see ``f_bar``.
+With FBAR, F = r (I + du/dx) F_old with a mean volume change in r, and what follows from it for R and K: ``f_bar``.
 
 Templates: ``specialise`` fixes D, K, FBAR, CONSISTENT (inertia as in eq. 11; otherwise the caller adds lumped inertia)
 and the law as ``point_stress``, ``point_tangent`` or ``energy``. Arguments throughout: cell (n,) cells of the points;
-cells (m, K) nodes; slot, patch (m,) and place (m, K): see ``cover``; volume, gradient, push: see ``f_bar``; N (n, K), G
-(n, K, D) basis values and gradients [1/m]; mass (n,) [kg]; V0 (n,) undeformed volume [m^3];
+cells (m, K) nodes; slot, patch (m,) and place (m, K): see ``cover``; volume, bulk, push, pull: see ``f_bar``; N (n,
+K), G (n, K, D) basis values and gradients [1/m]; mass (n,) [kg]; V0 (n,) undeformed volume [m^3];
 F_old, F (n, D, D) and F33_old, F33 (n,) deformation at the start and the end of the step; old, new (n,) state records;
 p the law's parameters; u (nodes, D) [m], a (nodes, D) [m/s^2].
 """
 import numpy as np
 
-from .f_bar import by_mean_volume, displacement_gradient, volume_change
+from .f_bar import (by_mean_volume, deformed_gradients, deviatoric_force, displacement_gradient, spread,
+                    volume_change)
 from .laws.algebra import determinant
-from .shape import invert
 from .specialise import inlined
 
 D, K = 2, 4
@@ -27,8 +27,9 @@ CONSISTENT, FBAR = True, False
 point_stress = point_tangent = strain_energy = stress = None
 
 
-def residual(cell, cells, patch, volume, N, G, mass, V0, F_old, F33_old, old, p, u, a, F, F33, new, R):
-    """Add internal and inertia forces [N] to R, shape (nodes, D); fills F, F33 and new."""
+def residual(cell, cells, patch, volume, N, G, mass, V0, F_old, F33_old, old, p, u, a, F, F33, new, bulk, R):
+    """Add internal and inertia forces [N] to R, shape (nodes, D), with FBAR all but the mean pressure's, for which
+    bulk[:, 0] is added to; fills F, F33 and new."""
     H = np.empty((D, D))
     P = np.empty(D * D + 1)
     A = np.empty((D * D + 1, D * D + 1))
@@ -46,12 +47,15 @@ def residual(cell, cells, patch, volume, N, G, mass, V0, F_old, F33_old, old, p,
                     f += H[i, k] * F_old[q, k, j]
                 F[q, i, j] = r * f
         F33[q] = point_stress(p, F[q], F33_old[q], old[q], new[q], P, A)
-        for i in range(D):
-            for j in range(D):
-                t = 0.0
-                for k in range(D):
-                    t += P[i * D + k] * F_old[q, j, k]
-                T[i, j] = V0[q] * r * t
+        if FBAR:
+            bulk[patch[c], 0] += deviatoric_force(P, F[q], H, V0[q], D, T)
+        else:
+            for i in range(D):
+                for j in range(D):
+                    t = 0.0
+                    for k in range(D):
+                        t += P[i * D + k] * F_old[q, j, k]
+                    T[i, j] = V0[q] * t
         for i in range(D):
             inertia = 0.0
             if CONSISTENT:
@@ -67,15 +71,15 @@ def residual(cell, cells, patch, volume, N, G, mass, V0, F_old, F33_old, old, p,
 
 
 @inlined
-def _pull(A, F_old, weight, D, half, B):
-    """B = weight F_old A F_old^T on the second and fourth index, one after the other."""
+def _pull(A, F, weight, D, half, B):
+    """B = weight F A F^T on the second and fourth index, one after the other."""
     for i in range(D):
         for j in range(D):
             for k in range(D):
                 for n in range(D):
                     s = 0.0
                     for m in range(D):
-                        s += F_old[j, m] * A[i * D + m, k * D + n]
+                        s += F[j, m] * A[i * D + m, k * D + n]
                     half[i, j, k, n] = weight * s
     for i in range(D):
         for j in range(D):
@@ -83,15 +87,15 @@ def _pull(A, F_old, weight, D, half, B):
                 for l in range(D):
                     s = 0.0
                     for n in range(D):
-                        s += half[i, j, k, n] * F_old[l, n]
+                        s += half[i, j, k, n] * F[l, n]
                     B[i, j, k, l] = s
 
 
-def tangent(cell, cells, slot, patch, place, volume, N, G, mass, V0, F_old, F33_old, old, p, alpha, u, F, F33, new, push,
-            Ke):
+def tangent(cell, cells, slot, patch, place, volume, N, G, mass, V0, F_old, F33_old, old, p, alpha, u, F, F33, new, bulk,
+            push, pull, Ke):
     """Add the point's share to the element matrices Ke [N/m], shape (slots, K, D, D, K): Ke[c, b, k, i, e] is the
     derivative of the force on node e in direction i by the displacement of node b in direction k, the mean volume
-    change held; to push the derivative by its logarithm. F and F33 hold the deformation at which the tangent is wanted.
+    change held; with FBAR also to bulk[:, 1], push and pull. F, F33 and bulk[:, 0] are those of the residual at u.
 
     Sums in scalars and one flat index per element matrix: half the time of the same loops over small arrays.
     """
@@ -99,32 +103,26 @@ def tangent(cell, cells, slot, patch, place, volume, N, G, mass, V0, F_old, F33_
     A = np.empty((D * D + 1, D * D + 1))
     half = np.empty((D, D, D, D))
     B = np.empty((D, D, D, D))
-    H = np.empty((D, D))
-    f_inverse = np.empty((D, D))
-    S = np.empty((D, D))
+    forth, back = np.empty((D, D)), np.empty((D, D))
     g = np.empty(D * K)  # gradients, one direction after the other
     w = np.empty(K)
     for q in range(len(cell)):
         F33[q] = point_tangent(p, F[q], F33[q], old[q], new[q], P, A)
         c = cell[q]
-        r = 1.0
-        if FBAR:
-            row = patch[c]
-            displacement_gradient(c, q, cells, G, u, D, K, H)
-            r = (volume[row, 0] / volume[row, 1] / volume_change(H, D)) ** (1.0 / D)
-            for i in range(D):
-                H[i, i] += 1.0
-            invert(H, D, f_inverse)
-            by_mean_volume(P, A, F[q], F_old[q], V0[q] * r / D, D, H, S)
-            for e in range(K):
-                for i in range(D):
-                    for j in range(D):
-                        push[row, place[c, e], i] += S[i, j] * G[q, e, j]
-        _pull(A, F_old[q], V0[q] * r * r, D, half, B)
         for e in range(K):
             w[e] = alpha * mass[q] * N[q, e] if CONSISTENT else 0.0
             for j in range(D):
                 g[j * K + e] = G[q, e, j]
+        if FBAR:
+            row = patch[c]
+            grown = V0[q] * determinant(F_old[q], D) * F33_old[q]
+            grown *= deformed_gradients(c, q, cells, G, u, D, K, forth, back, g)
+            _pull(A, F[q], V0[q], D, half, B)
+            bulk[row, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[row, 0] / volume[row, 0], D, forth, back)
+            spread(forth, g, place[c], D, K, push[row])
+            spread(back, g, place[c], D, K, pull[row])
+        else:
+            _pull(A, F_old[q], V0[q], D, half, B)
         flat = Ke[slot[c]].reshape(K * D * D * K)
         start = 0
         for b in range(K):
@@ -136,14 +134,6 @@ def tangent(cell, cells, slot, patch, place, volume, N, G, mass, V0, F_old, F33_
                         y1 += B[i, 1, k, l] * g[l * K + b]
                         if D == 3:
                             y2 += B[i, D - 1, k, l] * g[l * K + b]
-                    if FBAR:
-                        change = 0.0
-                        for n in range(D):
-                            change -= f_inverse[n, k] * G[q, b, n]
-                        y0 += S[i, 0] * change
-                        y1 += S[i, 1] * change
-                        if D == 3:
-                            y2 += S[i, D - 1] * change
                     inertia = N[q, b] if i == k else 0.0
                     for e in range(K):
                         s = inertia * w[e] + g[e] * y0 + g[K + e] * y1

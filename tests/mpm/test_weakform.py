@@ -77,6 +77,26 @@ def test_matrix_with_f_bar_is_the_derivative_too(averaged, law, taylor_rate):
     assert rate == pytest.approx(2.0, abs=0.05)
 
 
+def test_forces_with_f_bar_are_the_derivative_of_the_energy(averaged, taylor_rate):
+    """Of sum V0 W(F) at the averaged F, whatever the points of a patch have been through; so the matrix is symmetric."""
+    problem = averaged(linear(1e3, 0.3))
+    part, p, step = problem.solid.parts[0], problem.solid.points, problem.step
+    nothing = np.zeros(problem.shape)
+
+    def forces(u):
+        R = np.zeros(problem.shape)
+        part.residual(step, u, nothing, R)
+        return R
+
+    def energy(h):
+        forces(problem.u + h * problem.du)
+        return part._material.energies(p.mass, p.V0, p.v, part._F, part._F33, p.state, part._params)[1]
+
+    slope = np.vdot(forces(problem.u), problem.du)
+    assert taylor_rate(energy, slope, h=1e-2) == pytest.approx(2.0, abs=0.05)
+    np.testing.assert_allclose(problem.K, problem.K.T, rtol=0, atol=1e-13 * abs(problem.K).max())
+
+
 def test_f_bar_keeps_one_volume_change_per_patch(averaged):
     """After a step det F / det F_old is the same for all points of a patch, and the patch's volume is what it was
     without the mean."""

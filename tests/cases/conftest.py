@@ -69,13 +69,15 @@ def run(case, tmp_path):
 
 @pytest.fixture
 def words(tmp_path):
-    """``words("key=value …")``: the coarse beam as words of a command line, but for the keys that are given."""
+    """``words("key=value …")``: the coarse beam as words of a command line, but for the keys that are given; of a key
+    given twice the last value counts."""
     def begin(more=""):
         given = {word.partition("=")[0] for word in more.split()}
         keys = {**coarse("h" in given), "out": tmp_path}
         plain = [f"{key}={','.join(map(str, value)) if isinstance(value, tuple) else value}"
                  for key, value in keys.items() if key not in given]
-        return [*plain, *more.split()]
+        last = {word.partition("=")[0]: word for word in more.split() if "=" in word}
+        return [*plain, *last.values(), *(word for word in more.split() if "=" not in word)]
 
     return begin
 

@@ -7,11 +7,12 @@ from .collective import total
 from .frame import Seen, seen_points
 from .scene_penalties import reaction
 from .snes import unused_options
+from .states import while_open
 
 
 class Answers:
-    """The part of ``MPM`` that computes nothing new. Everything is collective but ``parts``, ``points``, ``origin`` and
-    ``cauchy_stress``."""
+    """The part of ``MPM`` that computes nothing new. Everything is collective but ``parts``, ``points``, ``held``, ``removed``,
+    ``origin`` and ``cauchy_stress``."""
 
     @property
     def origin(self):
@@ -37,6 +38,21 @@ class Answers:
     def interface(self):
         """The ``Interface`` of now, or None."""
         return self._frame.leave(self._surface.interface)
+
+    @property
+    def count(self):
+        """Material points that take part, on all ranks."""
+        return self._count - self.removed["count"]
+
+    @property
+    def removed(self):
+        """What has left the grid, held or removed by ``outflow``, since the start: "count", "mass" [kg], "momentum"
+        [kg m/s], shape (dim,), and "energy" [J] (kinetic, strain and potential), the same on every rank."""
+        return self._outflow.removed
+
+    def held(self):
+        """Points of each body that ``outflow`` holds at the edge on this rank."""
+        return [seen_points(points, self._frame) for points in self._outflow.held]
 
     def surface(self):
         """Boundary particles: positions [m] and velocities [m/s], shape (n, dim) each, in the order of the interface,
@@ -82,6 +98,7 @@ class Answers:
         """This rank's piece of what ParaView shows, see ``output``."""
         return output.snapshot(self)
 
+    @while_open
     def describe(self):
         """Solver and balance, for the report: see ``output``."""
         return output.describe(self)

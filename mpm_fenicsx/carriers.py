@@ -30,6 +30,9 @@ class Carriers:
         step, boundary = self._step, self._loaded[0][0]
         self._riders = [(p, N) for p, N, _ in self._loaded]
         self._lost = [step.kernels.only_active(p.cell, step.cover.cells, active, N) for p, N, _ in self._loaded]
+        if step.outflow is not None and step.outflow.active:
+            self._lost = [step.outflow.excuses(p, N) if hasattr(p, "off") else k
+                          for (p, N), k in zip(self._riders, self._lost)]
         self._lost += [held.locate(step) for held in step.penalties]
         self._riders += [(held.points, held.N) for held in step.penalties if held.follows]
         changed, self._some_lost, self._jumps, self._acts = somewhere(

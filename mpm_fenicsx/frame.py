@@ -139,6 +139,8 @@ class Seen:
 
 def seen_points(points, frame):
     """Points whose positions, to be read only, are in the user's coordinates."""
+    if not frame.moved:
+        return points
     places = {name: frame.leave(getattr(points, name)) for name in ("x", "rest") if hasattr(points, name)}
     for x in places.values():
         x.flags.writeable = False  # a change would be lost

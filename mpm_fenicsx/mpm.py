@@ -15,9 +15,11 @@ from .grid import Background, check_inside
 from .kernels import compile_transfers
 from .loads import SurfaceLoads
 from .migrate import Router
+from .outflow import Outflow, read_ways
 from .parts import Start, make_parts, warn_if_in_pieces
 from .scene_penalties import make_penalties
 from .sets import Set, Sets
+from .states import check_state, fingerprint, while_open
 from .step import PHASES, Step
 
 
@@ -29,7 +31,9 @@ class MPM(Answers):
     [m/s^2], shape (dim,); inertia: "consistent" (eq. 11), "lumped" or "ghost", see ``ghost``; rebalance: imbalance of
     material points over the ranks from which the grid is partitioned anew; body_force: force per mass [m/s^2] besides
     gravity, a function of the points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim);
-    solver: of ``SOLVERS``; halvings: how often a step in which Newton's method fails is halved.
+    solver: of ``SOLVERS``; halvings: how often a step in which Newton's method fails is halved; outflow: what happens to
+    material that leaves the grid, "stop" (the run ends), "hold" (at the edge, at rest) or "remove", or a dict by side,
+    such as {"+x": "remove"}, whose other sides stop, see ``outflow`` and ``removed``.
 
     ``parts`` are the bodies with their points, numbered through, see ``parts.Part``; ``phases`` sums the seconds spent
     per phase, ``iterations`` is the number of Newton iterations of the last ``advance``, ``substeps`` of the steps that
@@ -42,25 +46,29 @@ class MPM(Answers):
     balance_every = 50  # steps between two looks at the balance
 
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
-                 rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto", halvings=0):
+                 rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto", halvings=0,
+                 outflow="stop"):
         bodies = body if isinstance(body, (list, tuple)) else [body]
         check_arguments(grid, bodies, supports, interface, gravity, inertia, rebalance, loads, penalties, body_force,
                         solver, halvings)
         self.comm, self.dim, self.grid, self._frame = comm, grid.box.dim, grid, Frame(grid.box)
         self._grid, body_force = self._frame.enter(grid), self._frame.enter_function(body_force)
         self.gravity = np.zeros(self.dim) if gravity is None else np.array(gravity, float)
-        self.time, self.steps, self.iterations, self.substeps, self._halvings = 0.0, 0, 0, 1, halvings
+        self.time, self.steps, self.iterations, self.substeps = 0.0, 0, 0, 1
+        self._halvings, self.closed = halvings, False
         self._settled, self.phases = False, dict.fromkeys(PHASES, 0.0)  # settled: the points are in their cells
         self._parts = make_parts(self._frame.enter(bodies), self._grid, self.gravity, body_force)
         x = np.concatenate([part.points.x for part in self._parts])
         check_inside(self._grid, x, "the body reaches out of the grid: a material point", self.origin)
-        self.count, self.rebalance, self.balance = len(x), rebalance, []
+        self._count, self.rebalance, self.balance, self.outflow = len(x), rebalance, [], outflow
+        self._outflow = Outflow(read_ways(outflow, self.dim), self._grid, comm, self.gravity)
         self._support_scene, self._solver = tuple(self._frame.enter(list(supports))), solver
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent, self._ghost = inertia != "lumped", inertia == "ghost"
         self.kernels = compile_transfers(self.background)
         self._make_conditions(*map(self._frame.enter, (interface, list(loads), list(penalties))),
                               Start(self._parts, self.gravity, body_force))
+        self._fingerprint = fingerprint(self, self._support_scene, self._sets.names(), inertia)
         for part in self._parts:
             part.compile(self.background, self._consistent)
             self.background.keep_mine(part.points, np.full(len(part.points), "the body"))
@@ -78,13 +86,17 @@ class MPM(Answers):
         for condition in (*self.loads, *self.penalties):
             self.background.keep_mine(condition.points, condition.names)
         self._sets = Sets(self.comm, [
-            *(Set(f"points{n or ''}", part.points) for n, part in enumerate(self._parts)),
-            Set("boundary", self.boundary), *(Set("loads", a.points) for a in self.loads),
+            *(Set(f"points{n or ''}", part.points, leave=self._outflow.of_material(part))
+              for n, part in enumerate(self._parts)),
+            *(Set(name, points, leave=None if points is self.boundary and self._surface.resampled
+                  else self._outflow.of_boundary(points))
+              for name, points in (("boundary", self.boundary), *(("loads", a.points) for a in self.loads))),
             *(Set("hinges" if held.follows else "walls", held.points, held.follows, held.follows or held.moves)
               for held in self.penalties)], self.origin)
 
     # ---------------------------------------------------------------- one step
 
+    @while_open
     def advance(self, dt, force=None):
         """Advance by ``dt`` [s], in one step unless that fails, under point loads ``force`` on the boundary particles
         [N], shape (n, dim), constant meanwhile, the same on every rank. Returns ``surface()``."""
@@ -111,8 +123,11 @@ class MPM(Answers):
     def _take_step(self, dt, force):
         self.step.restart_clock()
         if self.comm.size > 1 and self.steps and self.steps % self.balance_every == 0:
+            if self._outflow.active:
+                self._search()  # so that what has left is not looked for on the new partition
             self._rebalance()
         self._search()
+        self._outflow.check_left(self._count, self.time)
         self._settled = False
         self.step.begin(dt, self.time, force[self.boundary.gid])
         u, iterations = self.step.solve(f"step {self.steps + 1}, t = {self.time + dt:.6g} s")
@@ -122,6 +137,7 @@ class MPM(Answers):
         for held in self.penalties:
             held.move(self.time)
 
+    @while_open
     def resample(self):
         """Between steps, renew the particles of an interface with a ``Resampling``: ``outline.Change`` or None."""
         if not self._surface.resampled:
@@ -152,7 +168,8 @@ class MPM(Answers):
         if self._ghost:
             self._facets = self._facets or Facets(self.background, self.kernels.shapes)
         self.step = Step(self.background, filled, self.supports, self._parts, self.gravity, self.kernels,
-                         self._consistent, self.phases, self.loads, self.penalties, self._solver, self._facets)
+                         self._consistent, self.phases, self.loads, self.penalties, self._solver, self._facets,
+                         self._outflow)
         self._attach()
 
     def _attach(self):
@@ -182,16 +199,22 @@ class MPM(Answers):
         self._no_slot = np.full(len(self.background.cells), -1, np.int32)
         self.step = self._facets = None
 
+    @while_open
     def get_state(self):
         """Everything that decides the future of this rank's points, as name → array copy."""
         state, time = self._sets.get_state(), np.array([self.time, self.steps, len(self.balance)])
-        state.update(self._surface.get_state(), **self.step.get_state(), time=time)
+        state.update(self._surface.get_state(), **self._outflow.get_state(), **self.step.get_state(), time=time,
+                     scene=self._fingerprint.copy())
         return state
 
+    @while_open
     def set_state(self, state):
-        """Go back to ``state``; the run continues bit for bit, but over a new partition of the grid to round-off."""
+        """Go back to ``state``; the run continues bit for bit, but over a new partition of the grid to round-off.
+        ValueError for a state of another scene."""
+        check_state(state, self._fingerprint)
         self._sets.set_state(state)
         self._surface.set_state(state)
+        self._outflow.set_state(state)
         self._settled = False
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])
         if state["time"][2] != len(self.balance):
@@ -204,5 +227,7 @@ class MPM(Answers):
         self.step.set_state(state)
 
     def close(self):
-        """Free matrix and solver."""
-        self.step.destroy()
+        """Free matrix and solver. Afterwards it can still be asked what it has computed."""
+        if not self.closed:
+            self.step.destroy()
+        self.closed = True

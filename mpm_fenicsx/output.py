@@ -12,9 +12,11 @@ AROUND = {"triangle": ("triangle", [0, 1, 2]), "quadrilateral": ("quad", [0, 1, 
 
 
 def snapshot(mpm):
-    """``points`` of this rank; ``grid``: its own cells, each on one rank only, with nodal fields of the last step;
-    ``interface``: whole, on rank 0. Collective."""
+    """``points`` of this rank; ``held``, ``held1``, …: those of each body that an outflow holds at the edge; ``grid``: its
+    own cells, each on one rank only, with nodal fields of the last step; ``interface``: whole, on rank 0. Collective."""
     parts = {"points": _points(mpm), "grid": _grid(mpm)}
+    for n, held in enumerate(mpm.held()):
+        parts[f"held{n or ''}"] = held.x, {"vertex": np.arange(len(held))[:, None]}, {"gid": held.gid, "mass": held.mass}
     interface = mpm.interface
     if interface is not None:
         (x, v), u = mpm.surface(), mpm.displacement()
@@ -25,7 +27,8 @@ def snapshot(mpm):
 
 
 def _points(mpm):
-    """Points of this rank, body after body in the order of their numbers, see ``Points.migrate``."""
+    """Points of this rank, body after body in the order of their numbers, see ``Points.migrate``; what is held at the
+    edge is not among them."""
     data = _point_fields(mpm.parts)
     x = data.pop("x")
     return x, {"vertex": np.arange(len(x))[:, None]}, data

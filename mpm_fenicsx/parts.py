@@ -130,11 +130,12 @@ class Part:
 
     # ---------------------------------------------------------------- what others ask
 
-    def energies(self, gravity):
-        """Kinetic, strain and potential energy of this rank's points [J] in ``gravity`` [m/s^2], shape (D,)."""
+    def energies(self, gravity, chosen=slice(None)):
+        """Kinetic, strain and potential energy of this rank's points [J], or of the ``chosen``, in ``gravity`` [m/s^2],
+        shape (D,)."""
         p = self.points
-        return (*self._material.energies(p.mass, p.V0, p.v, p.F, p.F33, p.state, self._params),
-                -p.mass @ (p.x @ gravity))
+        mass, *fields = (values[chosen] for values in (p.mass, p.V0, p.v, p.F, p.F33, p.state))
+        return (*self._material.energies(mass, *fields, self._params), -mass @ (p.x[chosen] @ gravity))
 
     def volume(self):
         """Of this rank's points as deformed [m^3], shape (n,)."""

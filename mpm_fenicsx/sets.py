@@ -1,5 +1,5 @@
 """All points of a scene together: they find their cells, travel between ranks, and are the state."""
-from typing import NamedTuple
+from typing import Callable, NamedTuple, Optional
 
 import numpy as np
 
@@ -9,12 +9,14 @@ from .points import Points
 
 
 class Set(NamedTuple):
-    """Points with their name in the state; covered: their cells belong to the cover; moves: they can change cells."""
+    """Points with their name in the state; covered: their cells belong to the cover; moves: they can change cells;
+    leave: what becomes of those that left the grid, see ``outflow``, None: they end the run."""
 
     name: str
     points: Points
     covered: bool = True
     moves: bool = True
+    leave: Optional[Callable] = None
 
 
 class Sets:
@@ -28,22 +30,24 @@ class Sets:
         """Phase I: cell of every point; points travel to the rank of their cell. slot: row of each local cell in the
         cover, -1 outside. Returns whether any point travelled, and whether any is outside the cover."""
         anywhere = slot if all(s.covered for s in self._sets) else np.zeros_like(slot)
-        moving = [(s.points, slot if s.covered else anywhere) for s in self._sets if s.moves]
-        away, bare = np.array([search.settle(*pair) for pair in moving]).T
+        moving = [(s, slot if s.covered else anywhere) for s in self._sets if s.moves]
+        away, bare = np.array([search.settle(s.points, rows) for s, rows in moving]).T
         flags = somewhere(self._comm, *away, bare.max())
-        for (points, rows), somebody in zip(moving, flags):
+        for (s, rows), somebody in zip(moving, flags):
             if somebody:
-                self._send(points, search.destinations(points), search, router, time)
-                flags[-1] |= somewhere(self._comm, (rows[points.cell] < 0).any())[0]
+                self._send(s, search.destinations(s.points), search, router, time)
+                flags[-1] |= somewhere(self._comm, (rows[s.points.cell] < 0).any())[0]
         return flags[:-1].any(), bool(flags[-1])
 
     def relocate(self, search, router, time):
         """Cells and ranks on another partition of the grid."""
         for s in self._sets:
-            self._send(s.points, search.relocate(s.points), search, router, time)
+            self._send(s, search.relocate(s.points), search, router, time)
 
-    def _send(self, points, destinations, search, router, time):
-        rank, number = destinations
+    def _send(self, s, destinations, search, router, time):
+        (rank, number), points = destinations, s.points
+        if s.leave is not None:
+            rank, number = s.leave(rank, number, search)
         self._raise_if_outside(points, rank, time)
         points.cell[:] = search.local(points.migrate(router, rank, number))
 
@@ -57,6 +61,10 @@ class Sets:
             kind = "material point" if material else "boundary particle"
             raise MPMError(f"{kind} {number} left the grid at x = {x} m, t = {time:.6g} s: enlarge the grid, or "
                            "look for the cause in an unstable step")
+
+    def names(self):
+        """Name of each set, with the number of its points here."""
+        return [(s.name, len(s.points)) for s in self._sets]
 
     def filled(self):
         """Cells of this rank that the cover is made for."""

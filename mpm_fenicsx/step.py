@@ -29,9 +29,9 @@ class Step:
     slow = 4  # more Newton iterations than this: the kept tangent is out of date
 
     def __init__(self, background, filled, supports, parts, gravity, kernels, consistent, phases, loads, penalties,
-                 solver="auto", facets=None):
+                 solver="auto", facets=None, outflow=None):
         self.comm, self.dim, self.background = background.comm, background.dim, background
-        self.loads, self.penalties = loads, penalties
+        self.loads, self.penalties, self.outflow = loads, penalties, outflow
         laws = [part.body.law for part in parts]
         averaged = any(part.body.f_bar for part in parts)
         symmetric = all(law.symmetric for law in laws)

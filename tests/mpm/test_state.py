@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpm_fenicsx import LAWS, Box, Grid, Support
+from mpm_fenicsx import LAWS, Box, Grid, MPMError, Support
 
 ROOT = Path(__file__).parents[2]
 
@@ -190,3 +190,49 @@ def test_a_step_that_fails_with_the_kept_tangent_is_tried_with_new_ones(make_mpm
     new, few = turn(snes_lag_jacobian=1)
     assert most > 25 > 5 > few  # 25 are allowed in one attempt
     np.testing.assert_allclose(kept, new, rtol=0, atol=1e-7)
+
+
+# ---------------------------------------------------------------- states of others, and after the end
+
+
+@pytest.mark.parametrize("change, words", [
+    (dict(h=0.25), "number of material points is 128, here it is 32"),
+    (dict(margin=3), "grid differ from those here"),
+    (dict(law=LAWS["linear"](2e3, 0.3)), "laws differ from those here"),
+    (dict(box=((0.0, 0.0), (2.0, 0.99))), "grid differ from those here"),
+    (dict(segments=5), "interface, loads and walls differ from those here"),
+    (dict(inertia="lumped"), "kind of inertia differ from those here"),
+    (dict(supports=[Support(lambda x: x[:, 0] < 0.1, "x")]), "supports differ from those here"),
+    (dict(outflow="hold"), "outflow differ from those here"),
+])
+def test_a_state_of_another_scene_is_refused(make_mpm, change, words):
+    solid, other = make_mpm(), make_mpm(**change)
+    before = solid.get_state()
+    with pytest.raises(ValueError, match=f"the state belongs to another scene: its {words}; give a state of this scene"):
+        solid.set_state(other.get_state())
+    assert_same(before, solid.get_state())
+    with pytest.raises(ValueError, match="no state of an MPM: give what get_state"):
+        solid.set_state({"time": np.zeros(3)})
+    make_mpm().set_state(before)
+
+
+def test_after_the_end_a_sentence(make_mpm):
+    """What needs the solver says so; what has been computed can still be asked for."""
+    solid = make_mpm()
+    solid.advance(0.01)
+    state, x = solid.get_state(), solid.surface()[0]
+    solid.close()
+    solid.close()
+    for call in (lambda: solid.advance(0.01), solid.get_state, lambda: solid.set_state(state), solid.resample,
+                 solid.describe):
+        with pytest.raises(MPMError, match=r"was called after close\(\): the solver is gone, make a new MPM"):
+            call()
+    np.testing.assert_array_equal(solid.surface()[0], x)
+    assert solid.energy().keys() and len(solid.snapshot()["points"][0]) == solid.count == len(solid.cauchy_stress())
+    assert solid.removed["count"] == 0 and solid.imbalance() == 1.0 and solid.momentum().shape == (2,)
+
+
+@pytest.mark.parametrize("halvings", [-1, 1.5, np.nan, "two"])
+def test_halvings_are_counted(make_mpm, halvings):
+    with pytest.raises(ValueError, match=f"halvings is {halvings!r}: give a whole number of at least 0"):
+        make_mpm(halvings=halvings)

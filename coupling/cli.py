@@ -2,22 +2,22 @@
 import difflib
 import inspect
 import re
-import signal
 import sys
-import threading
 import time
 import traceback
 import typing
 import warnings
-from contextlib import contextmanager
 from pathlib import Path
 
 from mpi4py import MPI
 
 import mpm_dem_checks as check
 
+from . import signals
+from .signals import SIGNALS  # noqa: F401 - known by this name
+from .writing import silence, tell
+
 EXPECTED = (ValueError, RuntimeError, ImportError, ArithmeticError, OSError, MemoryError)  # anything else is a bug
-SIGNALS = signal.SIGINT, signal.SIGTERM
 PATIENCE = 5.0  # [s] for ranks that share an error to arrive at their end
 IMPATIENT = 0.5  # [s] after an interrupt: mpirun kills the ranks a second after it has told them
 NUMBERS = {float: re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE),
@@ -33,63 +33,52 @@ def run(main, presets=None):
 
     presets: name → keyword arguments, chosen by ``preset=NAME``; explicit keys win over the preset. An error ends the
     run on all ranks with one sentence on rank 0 and exit status 1 (2 for a wrong command line); warnings are one line.
-    SIGTERM ends it like an interrupt: that is what the ranks get when mpirun is interrupted or a queue's time is over.
+    Signals end it like an interrupt, see ``signals``: the ranks get one when mpirun is interrupted or a queue's time is
+    over.
     """
     words = sys.argv[1:]
     warnings.showwarning = _show
-    with _terminated_like_interrupted():
+    if "--help" in words or "-h" in words:
+        if MPI.COMM_WORLD.rank == 0:
+            tell(manual(main, presets))
+        return
+    with signals.like_interrupts():
         _run(main, presets, words)
 
 
 def _run(main, presets, words):
     try:
-        if "--help" in words or "-h" in words:
-            if MPI.COMM_WORLD.rank == 0:
-                print(manual(main, presets))
-            return
         main(**parse(main, words, presets))
     except UsageError as error:
         _stop(error, 2)
     except EXPECTED as error:
         _stop(error, 1)
     except KeyboardInterrupt:
-        for number in SIGNALS:  # a second one must not cut the end short
-            signal.signal(number, signal.SIG_IGN)
+        signals.ignore()  # a second one must not cut the end short
         _stop("interrupted; what was written so far is complete up to the last window", 130, IMPATIENT)
     except Exception:
-        traceback.print_exc()
+        tell(traceback.format_exc(), sys.stderr)
         _stop("this is a bug in the program: please report the lines above", 1)
-
-
-@contextmanager
-def _terminated_like_interrupted():
-    if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread may say what signals do
-        return
-    before = {number: signal.getsignal(number) or signal.SIG_DFL for number in SIGNALS}
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _show(message, category, filename, lineno, file=None, line=None):
     if MPI.COMM_WORLD.rank == 0:
-        print(f"warning: {message}", file=sys.stderr, flush=True)
+        tell(f"warning: {message}", sys.stderr)
 
 
 def _stop(message, status, patience=None):
     """End all ranks; those that do not share the error wait somewhere for this one and are aborted after
     ``patience``."""
     comm, sentence = MPI.COMM_WORLD, " ".join(str(message).split())
-    sys.stdout.flush()
+    try:
+        sys.stdout.flush()
+    except OSError:
+        silence(sys.stdout)
     if comm.rank == 0:
-        print(f"error: {sentence}", file=sys.stderr, flush=True)
+        tell(f"error: {sentence}", sys.stderr)
     if comm.size > 1 and not _all_arrive(comm, PATIENCE if patience is None else patience):
         if comm.rank > 0:
-            print(f"error on rank {comm.rank}: {sentence}", file=sys.stderr, flush=True)
+            tell(f"error on rank {comm.rank}: {sentence}", sys.stderr)
         comm.Abort(status)
     sys.exit(status)
 

@@ -1,11 +1,10 @@
 """history.csv: one row per coupling window."""
-import os
-import shutil
 import time
 from pathlib import Path
 
 import numpy as np
 
+from .lines import Lines
 from .rows import Rows
 
 
@@ -14,28 +13,28 @@ class History:
     them: columns are read back from ``rows.Rows``, which has the numbers as they were, when they are asked for.
 
     path: the CSV file, or None for none; columns: name → (unit, meaning), in their order; notes:
-    lines for the head of the file. Give a path on rank 0 only. Who renames the file tells its new ``path``.
+    lines for the head of the file. Give a path on rank 0 only.
     """
 
     def __init__(self, path, columns, notes=()):
-        self.path, self.columns = path, dict(columns)
+        self.columns, self.file = dict(columns), None if path is None else Lines(path)
         self.rows = Rows(len(self.columns), None if path is None else Path(path).parent)
-        self._file = None if path is None else open(path, "w", encoding="utf-8")
         self._flushed = time.monotonic()
-        if self._file:
+        if self.file:
             notes = [*notes, *(f"{name} [{unit}]: {meaning}" for name, (unit, meaning) in self.columns.items())]
-            self._file.writelines(f"# {' '.join(note.split())}\n" for note in notes)
-            self._file.write(",".join(self.columns) + "\n")
-            self._file.flush()
+            for note in notes:
+                self.file.add(f"# {' '.join(note.split())}\n")
+            self.file.add(",".join(self.columns) + "\n")
+            self.file.flush()
 
     def add(self, row):
         """Append one row, name → number; the names are those of the columns."""
         values = [row[name] for name in self.columns]
         self.rows.add(values)
-        if self._file:
-            self._file.write(",".join(f"{value:.15g}" for value in values) + "\n")
+        if self.file:
+            self.file.add(",".join(f"{value:.15g}" for value in values) + "\n")
             if time.monotonic() - self._flushed > 0.5:
-                self._file.flush()
+                self.file.flush()
                 self._flushed = time.monotonic()
 
     def __getitem__(self, name):
@@ -45,23 +44,11 @@ class History:
     def __len__(self):
         return len(self.rows)
 
-    def missing(self):
-        """Has somebody removed the file that the rows go to?"""
-        try:
-            return self._file is not None and not os.path.samestat(os.stat(self.path), os.fstat(self._file.fileno()))
-        except FileNotFoundError:
-            return True
-
-    def restore(self, path):
-        """Put the file back at ``path`` after somebody has removed it: as long as it is open, it can be read."""
-        self._file.flush()
-        shutil.copyfile(f"/proc/self/fd/{self._file.fileno()}", path)
-
     def close(self):
         """Write what is left; columns can still be read."""
-        if self._file:
-            self._file.close()
-            self._file = None
+        if self.file:
+            file, self.file = self.file, None
+            file.close()
 
 
 def read(path):

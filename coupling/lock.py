@@ -4,6 +4,7 @@ import fcntl
 import os
 import socket
 import warnings
+from contextlib import suppress
 from pathlib import Path
 
 from .writing import OutputError
@@ -21,9 +22,10 @@ class Lock:
         while not self._is_in_folder():  # its holder has removed it meanwhile, as it does at its end
             self._file.close()
             self._file = self._open(folder)
-        self._file.truncate(0)
-        self._file.write(f"process {os.getpid()} on {socket.gethostname()}")
-        self._file.flush()
+        with suppress(OSError):  # a full disk: the lock holds without
+            self._file.truncate(0)
+            self._file.write(f"process {os.getpid()} on {socket.gethostname()}")
+            self._file.flush()
 
     def _open(self, folder):
         file = self._create()
@@ -63,4 +65,5 @@ class Lock:
     def release(self):
         if self.held():
             self._path.unlink()
-        self._file.close()
+        with suppress(OSError):
+            self._file.close()

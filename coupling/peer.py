@@ -15,6 +15,7 @@ import numpy as np
 
 from . import analytic, report
 from .cli import UsageError
+from .writing import tell
 
 BEAM = dict(length=0.1535, radius=0.01, v0=0.01, E=215.82e9, nu=0.289, rho=7960.0)  # as cases/beam_impact.py
 SECTION, T_END, MODES = (0.01, 0.01), 4e-4, 50
@@ -52,7 +53,7 @@ def measure(python, script, runs, folder, repeat=1):
         rows.append({"label": f"peer: {note}", "time_s": best * len(history),
                      **{f"error_{n}": e for n, e in errors.items()}})
         shown = ", ".join(f"{n} {e:.3g}" for n, e in errors.items())
-        print(f"{rows[-1]['label']}: {rows[-1]['time_s']:.3g} s, {shown}", flush=True)
+        tell(f"{rows[-1]['label']}: {rows[-1]['time_s']:.3g} s, {shown}")
     return rows
 
 

@@ -95,8 +95,7 @@ class Record:
         self._last = self._coupling(window) if self._ledger else {}
         row = {"time": window.time, **{name: of(window) for name, (_, _, of) in self._columns.items()},
                "newton": self.solid.iterations, **self._last}
-        with writing(self.history.path):
-            self.history.add(row)
+        self._add(row)
         self._newton += self.solid.iterations
         if self._closed:
             balance.check_closed(self._last, window.time)
@@ -108,21 +107,33 @@ class Record:
             self.begin()
             self._progress(window.time, window.substeps / self._substeps, self.solid.iterations)
             self._look()
-        with writing(self.history.path):
+        with writing(self.results.folder):
             self._timing(window)
+
+    def _add(self, row):
+        """A row of the history."""
+        try:
+            with writing(self.results.folder / self._history):
+                self.history.add(row)
+        except OutputError:
+            if self._first:
+                self._looked = -LOOK  # which knows better why
+                self._look()
+            raise
 
     def _start(self):
         """After the first window: the files become those of the folder."""
         if not self.results.started:
             self.results.start()
             if self._first:
-                self.history.path = self.results.path(self._history)
+                self.history.file.path = self.results.path(self._history)
 
     def _look(self):
         """OutputError when somebody has removed what this run writes: it would write into nothing until its end."""
         if time.monotonic() - self._looked > LOOK:
-            lost = self.results.lost() or (self.history.missing() and f"the file {self.history.path} has been deleted "
-                                           "while the run wrote into it")
+            file = self.history.file
+            lost = self.results.lost() or (file.missing() and f"the file {file.path} has been deleted while the run "
+                                           "wrote into it")
             if lost:
                 raise OutputError(f"{lost}: leave the results in place until the run has ended")
             self._looked = time.monotonic()
@@ -149,7 +160,8 @@ class Record:
                 self._leave(f"{kind.__name__}: {error}")
             self.history.close()
         except OSError as problem:
-            warnings.warn(f"the end of this run's history and report is lost: {problem}")
+            if not isinstance(error, OutputError):  # which has said it already
+                warnings.warn(f"the end of this run's history and report is lost: {problem}")
         finally:
             self._timing.end()
             self.results.close()
@@ -161,14 +173,15 @@ class Record:
         if not there:
             warnings.warn(f"the results in {self.out} are those of another run, which have been left as they were")
             return
-        self.history.path = self.results.path(self._history)
-        if self.history.missing():
-            self.history.restore(self.history.path)
+        if self.history.file:
+            self.history.file.path = self.results.path(self._history)
+            if self.history.file.missing():
+                self.history.file.restore()
+        self._write_report([report.peak_mb()], {"errors": {}, "error": error})  # first: the history may need all the room
         try:
-            with writing(self.history.path):
+            with writing(self.results.folder / self._history):
                 self.history.close()
         finally:
-            self._write_report([report.peak_mb()], {"errors": {}, "error": error})
             self.results.end("stopped")
         try:
             self._draw()
@@ -187,7 +200,7 @@ class Record:
         entries = self._write_report(MPI.COMM_WORLD.allgather(report.peak_mb()),
                                      {**self.solid.describe(), "errors": errors, **more})
         if self._first:
-            with writing(self.history.path):
+            with writing(self.results.folder / self._history):
                 self.history.close()
             self.results.end("complete")
             self._complete = True

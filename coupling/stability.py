@@ -37,6 +37,7 @@ from typing import NamedTuple
 import mpm_dem_checks as check
 
 from . import cli, figure, report, sweep
+from .writing import tell
 
 CLASSES = ("right", "inaccurate", "stopped", "wrong")
 ENERGY = 0.05
@@ -73,7 +74,7 @@ class Outcome(NamedTuple):
 def main(words):
     """Run the rows that the words of the command line ask for; returns the exit status."""
     if {"-h", "--help"} & set(words):
-        print(__doc__)
+        tell(__doc__)
         return 0
     own = {}
     for key, text in (word.split("=", 1) for word in words if "=" in word):
@@ -92,7 +93,7 @@ def main(words):
     outcomes = run(case, rows, out, jobs, timeout)
     figure.draw_matrix(out / "stability.png", [(o.row.group, o.row.name, o.found, o.error / o.bound) for o in outcomes])
     surprises = sum(one.found != one.row.expected for one in outcomes)
-    print(f"{summary(outcomes)}; {surprises} not as expected; table and figure in {out}")
+    tell(f"{summary(outcomes)}; {surprises} not as expected; table and figure in {out}")
     return int(any(o.found == "wrong" for o in outcomes))
 
 
@@ -150,7 +151,7 @@ def run(case, rows, out, jobs, timeout):
         try:
             for number, done in enumerate(as_completed(waiting), 1):
                 one = found[waiting[done].name] = done.result()
-                print(f"{number}/{len(rows)} {line(one)}", flush=True)
+                tell(f"{number}/{len(rows)} {line(one)}")
                 write(out, [found[row.name] for row in rows if row.name in found])
         except BaseException:
             pool.shutdown(cancel_futures=True)

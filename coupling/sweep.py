@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
@@ -150,11 +151,14 @@ def _read(folder, keys, status):
 
 def end(main):
     """Call ``main`` with the words of the command line, and end as it ends: a tool's last line."""
+    help_only = {"-h", "--help"} & set(sys.argv)
     try:
-        sys.exit(main(sys.argv[1:]))
+        with nullcontext() if help_only else signals.like_interrupts():
+            status = main(sys.argv[1:])
     except UsageError as error:
-        sys.exit(print(f"error: {error}", file=sys.stderr) or 2)
+        status = tell(f"error: {error}", sys.stderr) or 2
     except EXPECTED as error:
-        sys.exit(print(f"error: {error}", file=sys.stderr) or 1)
+        status = tell(f"error: {error}", sys.stderr) or 1
     except KeyboardInterrupt:
-        sys.exit(print("interrupted; the same command goes on from here", file=sys.stderr) or 130)
+        status = tell("interrupted; the same command goes on from here", sys.stderr) or 130
+    sys.exit(status)

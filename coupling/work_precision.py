@@ -28,6 +28,7 @@ import mpm_dem_checks as check
 
 from . import cli, figure, peer, sweep
 from .report import table_row
+from .writing import tell
 
 OWN = ("out", "repeat", "timeout", "show", "overlay", "peer", "script", "peer_")
 
@@ -35,7 +36,7 @@ OWN = ("out", "repeat", "timeout", "show", "overlay", "peer", "script", "peer_")
 def main(words):
     """Run the sweep that the words of the command line ask for; returns the exit status."""
     if not words or {"-h", "--help"} & set(words):
-        print(__doc__)
+        tell(__doc__)
         return 0
     case = cli.checked(check.path, "the script of a case", words[0])
     if not case.is_file():
@@ -53,12 +54,12 @@ def main(words):
     results, runs = [], sweep.combinations(swept)
     for number, keys in enumerate(runs, 1):
         results.append(sweep.run(case, keys, fixed, out / "runs", repeat=repeat, timeout=timeout))
-        print(f"{number}/{len(runs)} {_line(results[-1])}", flush=True)
+        tell(f"{number}/{len(runs)} {_line(results[-1])}")
         write_csv(out / "work_precision.csv", swept, results)
     if peers:
         others = others + peer.measure(own["peer"], own["script"], peers, out / "peer", repeat)
     write(out, case.stem, swept, results, others, own.get("show"))
-    print(f"table, CSV and figure in {out}")
+    tell(f"table, CSV and figure in {out}")
     if not any(result.status == "ok" for result in results):
         raise RuntimeError(f"no run of the sweep came to its end; the first: {results[0].status}")
     return 0

@@ -49,14 +49,14 @@ def replace_text(path, text, scratch=None):
 
 def tell(text, stream=None):
     """Print ``text``, to standard output unless another stream is given. One that nobody reads any more, the other end
-    of a pipe or a closed terminal, gets nothing from then on."""
+    of a pipe or a closed terminal, gets nothing from then on, and so does one for errors that takes none."""
     stream = stream or sys.stdout
     with writing(getattr(stream, "name", "the output")):
         try:
             print(text, file=stream, flush=True)
         except OSError as error:
             silence(stream)
-            if error.errno not in (errno.EPIPE, errno.EIO):
+            if error.errno not in (errno.EPIPE, errno.EIO) and stream is not sys.stderr:
                 raise
 
 

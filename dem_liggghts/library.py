@@ -27,7 +27,7 @@ _SIGNATURES = {
     "dem_set_wall": (ctypes.c_void_p, *[ctypes.c_int] * 5, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int),
     "dem_wall_force": (ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p),
     "dem_set_wall_force": (ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p),
-    "dem_advance": (ctypes.c_void_p, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p),
+    "dem_advance": (ctypes.c_void_p, *[ctypes.c_int] * 4, *[ctypes.c_void_p] * 3),
     "dem_count": (ctypes.c_void_p,),
     "dem_particles": (ctypes.c_void_p, ctypes.c_void_p),
     "dem_get_state": (ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(ctypes.c_void_p), ctypes.POINTER(ctypes.c_int),

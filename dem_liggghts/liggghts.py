@@ -11,6 +11,7 @@ from .checks import check_finite, check_window
 from .energy import contact_energy, kinetic_energy, potential_energy
 from .frame import find_origin, leave, moved, shifted
 from .library import ARGUMENTS, SHIM, Comm, LiggghtsError, MissingLiggghts, check_sizes, load, quiet
+from .pieces import Pieces
 from .protocol import BODY, PARTICLE
 from .records import CHANGING, always, by_tag
 from .script import commands
@@ -37,11 +38,18 @@ class LiggghtsDEM(AtWall):
 
     def __init__(self, scene, dt, comm=None):
         self.scene, self.dt, self.comm = scene, float(dt), comm or MPI.COMM_WORLD
+<<<<<<< HEAD
         self._fingerprint, self.origin = fingerprint(scene, self.dt), find_origin(scene)
         self._inside = moved(scene, -self.origin)
         self._steps, self._nodes = 0, self._inside.wall.nodes
         self._grains, self._rigid = parts.grains(self._inside), parts.rigid(self._inside)
         self._always = always(self._rigid, self._grains)
+=======
+        self._steps, self._nodes, self._pieces = 0, scene.wall.nodes, Pieces(self.comm)
+        self._grains, self._rigid = parts.grains(scene), parts.rigid(scene)
+        self._fingerprint = fingerprint(scene, self.dt)
+        self._always = _always(self._rigid, self._grains)
+>>>>>>> 3004c93 (Signals end a run in order, also within a DEM window; a full disk or a deleted folder is a sentence, and what there was is kept)
         self._handle, self._library = None, load(SHIM)
         script = commands(self._inside, self.dt)
         self._open()
@@ -108,7 +116,8 @@ class LiggghtsDEM(AtWall):
         steps = check_window(steps, x, v, self.scene)
         x, v = np.ascontiguousarray(shifted(x, -self.origin), float), np.ascontiguousarray(v, float)
         out = np.empty(x.size + 2)
-        code = self._call("dem_advance", self.scene.dim, steps, _pointer(x), _pointer(v), _pointer(out))
+        code = self._pieces.run(steps, lambda begin, count: self._call(
+            "dem_advance", self.scene.dim, steps, begin, count, _pointer(x), _pointer(v), _pointer(out)))
         if code and not (np.isfinite(x).all() and np.isfinite(v).all()):
             raise FloatingPointError(f"the wall given at t = {self.time:.6g} s contains NaN or infinity: "
                                      "look at the motion of the body")

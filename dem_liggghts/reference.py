@@ -11,6 +11,7 @@ from .contact import field, laws
 from .energy import contact_energy, kinetic_energy, potential_energy
 from .frame import find_origin, leave, moved, shifted
 from .near import Near, nothing, renumber
+from .pieces import Pieces
 from .protocol import BODY, PARTICLE
 from .rigid import Bodies, omega_to_spin, turn_axes
 from .states import check_state, fingerprint
@@ -83,20 +84,22 @@ class ReferenceDEM(AtWall):
         loads = self._loads
         np.multiply(loads.force, 0.5 * self.dt, out=loads.impulse)
         loads.force[:] = 0.0
-        done, fresh = 0, False
-        while True:
-            near = self._lists
-            done = run(done, steps, self.dt, near.skin, fresh, self._plain_bodies, *self._own, *wall, *near.spheres,
-                       *near.elements, near.x, near.wall, *self._laws)
-            if done == steps:
-                break
+        first, done, fresh = 0, 0, False
+        while done < steps:
+            near, begin = self._lists, done
+            end = begin + self._pieces.next(steps - begin)
+            done = run(first, begin, end, steps, self.dt, near.skin, fresh, self._plain_bodies, *self._own, *wall,
+                       *near.spheres, *near.elements, near.x, near.wall, *self._laws)
+            if done == end:
+                self._pieces.done(end - begin)
+                continue
             if done < -1:
                 raise PerforatedError(through_the_wall(f"sphere {-1 - done}", self.time))
             if done < 0:
                 raise FloatingPointError(f"the wall given at t = {self.time:.6g} s contains NaN or infinity: "
                                          "look at the motion of the body")
             self._build_lists(wall, done * self.dt)
-            fresh = True
+            first, fresh = done, True
         self._steps += steps
         self._wall = at_rest(self._surface, wall.x + wall.v * (steps * self.dt))
         check_finite(self._balls.x, self.time, self.origin)

@@ -192,9 +192,9 @@ def _away(x, built, i):
 
 
 @compiled
-def run(first, steps, dt, skin, fresh, bodies, *fields):
-    """Velocity Verlet from step ``first`` to ``steps`` of the window, in the order of LIGGGHTS: half kick, drift,
-    forces with the velocities of the half step, half kick.
+def run(first, begin, end, steps, dt, skin, fresh, bodies, *fields):
+    """Velocity Verlet from step ``begin`` to ``end`` of a window of ``steps``, in the order of LIGGGHTS: half kick,
+    drift, forces with the velocities of the half step, half kick. The lists are in use since step ``first``.
 
     ``fields`` are those of `Balls`, `Loads`, `Scratch`, `MovingWall`, both `Near` of the lists, the places they were
     built at, and the two tables of laws, in one row: numba recognises that in a call much faster than nested tuples.
@@ -208,7 +208,7 @@ def run(first, steps, dt, skin, fresh, bodies, *fields):
     node, node_speed = wall_travel(wall, lists.wall, first * dt)
     if not np.isfinite(node + node_speed):
         return -1
-    for step in range(first, steps):
+    for step in range(begin, end):
         ball = ball_travel(b, bodies, lists.x, dt)
         closed_in = max(2.0 * ball, ball + node + node_speed * (step + 1 - first) * dt)
         if closed_in > lists.skin and not (fresh and step == first):
@@ -220,7 +220,7 @@ def run(first, steps, dt, skin, fresh, bodies, *fields):
         if through:
             return -1 - through
         last_kick(b, bodies, 0.5 * dt)
-    return steps
+    return end
 
 
 @compiled

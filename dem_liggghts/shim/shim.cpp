@@ -291,16 +291,20 @@ int dem_set_wall_force(void *handle, int dim, const double *force)  // zero on a
     });
 }
 
-// out: impulse on the nodes [N s] from this rank's particles, the number of particles, 1 if one of them is not finite.
-int dem_advance(void *handle, int dim, int steps, const double *x, const double *v, double *out)
+// A piece of a window of ``steps``: ``count`` of them from the step ``begin`` on; x, v: nodes at the start of the window.
+// out: impulse on the nodes [N s] from this rank's particles so far, the number of particles, 1 if one of them is not
+// finite.
+int dem_advance(void *handle, int dim, int steps, int begin, int count, const double *x, const double *v, double *out)
 {
     return guarded([&] {
         LAMMPS *lmp = static_cast<LAMMPS *>(handle);
         FixWallNodal *wall = wall_of(lmp);
-        read_own(x, dim, wall->own_, wall->x_);
-        read_own(v, dim, wall->own_, wall->v_);
-        wall->start_window(steps * lmp->update->dt);
-        run_steps(lmp, steps);
+        if (begin == 0) {
+            read_own(x, dim, wall->own_, wall->x_);
+            read_own(v, dim, wall->own_, wall->v_);
+            wall->start_window(steps * lmp->update->dt);
+        }
+        run_steps(lmp, count);
         out = write_nodes(wall->impulse_, wall->own_, dim, out);
         out[0] = lmp->atom->nlocal;
         out[1] = !wall->finite_particles();

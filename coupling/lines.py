@@ -1,0 +1,44 @@
+"""A text file that grows by lines, of which none is lost while the disk is full or the file is gone."""
+import os
+
+MOST = 1 << 13  # bytes that wait in memory
+
+
+class Lines:
+    """Write to ``path``, anew. What cannot be written stays in memory, and is written by the next ``flush`` that can.
+    Who renames the file tells its new ``path``."""
+
+    def __init__(self, path):
+        self.path, self._waiting = path, bytearray()
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
+
+    def add(self, text):
+        self._waiting += text.encode()
+        if len(self._waiting) > MOST:
+            self.flush()
+
+    def flush(self):
+        while self._waiting:
+            written = os.write(self._file, self._waiting)
+            del self._waiting[:written]
+
+    def missing(self):
+        """Has somebody removed the file?"""
+        try:
+            return not os.path.samestat(os.stat(self.path), os.fstat(self._file))
+        except FileNotFoundError:
+            return True
+
+    def restore(self):
+        """Put the file back at ``path`` after somebody has removed it: as long as it is open, it can be read."""
+        size, old = os.fstat(self._file).st_size, self._file
+        self._waiting = bytearray(os.pread(old, size, 0)) + self._waiting
+        self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
+        os.close(old)
+
+    def close(self):
+        """Write what is left. What then still cannot be written is lost."""
+        try:
+            self.flush()
+        finally:
+            os.close(self._file)

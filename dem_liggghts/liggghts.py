@@ -38,18 +38,11 @@ class LiggghtsDEM(AtWall):
 
     def __init__(self, scene, dt, comm=None):
         self.scene, self.dt, self.comm = scene, float(dt), comm or MPI.COMM_WORLD
-<<<<<<< HEAD
         self._fingerprint, self.origin = fingerprint(scene, self.dt), find_origin(scene)
         self._inside = moved(scene, -self.origin)
-        self._steps, self._nodes = 0, self._inside.wall.nodes
+        self._steps, self._nodes, self._pieces = 0, self._inside.wall.nodes, Pieces(self.comm)
         self._grains, self._rigid = parts.grains(self._inside), parts.rigid(self._inside)
         self._always = always(self._rigid, self._grains)
-=======
-        self._steps, self._nodes, self._pieces = 0, scene.wall.nodes, Pieces(self.comm)
-        self._grains, self._rigid = parts.grains(scene), parts.rigid(scene)
-        self._fingerprint = fingerprint(scene, self.dt)
-        self._always = _always(self._rigid, self._grains)
->>>>>>> 3004c93 (Signals end a run in order, also within a DEM window; a full disk or a deleted folder is a sentence, and what there was is kept)
         self._handle, self._library = None, load(SHIM)
         script = commands(self._inside, self.dt)
         self._open()

@@ -32,7 +32,7 @@ class ReferenceDEM(AtWall):
     repeated on every rank, with the same result."""
 
     def __init__(self, scene, dt, comm=None):
-        self.dt, self._steps, self._closed = float(dt), 0, False
+        self.dt, self._steps, self._closed, self._pieces = float(dt), 0, False, Pieces()
         self._fingerprint, self.origin = fingerprint(scene, self.dt), find_origin(scene)
         inside = moved(scene, -self.origin)
         self._start, self._rigid = parts.grains(inside), parts.rigid(inside)

@@ -109,3 +109,18 @@ def test_ranks_write_one_set(run, run_ranks, words, tmp_path):
     assert {f"points_0000{time}_000{rank}.vtu" for time in (0, 1, 2) for rank in (0, 1)} <= files(tmp_path)
     assert "points_00000.vtu" not in files(tmp_path) and len(read(tmp_path / "history.csv")["time"]) == 20
     assert speed_in(tmp_path) == 0.01
+
+
+def test_a_signal_is_obeyed_within_a_window_of_the_dem(start, tmp_path, backend):
+    """Windows of hours; the one that comes after the first is not computed to its end."""
+    process = start(f"dem={backend} substeps=1000000000 dt=1e-6 v0=1e-6")
+    while process.poll() is None and not (tmp_path / ".run/lock").exists():
+        time.sleep(0.02)
+    time.sleep(1.0)  # by now it is in the window
+    assert process.poll() is None, process.communicate()
+    begin = time.monotonic()
+    process.send_signal(signal.SIGTERM)
+    _, err = process.communicate(timeout=20)
+    assert process.returncode == 130 and time.monotonic() - begin < 2.0
+    assert err.splitlines()[-1].startswith("error: interrupted; ")
+    assert json.loads((tmp_path / "report.json").read_text())["error"] == "KeyboardInterrupt: SIGTERM"

@@ -4,6 +4,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .control import StepControl
+from .gain import Gain
 from .iterate import Iterated, NotConverged
 from .relaxation import RELAXATIONS
 from .resampling import resample
@@ -43,7 +44,7 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, iterate=0, tol=1e-4
     ``on_window`` are called with each ``Window``; those with a method ``begin`` are told before the first one, when all
     keywords have been checked. A run that stopped goes on bit for bit from the states of both
     partitions and its ``last`` window. FloatingPointError when a number is no longer finite, NotConverged when a window
-    needs more repetitions.
+    needs more repetitions, Unstable when the solid gains energy, see ``gain``.
     """
     start, number, done, control = solid.time, 0, 0, StepControl(substeps, adapt)
     if control.active and last is not None:  # shorter windows may have left any number of DEM steps
@@ -58,7 +59,7 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, iterate=0, tol=1e-4
     scheme = Iterated(solid, grains, mapping, known, iterate=iterate, tol=tol, relax=relax) if iterate else \
         Weak(solid, grains, mapping, last)
     keeps = iterate > 0 or control.active
-    begin(on_window)
+    on_window = begin(solid, on_window)
     while done < total:
         number, change = number + 1, resample(solid, grains, mapping)
         if change is not None:
@@ -79,11 +80,13 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, iterate=0, tol=1e-4
             report(window)
 
 
-def begin(on_window):
-    """Tell the observers that want to know it that the first window is about to begin."""
+def begin(solid, on_window):
+    """Tell the observers that want to know it that the first window is about to begin; returns them and the one that
+    watches the energy of the solid."""
     for report in on_window:
         if hasattr(report, "begin"):
             report.begin()
+    return *on_window, Gain(solid)
 
 
 def _succeed(attempt, control, left, rewind, trend):

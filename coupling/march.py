@@ -26,10 +26,10 @@ class Step(NamedTuple):
 
 def march(solid, *, dt, t_end, on_window=()):
     """Advance a solid that nothing touches to ``t_end`` [s] in steps of ``dt`` [s]; ``on_window`` are called with each
-    ``Step``, see ``couple``. ValueError unless dt divides the time."""
+    ``Step``, see ``couple``. ValueError unless dt divides the time, Unstable when the solid gains energy."""
     start = solid.time
     count = count_windows(t_end, dt, start=start)
-    begin(on_window)
+    on_window = begin(solid, on_window)
     for number in range(1, count + 1):
         before = perf_counter()
         x, v = solid.advance(dt)

@@ -12,7 +12,9 @@ class Solid(Protocol):
     """The continuum as the loop sees it: takes forces, answers with motion (eq. 26). It may have a method
     ``resample()`` that renews the points of its interface between two steps, see ``resampling``, and a method
     ``window_mass()``: of each interface point, the mass [kg] of a free body that a force would have moved as far over
-    the last step, shape (n,). With it and with that of the grains the loop checks the length of weak windows."""
+    the last step, shape (n,). With it and with that of the grains the loop checks the length of weak windows.
+    One that has ``energy()``, ``count`` and the truth values ``driven`` and ``springs`` is watched for energy out of
+    nothing, see ``gain``."""
 
     time: float  # [s]
 

@@ -69,6 +69,18 @@ class Answers:
         """Sum of the interface forces that reached the nodes in the last step [N], shape (dim,)."""
         return self.step.applied
 
+    @property
+    def driven(self):
+        """Whether motions, loads or body forces do work on the bodies, besides gravity and the interface's forces."""
+        moved = (held for condition in self.penalties for held in condition.penalties)
+        return bool(self.loads or self._parts[0].pushed or any(s.motion is not None for s in self._support_scene)
+                    or any(held.motion is not None for held in moved))
+
+    @property
+    def springs(self):
+        """Whether there are any, which store energy that ``energy`` does not count."""
+        return bool(self.penalties)
+
     def window_mass(self):
         """See ``Carriers.window_mass``, of all boundary particles, the same on every rank."""
         return self._surface.everywhere(self.step.carriers.window_mass())

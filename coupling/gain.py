@@ -1,0 +1,62 @@
+"""Energy of the solid, less the work done on it at its interface: with plasticity and damping it can only fall.
+
+The exact scheme conserves it in an elastic body; what rises is an error of the step's length, of Newton's method or of
+the formulation. The measure is the energy that the run has had to spend so far,
+
+    kinetic and strain energy at the start + the most that potential energy has fallen + the sum of |work|.
+"""
+import numpy as np
+
+from .balance import Unstable
+from .limit import say
+
+EVERY = 10  # windows from look to look: an energy costs about as much as a residual
+WARN, STOP = 0.1, 1.0  # of the measure; the examples stay at a hundredth
+ROUND_OFF = 1e-9  # of the energies themselves
+
+
+class Gain:
+    """Observer of a run: warns once when the ``solid`` has gained ``WARN`` of its energy, and raises Unstable at
+    ``STOP``. Looks at solids that say that nothing ``driven`` brings in energy that is not booked here. Those that
+    store energy in ``springs`` may give it back: they are held against the start, others against the least so far.
+    Collective."""
+
+    def __init__(self, solid):
+        self._solid, self._warned, self._work, self._spent = solid, False, 0.0, 0.0
+        self._looks = not getattr(solid, "driven", True)
+        if self._looks:
+            self._restart()
+
+    def _restart(self):
+        energy, self._count = self._solid.energy(), self._solid.count
+        self._least = sum(energy.values()) - self._work
+        self._potential = self._lowest = energy["potential"]
+        self._spent = max(self._spent, energy["kinetic"] + energy["strain"])
+
+    def __call__(self, window):
+        if not self._looks:
+            return
+        if hasattr(window, "force"):
+            work = float(np.vdot(window.force, window.moved))
+            self._work += work
+            self._spent += abs(work)
+        if window.number % EVERY == 0:
+            self._look(window.time)
+
+    def _look(self, time):
+        if self._solid.count != self._count:  # points came or went with their energy
+            return self._restart()
+        energy = self._solid.energy()
+        now = sum(energy.values()) - self._work
+        self._lowest = min(self._lowest, energy["potential"])
+        spent = self._spent + self._potential - self._lowest
+        gained, rest = now - self._least, ROUND_OFF * sum(map(abs, energy.values()))
+        if not self._solid.springs:
+            self._least = min(self._least, now)
+        text = f"{gained:.3g} J until t = {time:.6g} s, {gained / (spent or 1.0):.0%} of the {spent:.3g} J it had to spend"
+        if gained > STOP * spent + rest:
+            raise Unstable(f"the solid has gained energy out of nothing, {text}: take a smaller dt, or f_bar=False, "
+                           "inertia=\"lumped\" or a finer grid if that does not help")
+        if gained > WARN * spent + rest and not self._warned:
+            self._warned = True
+            say(f"the solid has gained energy out of nothing, {text}: take a smaller dt and compare")

@@ -3,6 +3,8 @@ from time import perf_counter
 
 STARTED = perf_counter()  # the report's start-up time runs from here
 
+import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
+
 from .couple import NotConverged, Window, count_windows, couple  # noqa: E402
 from .history import History  # noqa: E402
 from .mapping import Mapping, linear, nearest  # noqa: E402

@@ -1,5 +1,7 @@
 """Spheres and rigid clusters of spheres against a deforming wall: one protocol, two back ends (built-in and
 LIGGGHTS)."""
+import mpm_dem_cache  # noqa: F401 - before anything is compiled
+
 from .checks import check_start, warn_if_too_long, warn_if_window_too_long
 from .clusters import Cluster
 from .contact import critical_step

@@ -6,6 +6,8 @@ import petsc4py
 
 petsc4py.init(sys.argv)  # before dolfinx is imported: afterwards PETSc no longer listens to the command line
 
+import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
+
 from .conditions import GridWall, Load, Penalty  # noqa: E402
 from .errors import MPMDiverged, MPMError  # noqa: E402
 from .interface import Interface, Resampling  # noqa: E402

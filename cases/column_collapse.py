@@ -49,6 +49,7 @@ def main(
     inertia: Literal["lumped", "consistent", "ghost"] = "lumped",  # in the solve; ghost: consistent with a ghost penalty
     dt: float = 5e-4,  # time step [s]
     t_end: float = 0.5,  # end of the run [s]
+    outflow: Literal["stop", "hold", "remove"] = "remove",  # of soil at open sides of the grid; stop: that ends the run
     solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
     rebalance: float = 1.2,  # imbalance of material points over the ranks that calls for a new partition [-]
     out: str = "out/column_collapse",  # folder of the results
@@ -86,7 +87,8 @@ def make_column(p, surface=None):
         if p.dim == 3 and there:
             supports.append(Support.column("z", z, grid, "z", name=f"the side wall at z = {z} m"))
     return MPM(grid, body, supports, surface and surface(body), gravity=(0.0, -p.g, 0.0)[:p.dim], inertia=p.inertia,
-               penalties=walls, rebalance=p.rebalance, halvings=HALVINGS, solver=p.solver)
+               penalties=walls, rebalance=p.rebalance, halvings=HALVINGS, solver=p.solver,
+               outflow={side: p.outflow for side in ("+x", "+y", "+z")[:p.dim] if side != "+z" or p.open_side})
 
 
 def make_grid(p, size):

@@ -47,7 +47,8 @@ def main(
     spheres: int = 8,  # in a block along each side [-]
     at: float = 0.30,  # left faces of the blocks [m]
     depth: float = 0.198,  # of soil and blocks [m]
-    box: Tuple[float, float] = (0.8, 0.5),  # size of the grid, which the jet along the blocks must not leave [m]
+    box: Tuple[float, float] = (0.8, 0.5),  # size of the grid [m]
+    outflow: Literal["stop", "hold", "remove"] = "remove",  # of soil at open sides of the grid; stop: that ends the run
     solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
     dem: Literal["reference", "liggghts", "compare"] = "reference",  # back end; compare runs both
     out: str = "out/granular_blocks",  # folder of the results

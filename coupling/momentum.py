@@ -1,6 +1,8 @@
 """Linear and angular momentum of the grains and of what the interface gives the solid, all components."""
 import numpy as np
 
+from .departures import left
+
 AXES = "xyz"
 
 
@@ -15,12 +17,15 @@ def turning(x, f):
 class Momentum:
     """Momentum of grains less what gravity gave them since the start.
 
-    gravity [m/s^2], shape (dim,); it does not pull clusters that are held up. Linear momentum is exact. Of the angular
-    momentum about the origin gravity's share is taken by the trapezoidal rule over each window.
+    gravity [m/s^2], shape (dim,); it does not pull clusters that are held up. Linear momentum is exact and counts what
+    has left at the end of a window. Of the angular momentum about ``about`` [m] gravity's share is taken by the
+    trapezoidal rule over each window.
     """
 
-    def __init__(self, grains, gravity, time):
-        self._grains, self._gravity, self._time = grains, gravity, time
+    def __init__(self, grains, gravity, time, about=0.0):
+        self._grains, self._gravity, self._time, self._about = grains, gravity, time, about
+        self._without = np.zeros(len(gravity))  # impulse that gravity would have given to what has left
+        self._mass_left = left(grains, "mass")
         particles, scene = grains.particles(), getattr(grains, "scene", None)
         self._clusters = getattr(scene, "clusters", ())
         self._single = particles["body"] == 0 if self._clusters else slice(None)
@@ -33,18 +38,21 @@ class Momentum:
     def gained(self, particles, time):
         """Linear [N s], (dim,), and angular impulse [N m s], (1,) or (3,), that was not gravity's, until ``time`` [s]."""
         torque, window = self._torque_of_gravity(particles), time - self._time
+        self._without += window * self._mass_left * self._gravity
+        self._mass_left = left(self._grains, "mass")
         self._turned, self._torque, self._time = self._turned + 0.5 * window * (self._torque + torque), torque, time
         linear, angular = (now - start for now, start in zip(self._now(particles), self._start))
+        linear += left(self._grains, "momentum") + self._without
         return linear - self._weight * (time - self._begin), angular - self._turned
 
     def _parts(self, particles):
         """Single spheres and clusters, components as in the scene: mass, x and v of each."""
         dim = len(self._gravity)
-        yield tuple(particles[self._single][name] if name == "mass" else particles[self._single][name][:, :dim]
-                    for name in ("mass", "x", "v"))
+        single = particles[self._single]
+        yield single["mass"], single["x"][:, :dim] - self._about, single["v"][:, :dim]
         if self._clusters:
             bodies = self._grains.bodies()
-            yield bodies["mass"], bodies["x"][:, :dim], bodies["v"][:, :dim]
+            yield bodies["mass"], bodies["x"][:, :dim] - self._about, bodies["v"][:, :dim]
 
     def _now(self, particles):
         """Linear momentum [kg m/s] and angular momentum [kg m^2/s]. A cluster counts with its mass at its centre of
@@ -68,7 +76,7 @@ class Momentum:
         return spin
 
     def _torque_of_gravity(self, particles):
-        """About the origin [N m]."""
+        """About ``about`` [N m]."""
         if not self._gravity.any():
             return np.zeros(1 if len(self._gravity) == 2 else 3)
         shares = [1.0, self._free][:1 + bool(self._clusters)]

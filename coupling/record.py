@@ -8,6 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 from . import balance, report
+from .departures import Departures
 from .history import History
 from .paraview import ParaView, particles_and_wall
 from .progress import Progress
@@ -50,7 +51,8 @@ class Record:
         self._newton, self._counts, self._substeps = 0, np.zeros(3, int), parameters.get("substeps", 1)
         self._closed, self._every, self._total, self._progress, self._looked = closed, paraview, windows, None, 0.0
         self._complete, self._pictures = False, pictures or {}
-        own = ALONE if grains is None else {**WINDOW, **self._ledger.columns}
+        self._departures = Departures(solid, grains)
+        own = {**(ALONE if grains is None else {**WINDOW, **self._ledger.columns}), **self._departures.columns}
         self._figure, self._history, self._report = (f"{name}{self._suffix}.{kind}" for name, kind in (
             (case, "png"), ("history", "csv"), ("report", "json")))
         self.results = Results(out, case, repr(parameters), [self._history, self._report, self._figure, *self._pictures])
@@ -94,7 +96,7 @@ class Record:
     def __call__(self, window):
         self._last = self._coupling(window) if self._ledger else {}
         row = {"time": window.time, **{name: of(window) for name, (_, _, of) in self._columns.items()},
-               "newton": self.solid.iterations, **self._last}
+               "newton": self.solid.iterations, **self._last, **self._departures.entries()}
         self._add(row)
         self._newton += self.solid.iterations
         if self._closed:

@@ -67,9 +67,19 @@ def test_soil_alone_loads_no_dem():
     assert done.stdout.strip() == ""
 
 
+@pytest.mark.parametrize("way", ["hold", "remove"])
+def test_soil_that_leaves_at_an_open_side_is_booked(collapse, way):
+    """The run goes on; energy and mass of what left are in the history, and the sum with what stays falls."""
+    history = collapse(box=(0.125, 0.25), outflow=way)
+    count, energy = history["left_solid"], history["energy"] + history["left_solid_energy"]
+    assert len(history) == 100 and count[0] == 0 and 3 < count[-1] < 30 and (np.diff(count) >= 0).all()
+    assert history["left_solid_mass"][-1] == pytest.approx(26.0 * count[-1] / 768, rel=1e-12)  # all points are alike
+    assert history["left_solid_momentum_x"][-1] > 0 and (np.diff(energy) < 1e-9).all()
+
+
 def test_flow_that_leaves_the_grid_keeps_its_results(collapse, tmp_path):
     with pytest.raises(MPMError, match=r"material point \d+ left the grid at x = .*, t = 0.08.* s: enlarge the grid"):
-        collapse(box=(0.125, 0.25))
+        collapse(box=(0.125, 0.25), outflow="stop")
     columns = read(tmp_path / "history.csv")
     assert len(columns["time"]) == 88 and columns["front"][-2] < 0.125 < columns["front"][-1]
     assert "left the grid" in json.loads((tmp_path / "report.json").read_text())["error"]

@@ -102,7 +102,7 @@ def run(keys, p, out, against=None):
     grid, bodies, supports, interface = solid_scene(p)
     grains_scene = grains(p, interface)
     substeps = p.substeps or max(1, int(np.ceil(2 * p.dt / min(*critical_step(grains_scene), 1e6 * p.dt))))
-    solid = MPM(grid, bodies, supports, interface, inertia=p.inertia)
+    solid = MPM(grid, bodies, supports, interface, inertia=p.inertia, bonded=True)
     dem = open_dem(p.dem, grains_scene, p.dt / substeps)
     follow = linear(interface.x, interface.elements, interface.x)
     with Record("extreme", {**keys, "dt": p.dt, "substeps": substeps}, out, solid, dem, windows=p.windows,

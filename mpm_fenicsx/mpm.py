@@ -6,6 +6,7 @@ import mpm_dem_checks as check
 
 from .answers import Answers
 from .arguments import check_arguments
+from .bonds import Bonds
 from .boundary import Supports
 from .boundary_particles import BoundaryParticles, near_mass
 from .errors import MPMDiverged, MPMError
@@ -33,7 +34,8 @@ class MPM(Answers):
     gravity, a function of the points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim);
     solver: of ``SOLVERS``; halvings: how often a step in which Newton's method fails is halved; outflow: what happens to
     material that leaves the grid, "stop" (the run ends), "hold" (at the edge, at rest) or "remove", or a dict by side,
-    such as {"+x": "remove"}, whose other sides stop, see ``outflow`` and ``removed``.
+    such as {"+x": "remove"}, whose other sides stop, see ``outflow`` and ``removed``; bonded: that bodies stick where
+    they share grid nodes is meant (layers of one soil), else a warning says so, as there is no contact between bodies.
 
     ``parts`` are the bodies with their points, numbered through, see ``parts.Part``; ``phases`` sums the seconds spent
     per phase, ``iterations`` is the number of Newton iterations of the last ``advance``, ``substeps`` of the steps that
@@ -47,10 +49,11 @@ class MPM(Answers):
 
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
                  rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto", halvings=0,
-                 outflow="stop"):
+                 outflow="stop", bonded=False):
         bodies = body if isinstance(body, (list, tuple)) else [body]
         check_arguments(grid, bodies, supports, interface, gravity, inertia, rebalance, loads, penalties, body_force,
                         solver, halvings)
+        check.truth("bonded", bonded)
         self.comm, self.dim, self.grid, self._frame = comm, grid.box.dim, grid, Frame(grid.box)
         self._grid, body_force = self._frame.enter(grid), self._frame.enter_function(body_force)
         self.gravity = np.zeros(self.dim) if gravity is None else np.array(gravity, float)
@@ -62,6 +65,7 @@ class MPM(Answers):
         check_inside(self._grid, x, "the body reaches out of the grid: a material point", self.origin)
         self._count, self.rebalance, self.balance, self.outflow = len(x), rebalance, [], outflow
         self._outflow = Outflow(read_ways(outflow, self.dim), self._grid, comm, self.gravity)
+        self._bonds = Bonds(self._parts, comm, bonded)
         self._support_scene, self._solver = tuple(self._frame.enter(list(supports))), solver
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent, self._ghost = inertia != "lumped", inertia == "ghost"
@@ -161,6 +165,8 @@ class MPM(Answers):
             self._make_step(self._sets.filled())
         elif travelled:
             self._attach()
+        if bare or self.steps % self._bonds.every == 0:
+            self._bonds.look(self.step, self.time)
 
     def _make_step(self, filled):
         if self.step is not None:

@@ -177,3 +177,39 @@ def test_a_tangent_that_is_not_positive_definite_is_said_to_be_so(start):
     with pytest.raises(MPMDiverged, match=r"the tangent of step \d+, t = .* cannot be factorised: take inertia="):
         for _ in range(25):
             solid.advance(0.01)
+
+
+# ---------------------------------------------------------------- bodies that stick
+
+
+def warned(recorder):
+    return [str(w.message) for w in recorder if "share grid nodes" in str(w.message)]
+
+
+def test_bodies_that_share_nodes_are_named_once(start, recwarn):
+    """Touching blocks that fly apart stick, a third one far away is not concerned; nor is one body, or bonded ones."""
+    bodies = [block("quadrilateral", 0.0, 1.0, velocity=(-1.0, 0.0)), block("quadrilateral", 1.0, 2.0, velocity=(1.0, 0.0)),
+              block("quadrilateral", 3.0, 3.5)]
+    solid = start(grid_of("quadrilateral"), bodies)
+    for _ in range(3):
+        solid.advance(0.001)
+    told, = warned(recwarn)
+    gap = 2 * 0.5 * (0.5 - 0.5 / 3**0.5)  # of the outermost points of two rows, half a metre each
+    assert told.startswith(f"bodies 1 and 2, {gap:.3g} m from point to point, share grid nodes at t = 0 s and stick")
+    assert "two cells (1 m) apart, or say MPM(bonded=True)" in told
+    recwarn.clear()
+    start(grid_of("quadrilateral"), bodies, bonded=True)
+    start(grid_of("quadrilateral"), bodies[::2])
+    assert not warned(recwarn)
+    with pytest.raises(ValueError, match="bonded is 1: give True or False"):
+        start(grid_of("quadrilateral"), bodies, bonded=1)
+
+
+def test_bodies_that_come_to_share_nodes_are_named(start, recwarn):
+    bodies = [block("quadrilateral", 0.0, 1.0, velocity=(2.0, 0.0)), block("quadrilateral", 2.0, 2.5)]
+    solid = start(grid_of("quadrilateral"), bodies, inertia="lumped")
+    assert not warned(recwarn)
+    for _ in range(25):
+        solid.advance(0.02)
+    told, = warned(recwarn)
+    assert "bodies 1 and 2" in told and "t = 0 s" not in told

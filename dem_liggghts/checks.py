@@ -10,7 +10,7 @@ from .compiled import compiled
 from .contact import critical_step
 from .frame import find_origin, moved
 from .near import near_spheres, nothing
-from .wall import RIM, at_rest, closest, normal_and_angle, place
+from .wall import JOINT, RIM, at_rest, closest, normal_and_angle, place
 from .window import longest_window
 
 TOUCHING = 1e-9  # overlap at the start, as a fraction of the radius, that still counts as touching
@@ -90,7 +90,7 @@ def _check_outside(scene, balls, wall, what, slack, origin):
     for i, radius in enumerate(balls.radius):
         distance, outside, e, weight = side(balls.x[i], surface, 1e-9 * radius + slack)
         distance -= wall.radius or 0.0
-        at_rim = surface.traits[e, RIM:] * (weight == (1.0 if scene.dim == 2 else 0.0))
+        at_rim = surface.traits[e, RIM:JOINT] * (weight == (1.0 if scene.dim == 2 else 0.0))
         if outside < -slack and not at_rim.any():
             place = (balls.x[i] + origin)[:scene.dim]
             raise ValueError(f"{_name(balls, i)} at {place} m lies inside the body, {distance:.3g} m "

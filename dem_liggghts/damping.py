@@ -9,10 +9,10 @@ def damping_ratio(restitution, attraction):
 
     attraction: whether the dashpot may pull at the end of the contact. Hertz's contact with a dashpot that goes with
     the fourth root of the overlap is a linear oscillator in the overlap to the power 5/4 (Antypov and Elliott, EPL 94
-    (2011) 50004), so that the relations of that oscillator hold: with attraction e = exp(-pi z / sqrt(1 - z^2)) (Tsuji
-    et al. 1992), 1 for e = 0; without, where the contact ends as soon as the force is zero (Schwager and Poeschel,
-    Granular Matter 9 (2007) 465-469; Thornton et al., Powder Technol. 233 (2013) 30-46), see `restitution_without_pull`,
-    inverted by bisection. There a restitution below `LEAST` is met as that.
+    (2011) 50004), so that the relations of that oscillator hold. With attraction e = exp(-pi z / sqrt(1 - z^2)) (Tsuji
+    et al. 1992), and z = 1 for e = 0. Without, the contact ends as soon as the force is zero (Schwager and Poeschel,
+    Granular Matter 9 (2007) 465-469; Thornton et al., Powder Technol. 233 (2013) 30-46): `restitution_without_pull`,
+    inverted by bisection; a restitution below `LEAST` is met as that.
     """
     if restitution in (0.0, 1.0) and (attraction or restitution):
         return 1.0 - restitution

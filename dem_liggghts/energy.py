@@ -5,9 +5,9 @@ from . import parts, quaternion
 from .arrays import in_space
 from .compiled import compiled
 from .contact import law_of, laws, radius_at_wall
-from .hierarchy import find_contacts
 from .near import near_elements, near_spheres, nothing
-from .wall import COLUMNS, DISTANCE, KIND, PAIR, RADIUS, MovingWall
+from .wall import COLUMNS, KIND, NEAREST, PAIR, RADIUS, SHARE, MovingWall
+from .wall_contacts import find_contacts
 
 
 _last = []  # the scene asked for last, and what ``_prepared`` made of it
@@ -43,9 +43,9 @@ def _at_walls(x, radius, kind, near, wall, at_wall):
         for c in range(find_contacts(x[i], radius[i], near, i, wall, 0.0, corner, found)):
             traits = wall.traits[near.partner[int(found[c, PAIR])]]
             law = law_of(at_wall, kind[i], int(traits[KIND]))
-            d, reduced = radius[i] - found[c, DISTANCE], radius_at_wall(radius[i], traits[RADIUS])
-            energy += 8.0 / 15.0 * law.E * np.sqrt(reduced) * d**2.5
-            energy -= law.adhesion * np.pi * (reduced * d**2 - d**3 / 3.0)
+            d, reduced = radius[i] - found[c, NEAREST], radius_at_wall(radius[i], traits[RADIUS])
+            energy += found[c, SHARE] * 8.0 / 15.0 * law.E * np.sqrt(reduced) * d**2.5
+            energy -= found[c, SHARE] * law.adhesion * np.pi * (reduced * d**2 - d**3 / 3.0)
     return energy
 
 

@@ -1,65 +1,38 @@
-"""Which of the closest points of a wall's elements are contacts of a sphere: the double hierarchy, one-sided walls.
+"""Which of the closest points of a wall's elements are contacts of a sphere: the double hierarchy, one-sided walls; how
+contacts share a force.
 
 Geometry only, no contact law. All points have three components; a plane scene lies in z = 0.
 """
 import numpy as np
 
 from .compiled import compiled
-from .wall import (COLUMNS, DEPTH, DISTANCE, FEATURE, GROUP, PAIR, POINT, RADIUS, RIM, SIDE, WEIGHT, closest,
-                   normal_and_angle, place)
+from .wall import COLUMNS, DISTANCE, FEATURE, JOINT, NEAREST, PAIR, POINT, RIM, SHARE, SIDE, WEIGHT, normal_and_angle
 
 COPLANAR = np.cos(np.radians(1.0))  # two contacts whose normals differ by less than this are one contact
 TINY = 1e-8  # distance, as a fraction of the radius, below which the element's own normal tells the direction
+JOINED = 0.01  # distance, as a fraction of the overlap, over which surfaces that meet still hang together
 DROPPED = -1.0  # feature of a candidate that is none
 
 
 @compiled
-def find_contacts(p, radius, near, i, wall, t, corner, found):
-    """Contacts of the sphere i at p [m] with the walls at time t [s], in the first rows of ``found`` (see their
-    columns in wall.py), wall by wall and nearest first; returns their number."""
-    # np.int64: for a plain 0 numba would compile what takes it once more.
-    total, q, last, nodes = np.int64(0), near.start[i], near.start[i + 1], wall.elements.shape[1]
-    while q < last:
-        e, n = near.partner[q], total
-        group, depth, disc = wall.traits[e, GROUP], wall.traits[e, DEPTH], wall.traits[e, RADIUS]
-        while q < last and wall.traits[near.partner[q], GROUP] == group:
-            e, row = near.partner[q], found[n]
-            place(wall, e, t, corner)
-            r, feature = closest(corner, nodes, p, row[WEIGHT:WEIGHT + 3], row[POINT:POINT + 3])
-            for k in range(3 if disc > 0.0 else 0):  # to the rim of the disc
-                row[POINT + k] *= (r - disc) / r
-            r -= disc
-            if r <= max(radius, depth):
-                row[DISTANCE], row[FEATURE], row[PAIR] = r, feature, q
-                if depth >= 0.0:
-                    row[SIDE] = _outside(row, wall.traits[e], corner, nodes, radius)
-                n += 1
-            q += 1
-        if disc == 0.0 and n > total + 1:
-            n = drop_shared(found, total, n, radius, near.partner, wall.elements)
-        if depth >= 0.0:
-            total = one_sided(found, total, n, radius, depth)
-        elif disc == 0.0 and n > total + 1:
-            total = double_hierarchy(found, total, n, radius)
-        else:
-            total = n
-    return total
-
-
-@compiled
-def drop_shared(found, first, end, radius, partner, elements):
+def drop_shared(found, first, end, radius, partner, wall, t):
     """Of the candidates ``first``..``end`` drop those whose closest point lies on an element that comes nearer
     elsewhere: the surface goes on towards the sphere there. Returns the end of those kept.
 
     Without this a large overlap with a surface that is bent inwards ever so little, as below a sphere that presses on
-    it, would make a contact of every vertex in reach. partner: elements of the list, by ``PAIR``; elements: their
-    nodes.
+    it, would make a contact of every vertex in reach. partner: elements of the list, by ``PAIR``.
     """
     for q in range(first, end):
         for g in range(first, end):
             if found[g, DISTANCE] < found[q, DISTANCE] - 1e-12 * radius and found[q, FEATURE] != 0.0 and _holds(
-                    elements[partner[int(found[g, PAIR])]], elements[partner[int(found[q, PAIR])]], found[q]):
+                    wall, partner[int(found[g, PAIR])], partner[int(found[q, PAIR])], found[q], radius, t):
                 found[q, FEATURE] = DROPPED
+    return without_dropped(found, first, end)
+
+
+@compiled
+def without_dropped(found, first, end):
+    """Close the gaps that the dropped ones of the rows ``first``..``end`` leave; returns the new end."""
     kept = first
     for q in range(first, end):
         if found[q, FEATURE] != DROPPED:
@@ -70,20 +43,32 @@ def drop_shared(found, first, end, radius, partner, elements):
 
 
 @compiled
-def _holds(other, nodes, row):
-    """Whether an element with the nodes ``other`` holds the closest point ``row`` of the one with ``nodes``."""
-    for a in range(len(nodes)):
+def _holds(wall, other, e, row, radius, t):
+    """Whether the element ``other`` holds the closest point ``row`` of the element e."""
+    for a in range(wall.elements.shape[1]):
         if row[WEIGHT + a] != 0.0:
             held = False
-            for b in range(len(other)):
-                held = held or other[b] == nodes[a]
+            for b in range(wall.elements.shape[1]):
+                held = held or _one_place(wall, other, b, e, a, JOINED * (radius - row[DISTANCE]), t)
             if not held:
                 return False
     return True
 
 
 @compiled
-def _outside(row, traits, corner, nodes, radius):
+def _one_place(wall, e, a, f, b, tolerance, t):
+    """Whether the node a of the element e and b of f are the same, or were at the start and are still no farther apart
+    than ``tolerance`` [m]."""
+    i, j, away2 = wall.elements[e, a], wall.elements[f, b], 0.0
+    if i == j or wall.traits[e, JOINT + a] != wall.traits[f, JOINT + b]:
+        return i == j
+    for k in range(3):
+        away2 += (wall.x[i, k] - wall.x[j, k] + (wall.v[i, k] - wall.v[j, k]) * t) ** 2
+    return away2 <= tolerance * tolerance
+
+
+@compiled
+def outside(row, traits, corner, nodes, radius):
     """How far the centre is outside of the plane of an element, times the angle the element fills at the closest point
     [m rad]; infinite at a free end or edge. A centre on the element is put a little outside."""
     for k in range(nodes):
@@ -109,7 +94,7 @@ def one_sided(found, first, end, radius, depth):
         return first
     best, side = first, 0.0
     for q in range(first + 1, end):
-        if _before(found, q, best, radius):
+        if before(found, q, best, radius):
             best = q
     r = found[best, DISTANCE]
     for q in range(first, end):
@@ -139,31 +124,99 @@ def double_hierarchy(found, first, end, radius):
     the end of those kept.
 
     A candidate is redundant when its point lies on or beyond the tangent plane of a nearer contact (a shared edge or
-    vertex, the far side of a ridge), or in nearly the same direction (`COPLANAR`). After the double hierarchy of
-    Santasusana et al., Comput. Part. Mech. 3 (2016) 407-428.
+    vertex, the far side of a ridge). One in nearly the same direction (`COPLANAR`) is the same contact: it follows the
+    nearer one, with which `share_out` lets it share. After the double hierarchy of Santasusana et al., Comput. Part.
+    Mech. 3 (2016) 407-428.
     """
     kept = first
-    while kept < end:
-        best = kept
-        for q in range(kept + 1, end):
-            if _before(found, q, best, radius):
+    while True:
+        best = -1
+        for q in range(kept, end):
+            if found[q, FEATURE] != DROPPED and found[q, SHARE] > 0.0 and (
+                    best < 0 or before(found, q, best, radius)):
                 best = q
+        if best < 0:
+            return without_dropped(found, first, end)
         for k in range(COLUMNS):
             found[kept, k], found[best, k] = found[best, k], found[kept, k]
-        g, r = kept, found[kept, DISTANCE]
-        kept += 1
-        left = kept
+        g, kept = kept, kept + 1
         for q in range(kept, end):
-            cosine = found[q, 0] * found[g, 0] + found[q, 1] * found[g, 1] + found[q, 2] * found[g, 2]
-            if cosine < r * r * (1.0 - 1e-9) and cosine < found[q, DISTANCE] * r * COPLANAR:
-                _copy(found, q, left)
-                left += 1
-        end = left
-    return kept
+            if found[q, FEATURE] == DROPPED or found[q, SHARE] <= 0.0:
+                continue
+            if same_direction(found, g, q):
+                follow(found, g, q, first, end, radius)
+            elif _dot(found, g, q) >= found[g, DISTANCE] ** 2 * (1.0 - 1e-9):
+                found[q, FEATURE] = DROPPED
 
 
 @compiled
-def _before(found, a, b, radius):
+def same_direction(found, g, q):
+    """Whether two contacts lie in the same direction, as seen from the centre."""
+    return _dot(found, g, q) >= found[g, DISTANCE] * found[q, DISTANCE] * COPLANAR
+
+
+@compiled
+def _dot(found, g, q):
+    return found[q, 0] * found[g, 0] + found[q, 1] * found[g, 1] + found[q, 2] * found[g, 2]
+
+
+@compiled
+def follow(found, g, q, first, end, radius):
+    """Let the candidate q follow the contact g in the same direction, or drop it when its point is not above the
+    tangent plane of g or of another one of the rows ``first``..``end`` that follows g; or drop that one, when its point
+    is not above the plane of q."""
+    mark, flat = -1.0 - found[g, PAIR], 1e-12 * radius
+    if not height(found, q, g) > flat:
+        found[q, FEATURE] = DROPPED
+    for o in range(first, end):
+        if o != q and found[o, SHARE] == mark and found[o, FEATURE] != DROPPED and found[q, FEATURE] != DROPPED:
+            if not height(found, q, o) > flat:
+                found[q, FEATURE] = DROPPED
+            elif not height(found, o, q) > flat:
+                found[o, FEATURE] = DROPPED
+    found[q, SHARE] = mark
+
+
+@compiled
+def height(found, q, g):
+    """How far the point of q lies above the tangent plane of g, towards the centre [m]."""
+    return (found[g, 0] * (found[g, 0] - found[q, 0]) + found[g, 1] * (found[g, 1] - found[q, 1]) +
+            found[g, 2] * (found[g, 2] - found[q, 2])) / abs(found[g, DISTANCE])
+
+
+@compiled
+def share_out(found, end):
+    """Contacts that follow another one share its force with it.
+
+    In a valley as flat as `COPLANAR` each side bears in proportion to the height of its point above the planes of the
+    others: half at the bottom, and nothing where the point reaches the bottom, so that the force does not jump from
+    side to side when a sphere goes across. The overlap is that of the nearest.
+    """
+    alone = True
+    for q in range(end):
+        found[q, NEAREST] = found[q, DISTANCE]
+        alone = alone and found[q, SHARE] == 1.0
+    if alone:
+        return
+    for g in range(end):
+        if found[g, SHARE] != 1.0:
+            continue
+        mark, total = -1.0 - found[g, PAIR], 0.0
+        for q in range(end):
+            if q == g or found[q, SHARE] == mark:
+                found[q, SIDE] = np.inf
+                for o in range(end):
+                    if o != q and (o == g or found[o, SHARE] == mark):
+                        found[q, SIDE] = min(found[q, SIDE], max(height(found, q, o), 0.0))
+                total += found[q, SIDE]
+        for q in range(end):
+            if total < np.inf and (q == g or found[q, SHARE] == mark):  # infinite: nothing follows g
+                found[q, SHARE] = found[q, SIDE] / total if total > 0.0 else 1.0 * (q == g)
+                found[q, NEAREST] = found[g, DISTANCE]
+
+
+@compiled
+def before(found, a, b, radius):
     """Order of the hierarchy: nearer first; at equal distance the face before the edge before the vertex."""
     if abs(found[a, DISTANCE] - found[b, DISTANCE]) < 1e-12 * radius and found[a, FEATURE] != found[b, FEATURE]:
         return found[a, FEATURE] < found[b, FEATURE]

@@ -32,8 +32,8 @@ class LiggghtsDEM(AtWall):
     ``comm`` (default: all).
 
     Raises MissingLiggghts when LIGGGHTS or the shim is not installed, LiggghtsError with LIGGGHTS' own text, ValueError
-    for a negative Poisson's ratio. An instance that raised LiggghtsError is lost; the process and other instances go on.
-    An error on some of several ranks ends all.
+    for a negative Poisson's ratio. An instance that raised LiggghtsError is lost; the process and other instances go
+    on. An error on some of several ranks ends all.
     """
 
     def __init__(self, scene, dt, comm=None):
@@ -67,7 +67,7 @@ class LiggghtsDEM(AtWall):
     def _set_wall(self, keep):
         """Hand over all walls of the scene; tangential springs go on when ``keep``."""
         s, dim = parts.surface(self._inside), self.scene.dim
-        data = np.zeros((len(s.elements), 10))
+        data = np.zeros((len(s.elements), 3 + s.traits.shape[1]))
         data[:, :dim], data[:, 3:] = s.elements, s.traits
         data[:, dim:3] = s.elements[:, :3 - dim]  # a segment names its first node twice
         data[:, 3] += 1  # atom types count from 1

@@ -4,13 +4,14 @@ from collections import namedtuple
 import numpy as np
 
 from .compiled import compiled
-from .wall import DEPTH, PAIR, RADIUS, closest, place
+from .wall import DEPTH, PAIR, POINT, RADIUS, SHARE, WEIGHT, closest, place
 
 # Per sphere i the partners start[i]..start[i+1], rising: partner (p,), whether they touched in the last step (p,),
 # and the tangential displacement shear [m], shape (p, 3), or (0, 3) when there is no friction and so nothing to
 # remember.
 Near = namedtuple("Near", "start partner active shear")
 
+CLOSE = 0.1  # distance, as a fraction of the radius, within which a contact goes on: twice the way of the longest step
 FEW = 32  # up to so many spheres all pairs are looked at: sorting them into cells would cost more
 
 
@@ -169,22 +170,31 @@ def with_history(start, partner, old, history):
 
 
 @compiled
-def hand_over(near, i, elements, found, kept):
-    """Bring the tangential history of sphere i up to date with its ``kept`` contacts.
+def hand_over(near, i, p, radius, wall, t, found, kept, corner):
+    """Bring the tangential history of sphere i at p [m] up to date with its ``kept`` contacts.
 
-    A contact that is new takes the history of one that has just ended on an element with a common node: the sphere
-    rolled or slid across the border. LIGGGHTS does this between coplanar neighbours
-    (FixContactHistoryMesh::handleContact); here it holds for ridges too, where the normal turns without a jump.
+    A contact that is new takes the history of the nearest one within `CLOSE` that has just ended, on whatever element
+    or wall, or with which it shares the force: the sphere rolled or slid across an edge or a seam. LIGGGHTS does this
+    between coplanar neighbours (FixContactHistoryMesh::handleContact); here it holds for ridges too, where the normal
+    turns without a jump. Discs are contacts of their own.
     """
-    first, last = near.start[i], near.start[i + 1]
+    first, last, nodes = near.start[i], near.start[i + 1], wall.elements.shape[1]
+    weight, point = found[kept, WEIGHT:WEIGHT + 3], found[kept, POINT:POINT + 3]  # a row not in use
     for k in range(kept):
-        q = int(found[k, PAIR])
-        if near.active[q]:
+        q, nearest2 = int(found[k, PAIR]), (CLOSE * radius) ** 2
+        if near.active[q] or wall.traits[near.partner[q], RADIUS] > 0.0:
             continue
         for o in range(first, last):
-            if near.active[o] and not _holds(found, kept, o) and \
-                    _share_a_node(elements, near.partner[o], near.partner[q]):
-                near.shear[q] = near.shear[o]
+            if not near.active[o] or wall.traits[near.partner[o], RADIUS] > 0.0 or \
+                    (found[k, SHARE] == 1.0 and _holds(found, kept, o)):
+                continue
+            place(wall, near.partner[o], t, corner)
+            closest(corner, nodes, p, weight, point)
+            away2 = 0.0
+            for c in range(3):
+                away2 += (found[k, POINT + c] - point[c]) ** 2
+            if away2 <= nearest2:
+                near.shear[q], nearest2 = near.shear[o], away2
     for o in range(first, last):
         near.active[o] = _holds(found, kept, o)
         if not near.active[o]:
@@ -196,15 +206,6 @@ def _holds(found, kept, q):
     for k in range(kept):
         if found[k, PAIR] == q:
             return True
-    return False
-
-
-@compiled
-def _share_a_node(elements, e, f):
-    for a in range(elements.shape[1]):
-        for b in range(elements.shape[1]):
-            if elements[e, a] == elements[f, b]:
-                return True
     return False
 
 

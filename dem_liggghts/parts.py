@@ -6,7 +6,7 @@ import numpy as np
 
 from . import quaternion
 from .arrays import in_space
-from .wall import DEPTH, GROUP, KIND, RADIUS, RIM
+from .wall import DEPTH, GROUP, JOINT, KIND, RADIUS, RIM, TRAITS
 
 # All spheres, single ones first: x, v, omega (n, 3), radius, mass (n,) as in `protocol.PARTICLE`; partner: the mass
 # that counts in a contact [kg]; kind: number of the material; body: number of the cluster, -1 for a single sphere;
@@ -61,14 +61,28 @@ def surface(scene):
     nodes = np.cumsum([0] + [len(w.nodes) for w in walls])
     elements = np.concatenate([np.repeat(w.elements, scene.dim // w.elements.shape[1], axis=1) + start
                                for w, start in zip(walls, nodes)]).astype(np.int32)  # a disc names its node dim times
-    traits = np.zeros((len(elements), RIM + 3))
+    traits = np.zeros((len(elements), TRAITS))
     depth = [-1.0 if w.depth is None else w.depth for w in walls]
     kind, radius = [number.get(w.material, 0) for w in walls], [w.radius or 0.0 for w in walls]
     per_wall = np.column_stack([kind, range(len(walls)), depth, radius])
     traits[:, [KIND, GROUP, DEPTH, RADIUS]] = np.repeat(per_wall, [len(w.elements) for w in walls], axis=0)
-    traits[:, RIM:RIM + scene.dim] = np.concatenate([_rim(w.elements, scene.dim) for w in walls])
+    joint = [w.elements if w.radius else _same_place(w.nodes)[w.elements] for w in walls]
+    traits[:, RIM:RIM + scene.dim] = np.concatenate([_rim(e, scene.dim) for e in joint])
+    traits[:, JOINT:JOINT + scene.dim] = np.concatenate([np.repeat(e, scene.dim // e.shape[1], axis=1) + start
+                                                         for e, start in zip(joint, nodes)])
     return Surface(in_space(np.concatenate([w.nodes for w in walls])), elements, traits,
                    (int(nodes[-2]), len(elements) - len(scene.wall.elements)))
+
+
+def _same_place(nodes):
+    """For each of the ``nodes`` [m] of a wall the first one that lies in the same place, up to 1e-9 of the wall's size:
+    elements are neighbours where they meet, whether or not they name the same nodes there (as those of an STL file)."""
+    if not len(nodes):
+        return np.zeros(0, np.int64)
+    cell = 1.2345e-9 * max(np.ptp(nodes, axis=0).max(), np.finfo(float).tiny)  # places are seldom multiples of it
+    _, first, number = np.unique(np.rint((nodes - nodes.min(axis=0)) / cell), axis=0, return_index=True,
+                                 return_inverse=True)
+    return first[number.ravel()]
 
 
 def _rim(elements, dim):

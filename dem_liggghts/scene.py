@@ -24,8 +24,8 @@ class Material:
 
 @dataclass(frozen=True)
 class Interaction:
-    """How two materials meet: coefficient of restitution (0 to 1), Coulomb's coefficient of friction [-], adhesion [Pa],
-    which pulls with that stress on the area where the two overlap.
+    """How two materials meet: coefficient of restitution (0 to 1), Coulomb's coefficient of friction [-], adhesion
+    [Pa], which pulls with that stress on the area where the two overlap.
 
     attraction: whether the damper may pull at the end of a contact, by default only where there is adhesion. Either way
     the damping is chosen such that a sphere that hits and leaves has the given restitution; without attraction this
@@ -95,6 +95,10 @@ class Wall:
     """A surface that spheres meet: nodes [m], shape (n, dim), and elements, shape (m, dim): segments in a plane
     scene, triangles in space. Seen from outside the body, a segment a→b has the outside on its left and a triangle
     runs counter-clockwise. Or discs (in space balls) of one ``radius`` [m] around the nodes: elements, shape (m, 1).
+
+    Elements whose nodes lie in the same place hang together, whether or not they name the same ones (as in an STL
+    file), and so do walls that meet: a sphere has one contact there, whose friction goes on. Each force acts on the
+    nodes of the element that is touched.
 
     depth [m]: none, and both sides push; a number, and the wall pushes outwards only: a sphere whose centre is up to
     that far below the surface is pushed out, one that is deeper is left alone. material: its name.

@@ -5,10 +5,10 @@ import numpy as np
 
 from .compiled import compiled
 from .contact import area_at_wall, area_of_spheres, contact_force, law_of, radius_at_wall
-from .hierarchy import find_contacts
 from .near import Near, hand_over, near_elements, near_spheres
 from .rigid import Bodies, carry_spheres, drift_bodies, gather_forces, kick_bodies, speed_bound
-from .wall import DEPTH, DISTANCE, KIND, PAIR, POINT, RADIUS, WEIGHT, MovingWall
+from .wall import DEPTH, DISTANCE, KIND, NEAREST, PAIR, POINT, RADIUS, SHARE, WEIGHT, MovingWall
+from .wall_contacts import find_contacts
 
 # Distance of a centre from a wall with two sides, as a fraction of the radius, at which the force of now must be enough
 # to stop it before the wall
@@ -74,12 +74,13 @@ def add_wall_forces(b, wall, t, near, at_wall, dt, weight, last, loads, scratch)
             continue
         kept = find_contacts(b.x[i], b.radius[i], near, i, wall, t, scratch.corner, found)
         if history:
-            hand_over(near, i, wall.elements, found, kept)
+            hand_over(near, i, b.x[i], b.radius[i], wall, t, found, kept, scratch.corner)
         for c in range(kept):
             q, r = int(found[c, PAIR]), found[c, DISTANCE]
-            e, overlap = near.partner[q], b.radius[i] - r
+            e, overlap = near.partner[q], b.radius[i] - found[c, NEAREST]
             nodes, radius = wall.elements[e], radius_at_wall(b.radius[i], wall.traits[e, RADIUS])
-            arm = b.radius[i] - 0.5 * overlap
+            # a wall takes the force at its surface; a disc does not turn: there the middle of the overlap
+            arm = r if wall.traits[e, RADIUS] == 0.0 else b.radius[i] - 0.5 * overlap
             if history:
                 shear = near.shear[q]
             for k in range(3):
@@ -95,6 +96,8 @@ def add_wall_forces(b, wall, t, near, at_wall, dt, weight, last, loads, scratch)
                 vn = min(v[0] * n[0] + v[1] * n[1] + v[2] * n[2], 0.0)
                 if 0.5 * b.mass[i] * vn**2 > (force[0] * n[0] + force[1] * n[1] + force[2] * n[2]) * r:
                     through = i + 1
+            for k in range(3):
+                force[k] *= found[c, SHARE]
             for k in range(3):
                 b.force[i, k] += force[k]
                 b.torque[i, k] -= arm * (n[(k + 1) % 3] * force[(k + 2) % 3] - n[(k + 2) % 3] * force[(k + 1) % 3])

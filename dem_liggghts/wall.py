@@ -9,16 +9,17 @@ import numpy as np
 from .compiled import compiled
 
 # nodes x [m] and v [m/s], shape (n, 3), at the start of the window; elements, shape (m, 2) or (m, 3), a disc names its
-# node that often; traits of each element, shape (m, 7): number of its material, of its wall, depth [m] as in
-# `scene.Wall` or -1, radius of a disc [m] or 0, and three truth values: in a plane which node is a free end, in space
-# opposite to which node the edge is free
+# node that often; traits of each element, shape (m, 10): number of its material, of its wall, depth [m] as in
+# `scene.Wall` or -1, radius of a disc [m] or 0, three truth values: in a plane which node is a free end, in space
+# opposite to which node the edge is free, and for each of its nodes the first one of the wall in the same place
 MovingWall = namedtuple("MovingWall", "x v elements traits")
-KIND, GROUP, DEPTH, RADIUS, RIM = 0, 1, 2, 3, 4
+KIND, GROUP, DEPTH, RADIUS, RIM, JOINT, TRAITS = 0, 1, 2, 3, 4, 7, 10
 
 # Columns of a row of `found`: from the centre to the closest point [m], its weights on the nodes, distance [m]
 # (negative behind a one-sided wall or in a disc), feature (0 inside, 1 on an edge, 2 at a vertex), position in the
-# list `near.Near`, of one-sided walls how far the centre is outside of the element's plane [m rad].
-POINT, WEIGHT, DISTANCE, FEATURE, PAIR, SIDE, COLUMNS = 0, 3, 6, 7, 8, 9, 10
+# list `near.Near`, of one-sided walls how far the centre is outside of the element's plane [m rad]; share of the force
+# that the nearest of the contacts that share it would have alone, and the distance of that one [m].
+POINT, WEIGHT, DISTANCE, FEATURE, PAIR, SIDE, SHARE, NEAREST, COLUMNS = 0, 3, 6, 7, 8, 9, 10, 11, 12
 
 
 def at_rest(surface, nodes):

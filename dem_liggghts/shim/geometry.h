@@ -20,19 +20,25 @@ inline double dot(const Vec &a, const Vec &b) { return a.x * b.x + a.y * b.y + a
 // Nodes of a triangle; a segment has two, its third entry repeats the first and never gets a weight; a disc has one,
 // repeated. type: atom type of the material; group: number of the wall; depth: -1, or how far below a one-sided wall a
 // centre is still pushed out; disc: radius of a disc or 0; rim: in a plane whether that node is a free end, in space
-// whether the edge opposite to it is free.
+// whether the edge opposite to it is free; joint: the first node of the wall in the same place.
 struct Element {
     int node[3], type, group;
     double depth, disc;
     bool rim[3];
+    int joint[3];
 };
 
 // Where a sphere meets an element. feature: 0 inside the element, 1 on an edge, 2 at a vertex. distance: negative when
 // the centre is behind a one-sided wall or in a disc. side: how far the centre is outside of such an element's plane.
+// share: of the force that the nearest of the contacts that share it would have alone; nearest: the distance of that one;
+// follows: its element, or -1.
 struct Contact {
     int element, feature;
     double weight[3], distance, side;
     Vec offset;  // from the sphere's centre to the contact point
+    double share = 1, nearest = 0;
+    int follows = -1;
+    bool dropped = false;
 };
 
 inline int nearest_on_segment(const Vec *node, const Vec &p, double *w)
@@ -71,42 +77,96 @@ inline bool before(const Contact &a, const Contact &b, double radius)
     return a.distance != b.distance ? a.distance < b.distance : a.element < b.element;
 }
 
-// Drop the contacts whose point lies on an element that comes nearer elsewhere, the rule of hierarchy.py: without it a large
-// overlap with a surface that is bent inwards ever so little would make a contact of every vertex in reach.
-inline void drop_shared(std::vector<Contact> &contacts, const std::vector<Element> &elements, double radius)
+inline void erase_dropped(std::vector<Contact> &contacts)
 {
-    auto holds = [&elements](const Contact &c, const Contact &g) {
-        const int *nodes = elements[c.element].node, *other = elements[g.element].node;
-        for (int k = 0; k < 3; k++)
-            if (c.weight[k] != 0 && std::find(other, other + 3, nodes[k]) == other + 3) return false;
-        return true;
-    };
-    const std::vector<Contact> all = contacts;
-    auto shared = [&](const Contact &c) {
-        return c.feature && std::any_of(all.begin(), all.end(), [&](const Contact &g) {
-            return g.distance < c.distance - 1e-12 * radius && holds(c, g);
+    auto dropped = [](const Contact &c) { return c.dropped; };
+    contacts.erase(std::remove_if(contacts.begin(), contacts.end(), dropped), contacts.end());
+}
+
+// Drop the contacts whose point lies on an element that comes nearer elsewhere, the rule of hierarchy.py: without it a large
+// overlap with a surface that is bent inwards ever so little would make a contact of every vertex in reach. holds(c, e):
+// whether the element e holds the point of c.
+template <class Holds> void drop_shared(std::vector<Contact> &contacts, double radius, Holds holds)
+{
+    for (Contact &c : contacts)
+        c.dropped = c.feature && std::any_of(contacts.begin(), contacts.end(), [&](const Contact &g) {
+            return g.distance < c.distance - 1e-12 * radius && holds(c, g.element);
         });
-    };
-    contacts.erase(std::remove_if(contacts.begin(), contacts.end(), shared), contacts.end());
+    erase_dropped(contacts);
+}
+
+static const double coplanar = std::cos(M_PI / 180.0);  // directions that differ by less are one
+static const double joined = 0.01;  // distance, as a fraction of the overlap, over which surfaces hang together
+
+inline bool same_direction(const Contact &g, const Contact &c)
+{
+    return dot(c.offset, g.offset) >= g.distance * c.distance * coplanar;
+}
+
+// How far the point of c lies above the tangent plane of g, towards the centre.
+inline double height(const Contact &c, const Contact &g)
+{
+    return dot(g.offset, g.offset - c.offset) / std::fabs(g.distance);
+}
+
+// Let c follow g, or drop it when its point is not above the tangent plane of g or of another one that follows g.
+inline void follow(const Contact &g, Contact &c, std::vector<Contact> &contacts, double radius)
+{
+    const double flat = 1e-12 * radius;
+    if (!(height(c, g) > flat)) c.dropped = true;
+    for (Contact &o : contacts) {
+        if (&o == &c || o.follows != g.element || o.dropped || c.dropped) continue;
+        if (!(height(c, o) > flat)) c.dropped = true;
+        else if (!(height(o, c) > flat)) o.dropped = true;
+    }
+    c.follows = g.element;
 }
 
 // Double hierarchy (Santasusana et al., Comput. Part. Mech. 3 (2016) 407-428), the rules of hierarchy.py: keep the nearest,
-// drop every other whose point lies on or beyond its tangent plane (a neighbour seen at a shared edge) or whose normal
-// differs by less than one degree (a gently bent surface), go on with the rest. Real valleys keep two.
+// drop every other whose point lies on or beyond its tangent plane (a neighbour seen at a shared edge), go on with the
+// rest; one whose normal differs by less than one degree (a gently bent surface) follows it. Real valleys keep two.
 inline void keep_distinct(std::vector<Contact> &contacts, double radius)
 {
-    static const double coplanar = std::cos(M_PI / 180.0);
-    for (auto nearest = contacts.begin(); nearest != contacts.end(); ++nearest) {
-        auto best = nearest;
-        for (auto c = nearest + 1; c != contacts.end(); ++c)
-            if (before(*c, *best, radius)) best = c;
+    auto open = [](const Contact &c) { return !c.dropped && c.follows < 0; };
+    for (auto nearest = contacts.begin();; ++nearest) {
+        auto best = contacts.end();
+        for (auto c = nearest; c != contacts.end(); ++c)
+            if (open(*c) && (best == contacts.end() || before(*c, *best, radius))) best = c;
+        if (best == contacts.end()) break;
         std::swap(*nearest, *best);
-        const Contact g = *nearest;
-        auto redundant = [&g](const Contact &c) {
-            const double cosine = dot(c.offset, g.offset);
-            return cosine >= g.distance * g.distance * (1 - 1e-9) || cosine >= c.distance * g.distance * coplanar;
-        };
-        contacts.erase(std::remove_if(nearest + 1, contacts.end(), redundant), contacts.end());
+        for (auto c = nearest + 1; c != contacts.end(); ++c) {
+            if (!open(*c)) continue;
+            if (same_direction(*nearest, *c)) follow(*nearest, *c, contacts, radius);
+            else if (dot(c->offset, nearest->offset) >= nearest->distance * nearest->distance * (1 - 1e-9))
+                c->dropped = true;
+        }
+    }
+    erase_dropped(contacts);
+}
+
+// Contacts that follow another one share its force with it, in proportion to their heights above the planes of the others,
+// the rule of hierarchy.py.
+inline void share_out(std::vector<Contact> &contacts)
+{
+    for (Contact &c : contacts) c.nearest = c.distance;
+    if (std::none_of(contacts.begin(), contacts.end(), [](const Contact &c) { return c.follows >= 0; })) return;
+    for (size_t leader = 0; leader < contacts.size(); leader++) {
+        if (contacts[leader].follows >= 0) continue;
+        const int element = contacts[leader].element;
+        auto member = [&](size_t c) { return c == leader || contacts[c].follows == element; };
+        std::vector<double> heights(contacts.size(), HUGE_VAL);
+        double total = 0;
+        for (size_t c = 0; c < contacts.size(); c++) {
+            if (!member(c)) continue;
+            for (size_t o = 0; o < contacts.size(); o++)
+                if (o != c && member(o)) heights[c] = std::min(heights[c], std::max(height(contacts[c], contacts[o]), 0.0));
+            total += heights[c];
+        }
+        for (size_t c = 0; c < contacts.size(); c++)
+            if (member(c) && total < HUGE_VAL) {
+                contacts[c].share = total > 0 ? heights[c] / total : c == leader;
+                contacts[c].nearest = contacts[leader].distance;
+            }
     }
 }
 

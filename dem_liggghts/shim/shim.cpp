@@ -256,16 +256,17 @@ int dem_bodies(void *handle, double *out)  // of this rank, as in bodies.h
 }
 
 // All walls at rest, the one that moves last, from the node ``own_node`` and the element ``own_element`` on. data of
-// each element: nodes (3), type, group, depth, radius of a disc or 0, rim (3). keep: springs stay where they were, as well as they can.
+// each element: nodes (3), type, group, depth, radius of a disc or 0, rim (3), joint (3).
+// keep: springs stay where they were, as well as they can.
 int dem_set_wall(void *handle, int dim, int nodes, int elements, int own_node, int own_element, const double *data,
                  const double *x, int keep)
 {
     return guarded([&] {
         std::vector<Element> all(elements);
         for (Element &e : all) {
-            for (int k = 0; k < 3; k++) e.node[k] = int(data[k]), e.rim[k] = data[7 + k] != 0;
+            for (int k = 0; k < 3; k++) e.node[k] = int(data[k]), e.rim[k] = data[7 + k] != 0, e.joint[k] = int(data[10 + k]);
             e.type = int(data[3]), e.group = int(data[4]), e.depth = data[5], e.disc = data[6];
-            data += 10;
+            data += 13;
         }
         FixWallNodal *wall = wall_of(static_cast<LAMMPS *>(handle));
         wall->set_elements(dim, all, own_element, read_nodes(x, 3, nodes), keep);

@@ -121,6 +121,7 @@ public:
 
 private:
     static const int SLOTS = 32;  // a sphere touches many small discs
+    static constexpr double CLOSE = 0.1;  // as in near.py
 
     int corners_ = 3, step_ = 0;
     double length_ = 0;  // of the window [s]
@@ -268,7 +269,7 @@ private:
         loaded_.clear();
         for (int i = 0; i < atom->nlocal; i++) {
             find_contacts(i, t);
-            if (springs_) update_springs(i);
+            if (springs_) update_springs(i, t);
             for (size_t c = 0; c < contacts_.size(); c++) apply(i, int(c));
         }
         std::sort(loaded_.begin(), loaded_.end());
@@ -279,6 +280,7 @@ private:
     void find_contacts(int i, double t)  // wall by wall
     {
         const double radius = atom->radius[i];
+        int walls = 0;  // touched ones that are no discs
         contacts_.clear();
         for (size_t k = 0; k < near_[i].size();) {
             const Element wall = elements_[near_[i][k]];
@@ -287,11 +289,83 @@ private:
                 const Contact c = nearest(near_[i][k], Vec(atom->x[i]), t, radius);
                 if (c.distance <= std::max(radius, wall.depth)) found_.push_back(c);
             }
-            if (found_.size() > 1 && !wall.disc) drop_shared(found_, elements_, radius);
+            auto on = [&](const Contact &c, int element) { return holds(element, c, radius, t); };
+            if (found_.size() > 1 && !wall.disc) drop_shared(found_, radius, on);
             if (wall.depth >= 0) keep_outward(found_, radius, wall.depth);
             else if (found_.size() > 1 && !wall.disc) keep_distinct(found_, radius);
+            if (!wall.disc && !found_.empty()) walls++;
             contacts_.insert(contacts_.end(), found_.begin(), found_.end());
         }
+        if (walls > 1) keep_one_at_seams(i, t);
+        share_out(contacts_);
+    }
+
+    // Whether the element ``other`` holds the point of the contact c.
+    bool holds(int other, const Contact &c, double radius, double t) const
+    {
+        const double tolerance = joined * (radius - c.distance);
+        for (int a = 0; a < corners_; a++) {
+            bool held = c.weight[a] == 0;
+            for (int b = 0; b < corners_; b++) held = held || one_place(other, b, c.element, a, tolerance, t);
+            if (!held) return false;
+        }
+        return true;
+    }
+
+    bool one_place(int e, int a, int f, int b, double tolerance, double t) const
+    {
+        const int i = elements_[e].node[a], j = elements_[f].node[b];
+        if (i == j || elements_[e].joint[a] != elements_[f].joint[b]) return i == j;
+        const Vec away = position(i, t) - position(j, t);
+        return dot(away, away) <= tolerance * tolerance;
+    }
+
+    // One contact where walls meet, the rules of wall_contacts.py.
+    void keep_one_at_seams(int i, double t)
+    {
+        const double radius = atom->radius[i];
+        for (Contact &c : contacts_) c.dropped = goes_on(c, i, t);
+        for (const Contact &g : contacts_)
+            for (Contact &c : contacts_)
+                if (g.dropped && c.follows == g.element) c.follows = -1;  // it has lost the one that it followed
+        for (const Contact &g : contacts_)
+            for (Contact &c : contacts_) {
+                if (!one_seam(g, c, radius)) continue;
+                for (Contact &o : contacts_)
+                    if (o.follows == c.element) o.follows = g.element;
+                follow(g, c, contacts_, radius);
+            }
+        erase_dropped(contacts_);
+    }
+
+    // Whether the point of a contact lies on an element of another wall that comes nearer.
+    bool goes_on(const Contact &c, int i, double t) const
+    {
+        const Vec p(atom->x[i]);
+        const double radius = atom->radius[i], r = std::fabs(c.distance);
+        const Element &mine = elements_[c.element];
+        for (int e : near_[i]) {
+            const Element &other = elements_[e];
+            if (other.group == mine.group || other.disc > 0 || mine.disc > 0) continue;
+            const Vec node[3] = {position(other.node[0], t), position(other.node[1], t), position(other.node[2], t)};
+            const Contact near = closest(node, p);
+            const bool level = std::fabs(near.distance - r) <= 1e-12 * radius;
+            const bool first = near.feature < c.feature || (near.feature == c.feature && other.group < mine.group);
+            if (near.distance > r + 1e-12 * radius || (level && !first)) continue;
+            double angle;
+            if (other.depth >= 0 && dot(outward(node, corners_, near.weight, angle), near.offset) > 0)
+                continue;  // it faces the other way
+            if (closest(node, p + c.offset).distance <= joined * (radius - r) + 1e-12 * radius) return true;
+        }
+        return false;
+    }
+
+    bool one_seam(const Contact &g, const Contact &c, double radius) const
+    {
+        const Element &a = elements_[g.element], &b = elements_[c.element];
+        return !g.dropped && !c.dropped && g.follows < 0 && c.follows < 0 && a.group != b.group && !(a.disc > 0) &&
+               !(b.disc > 0) && before(g, c, radius) && g.distance > 0 && same_direction(g, c) &&
+               c.distance - g.distance <= (1 - coplanar) * radius;
     }
 
     void kick_nodes()  // half a step, as velocity Verlet does with the particles before and after the force changes
@@ -302,9 +376,10 @@ private:
 
     double *spring(int i, int contact) const { return springs_->array_atom[i] + contact * (1 + dnum_); }
 
-    // One spring per contact. A new contact takes the spring of one that has just ended on an element with a common
-    // node: the sphere went across the border (LIGGGHTS turns the spring into the new tangent plane).
-    void update_springs(int i)
+    // One spring per contact. A new contact takes the spring of the nearest one that has just ended close to it, on
+    // whatever element or wall, or with which it shares the force: the sphere went across an edge or a seam (LIGGGHTS
+    // turns the spring into the new tangent plane). Discs are contacts of their own.
+    void update_springs(int i, double t)
     {
         const int width = 1 + dnum_, count = int(contacts_.size());
         if (!count && spring(i, 0)[0] == 0) return;
@@ -312,31 +387,37 @@ private:
         std::copy_n(spring(i, 0), SLOTS * width, old_springs_.begin());
         std::fill_n(spring(i, 0), SLOTS * width, 0.0);
         for (int c = 0; c < count; c++) {
-            const double *from = nullptr;
-            for (int s = 0; s < SLOTS && old_springs_[s * width] > 0; s++) {
-                const double *old = &old_springs_[s * width];
-                const int element = int(old[0]) - 1;
-                if (element == contacts_[c].element) {
-                    from = old;
-                    break;
-                }
-                if (!touched(element) && share_node(element, contacts_[c].element)) from = old;
-            }
+            const double *from = spring_for(i, contacts_[c], t);
             if (from) std::copy_n(from, width, spring(i, c));
             spring(i, c)[0] = contacts_[c].element + 1;
         }
+    }
+
+    const double *spring_for(int i, const Contact &c, double t) const
+    {
+        const double *from = nullptr;
+        const double close = CLOSE * atom->radius[i];
+        double nearest2 = close * close;
+        for (const double *old = old_springs_.data(); old != old_springs_.data() + old_springs_.size() && old[0] > 0;
+             old += 1 + dnum_)
+            if (int(old[0]) - 1 == c.element) return old;
+        for (const double *old = old_springs_.data(); old != old_springs_.data() + old_springs_.size() && old[0] > 0;
+             old += 1 + dnum_) {
+            const int element = int(old[0]) - 1;
+            if (elements_[element].disc > 0 || elements_[c.element].disc > 0) continue;
+            if (c.share == 1 && touched(element)) continue;
+            const Vec away = c.offset - nearest(element, Vec(atom->x[i]), t).offset;
+            if (dot(away, away) > nearest2) continue;
+            nearest2 = dot(away, away);
+            from = old;
+        }
+        return from;
     }
 
     bool touched(int element) const
     {
         auto same = [element](const Contact &c) { return c.element == element; };
         return std::any_of(contacts_.begin(), contacts_.end(), same);
-    }
-
-    bool share_node(int a, int b) const
-    {
-        const int *p = elements_[a].node, *q = elements_[b].node;
-        return std::find_first_of(p, p + 3, q, q + 3) != p + 3;
     }
 
     std::string through_the_wall(int i) const  // what checks.py says
@@ -357,12 +438,13 @@ private:
         data.is_wall = true;
         data.i = i;
         data.radi = disc > 0 ? radius * disc / (radius + disc) : radius;
-        data.deltan = radius - c.distance;
+        data.deltan = radius - c.nearest;
         data.contact_history = springs_ ? spring(i, contact) + 1 : nullptr;
-        // LIGGGHTS takes radi - deltan for the distance, and radi - deltan / 2 for the arm of the tangential force: with
-        // a disc the first is put into delta, the second into spin and torque.
+        // LIGGGHTS takes radi - deltan for the distance, which with a disc is put into delta, and radi - deltan / 2 for the
+        // arm of the tangential force: the arm of contact.py goes into spin and torque.
         (((data.deltan - data.radi) / c.distance) * c.offset).copy_to(data.delta);
-        const double arm = (radius - 0.5 * data.deltan) / (data.radi - 0.5 * data.deltan);
+        const double middle = data.radi - 0.5 * data.deltan;
+        const double arm = middle == 0 ? 0 : (disc > 0 ? radius - 0.5 * data.deltan : c.distance) / middle;
         const Vec spin(atom->omega[i]), torque(atom->torque[i]);
         (arm * spin).copy_to(atom->omega[i]);
         Vec().copy_to(atom->torque[i]);
@@ -371,14 +453,15 @@ private:
         const Vec others(atom->f[i]);
         Vec().copy_to(atom->f[i]);
         impl->compute_force(this, data, true, v_wall);
-        const Vec force(atom->f[i]);
+        Vec force(atom->f[i]);
         if (c.distance < THROUGH * radius && elements_[c.element].depth < 0 && !(disc > 0)) {
             const double closing = std::max(dot(Vec(atom->v[i]) - Vec(v_wall), c.offset) / c.distance, 0.0);
             if (0.5 * atom->rmass[i] * closing * closing > -dot(force, c.offset))
                 error->one(FLERR, through_the_wall(i).c_str());
         }
+        force = c.share * force;
         (others + force).copy_to(atom->f[i]);
-        (torque + arm * Vec(atom->torque[i])).copy_to(atom->torque[i]);
+        (torque + c.share * arm * Vec(atom->torque[i])).copy_to(atom->torque[i]);
         spin.copy_to(atom->omega[i]);
         for (int j = 0; j < corners_; j++) {
             force_[n[j]] = force_[n[j]] - c.weight[j] * force;

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, check_start, open_dem, quaternion
+from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, check_start, quaternion
 
 WOOD = Material(5e7, 0.3)
 

@@ -65,12 +65,36 @@ def test_anywhere_on_a_flat_wall_of_triangles(probe, sheet):
 
 
 def test_shallow_valley_is_one_contact(probe, sheet, dim):
-    """Below one degree: one contact, whose direction turns by the angle of the valley."""
+    """Below one degree: one contact, whose direction turns by the angle of the valley; both sides share it at the
+    bottom, where two halves at an angle make a little less than one."""
     slope = np.tan(np.radians(0.45))
     wall = sheet(dim, cells=10, height=lambda x: slope * np.abs(x))
     force = probe(wall, along(wall, -slope, slope))
-    assert np.sqrt((force**2).sum(axis=1)) / HERTZ == pytest.approx(1.0, rel=1e-8)
+    assert np.sqrt((force**2).sum(axis=1)) / HERTZ == pytest.approx(1.0, rel=4e-5)
     assert np.abs(np.diff(force, axis=0)).max() <= 1.01 * HERTZ * np.radians(0.9)
+
+
+@pytest.mark.parametrize("half", [1e-3, 1e-5])
+def test_force_does_not_jump_at_the_bottom_of_a_dent(probe, sheet, dim, half):
+    """A sphere that goes across the bottom [rad]: its side force changes sign evenly between the two places where it
+    leaves one side."""
+    wall = sheet(dim, cells=10, height=lambda x: half * np.abs(x))
+    width = (RADIUS - OVERLAP) * half
+    centres = np.outer(np.linspace(-1.5, 1.5, 61) * width, np.eye(dim)[0]) + (RADIUS - OVERLAP) * np.eye(dim)[-1]
+    side = probe(wall, centres if dim == 2 else centres + [0, 0.0031, 0])[:, 0] / (HERTZ * half)
+    assert side[30] == pytest.approx(0.0, abs=1e-3) and side[[0, -1]] == pytest.approx([1.0, -1.0], rel=0.04)
+    assert np.abs(np.diff(side)).max() < 0.06
+    assert np.diff(side)[12:48] == pytest.approx(-0.05, rel=0.05)
+
+
+def test_dent_about_a_vertex(probe, sheet):
+    """Over the vertex of four sides the force is straight up, and but a little beside it does not jump."""
+    flat, slope = sheet(3, 10), 1e-3
+    wall = Wall(flat.nodes + np.outer(slope * np.abs(flat.nodes[:, :2]).sum(axis=1), [0, 0, 1]), flat.elements)
+    force = probe(wall, [[x, 0.3 * x, RADIUS - OVERLAP] for x in (0.0, 1e-9, -1e-9)])
+    assert np.abs(force[0, :2]).max() < 1e-6 * slope * HERTZ
+    assert np.abs(force[1:, :2]).max() < 1e-3 * slope * HERTZ
+    assert force[:, 2] == pytest.approx(1.01**1.5 * HERTZ, rel=1e-4)
 
 
 @pytest.mark.parametrize("degrees", [2.0, 20.0, 60.0])

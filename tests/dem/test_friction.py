@@ -51,7 +51,8 @@ def test_coulomb_limit_while_sliding(dem, sheet, dim):
         assert force[-1] > 0.0
         assert force[0] == pytest.approx(-0.3 * force[-1], rel=1e-10)
     lost = 2.0 - ball.particles()["v"][0, 0]
-    assert 0.4 * RADIUS * spin_of(ball) == pytest.approx(lost, rel=1e-4)  # the arm is shorter by half the overlap
+    arm = ball.particles()["x"][0, dim - 1]  # to the surface
+    assert 0.4 * RADIUS**2 * spin_of(ball) == pytest.approx(lost * arm, rel=1e-5)
 
 
 @pytest.mark.parametrize("restitution", [1.0, 0.9, 0.5, 0.3, 0.1])
@@ -140,3 +141,40 @@ def test_plane_scene_stays_in_the_plane(dem, sheet):
     p = ball.particles()[0]
     assert p["x"][2] == p["v"][2] == p["omega"][0] == p["omega"][1] == 0.0
     assert p["omega"][2] != -20.0
+
+
+@pytest.mark.parametrize("depth", [None, 0.5 * RADIUS])
+def test_wall_and_sphere_keep_their_angular_momentum(dem, sheet, dim, depth):
+    """What the sphere loses in an oblique impact, deep and with friction, is the angular impulse on the nodes."""
+    plain = sheet(dim, 7, 0.1)
+    along, up, soft, nodes = np.eye(dim)[0], np.eye(dim)[-1], Material(5e5, 0.3), np.array(plain.nodes)
+    thrown = Spheres([RADIUS * up - 0.02 * along], [4.0 * along - 3.0 * up], RADIUS, 2500.0,
+                     [[0, 0, -50] if dim == 2 else [0, 50, 0]])
+    ball = dem(Scene(thrown, Wall(nodes, plain.elements, depth), soft, soft, at_wall=Interaction(0.5, 0.4)), 2e-6)
+    deepest, moment = RADIUS, np.zeros(3)
+    before = momentum(ball)
+    for _ in range(200):
+        impulse = np.zeros((len(nodes), 3))
+        impulse[:, :dim] = ball.advance(10, nodes, 0 * nodes) * 10 * ball.dt
+        moment += np.cross(np.pad(nodes, ((0, 0), (0, 3 - dim))), impulse).sum(axis=0)
+        deepest = min(deepest, ball.particles()["x"][0, dim - 1])
+    assert deepest < 0.7 * RADIUS and ball.particles()["v"][0, dim - 1] > 0.5
+    assert momentum(ball) + moment == pytest.approx(before, abs=1e-10 * np.abs(before).max())
+    assert np.abs(moment).max() > 0.1 * np.abs(before).max()
+
+
+def momentum(dem):
+    """Angular momentum of the spheres about the origin [kg m^2/s]."""
+    p = dem.particles()
+    spin = 0.4 * p["radius"][:, None] ** 2 * p["omega"]
+    return (p["mass"][:, None] * (np.cross(p["x"], p["v"]) + spin)).sum(axis=0)
+
+
+def test_two_spheres_keep_their_angular_momentum(dem, sheet):
+    spheres = Spheres([[0, 0.05], [0.018, 0.06]], [[2.0, 1.0], [-2.0, -1.0]], [RADIUS, 0.6 * RADIUS], 2500.0,
+                      [[0, 0, 30], [0, 0, 50]])
+    pair = dem(Scene(spheres, sheet(2), Material(5e5, 0.3), SOFT, between=Interaction(0.5, 0.4)), 2e-6)
+    before, nodes = momentum(pair), np.array(pair.scene.wall.nodes)
+    pair.advance(2000, nodes, 0 * nodes)
+    assert np.abs(pair.particles()["omega"][:, 2] - [30, 50]).min() > 1.0
+    assert momentum(pair) == pytest.approx(before, abs=1e-12 * np.abs(before).max())

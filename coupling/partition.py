@@ -66,8 +66,14 @@ class BookedSolid(Solid, Protocol):
     def describe(self) -> dict:
         """Entries of report.json that only the solid knows."""
 
+    def resolution(self) -> dict:
+        """``cell_size`` along each axis [m], ``points_per_cell`` (least, mean, most), ``explicit_limit`` [s] or None."""
+
+    def options(self) -> dict:
+        """Options of the user that changed the run, name → text. Not collective."""
+
     def unused_options(self) -> list:
-        """Options of the command line that nobody asked for."""
+        """Options that nobody asked for."""
 
 
 class BookedGrains(Grains, Protocol):

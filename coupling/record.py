@@ -50,8 +50,8 @@ class Record:
         self._ledger = None if grains is None else balance.Ledger(solid, grains, gravity)
         self._newton, self._counts, self._substeps = 0, np.zeros(3, int), parameters.get("substeps", 1)
         self._closed, self._every, self._total, self._progress, self._looked = closed, paraview, windows, None, 0.0
-        self._complete, self._pictures = False, pictures or {}
-        self._departures = Departures(solid, grains)
+        self._complete = self._begun = False
+        self._pictures, self._fine, self._departures = pictures or {}, {}, Departures(solid, grains)
         own = {**(ALONE if grains is None else {**WINDOW, **self._ledger.columns}), **self._departures.columns}
         self._figure, self._history, self._report = (f"{name}{self._suffix}.{kind}" for name, kind in (
             (case, "png"), ("history", "csv"), ("report", "json")))
@@ -89,8 +89,13 @@ class Record:
         return self
 
     def begin(self):
-        """The loop has checked its keywords and begins."""
-        if self._first and self._progress is None:
+        """The loop has checked its keywords and begins: what the scene is like, on the terminal. Collective."""
+        if self._begun:
+            return
+        self._begun, self._fine = True, getattr(self.solid, "resolution", dict)()
+        if self._first:
+            if self._fine:
+                tell(report.resolution(**self._fine))
             self._progress = Progress(self._total)
 
     def __call__(self, window):
@@ -105,8 +110,8 @@ class Record:
         self._start()
         if self._every and window.number % self._every == 0:
             self._paraview(window.time, window)
+        self.begin()
         if self._first:
-            self.begin()
             self._progress(window.time, window.substeps / self._substeps, self.solid.iterations)
             self._look()
         with writing(self.results.folder):
@@ -224,7 +229,8 @@ class Record:
                    "substeps": self._substeps, **self._timing.figures(),
                    "newton_mean": self._newton / max(windows, 1),
                    "coupling_mean": self._counts[0] / max(windows, 1), "retries": int(self._counts[1:].sum()),
-                   "failed": int(self._counts[1]), "peak_mb": peaks, **more}
+                   "failed": int(self._counts[1]), "peak_mb": peaks, **self._fine,
+                   "options": getattr(self.solid, "options", dict)(), **more}
         if self._first:
             self.results.replace_text(self._report, report.text(entries))
         return entries

@@ -61,6 +61,14 @@ class Timing:
         Timing.began = perf_counter()
 
 
+def resolution(cell_size, points_per_cell, explicit_limit):
+    """One line of how fine a scene is, see ``partition.BookedSolid``."""
+    least, mean, most = points_per_cell
+    limit = "" if explicit_limit is None else f", explicit limit of the time step {explicit_limit:.3g} s"
+    return (f"cells of {' x '.join(f'{size:.4g}' for size in cell_size)} m, {mean:.3g} points per filled cell "
+            f"({least} to {most}){limit}")
+
+
 def versions():
     """Versions of what the run stands on, of the modules that are loaded."""
     loaded = {name: sys.modules[name].__version__ for name in MODULES if name in sys.modules}

@@ -2,11 +2,11 @@
 import numpy as np
 from mpi4py import MPI
 
-from . import output
+from . import options, output
 from .collective import total
 from .frame import Seen, seen_points
+from .resolution import resolution
 from .scene_penalties import reaction
-from .snes import unused_options
 from .states import while_open
 
 
@@ -115,6 +115,15 @@ class Answers:
         """Solver and balance, for the report: see ``output``."""
         return output.describe(self)
 
+    @while_open
+    def resolution(self):
+        """Sizes of the cells, points in them and explicit limit, see ``resolution``."""
+        return resolution(self)
+
+    def options(self):
+        """PETSc's options that a user gave and that somebody asked for, as they are typed, name → text."""
+        return options.used()
+
     def unused_options(self):
-        """Dash options of the command line that neither PETSc nor anybody else asked for."""
-        return unused_options()
+        """Dash options that neither PETSc nor anybody else asked for."""
+        return options.unused()

@@ -6,15 +6,14 @@ Defaults are set on the objects before ``setFromOptions``, so the command line a
 The tangent is kept until the caller has a reason for a new one (``-mpm_snes_lag_jacobian 1`` makes it anew in every
 Newton iteration, 2 in every second one, …). A step that fails with the kept tangent is tried again with new ones.
 """
-import sys
-
 import numpy as np
 from petsc4py import PETSc
 
-from . import compat, solvers
+from . import compat, options, solvers
 from .errors import MPMDiverged, MPMError
+from .options import PREFIX
+from .options import unused as unused_options  # noqa: F401 - known by this name
 
-PREFIX = "mpm_"
 KEEP = -1  # never made anew by the SNES itself
 ZERO_PIVOT = 81  # PETSc's error of a factorisation that fails
 REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
@@ -24,12 +23,6 @@ ADVICE = {
     "DIVERGED_LINE_SEARCH": "the line search found no descent: try a smaller dt or -mpm_snes_linesearch_type basic",
     "DIVERGED_MAX_IT": "too many iterations: try a smaller dt, -mpm_snes_linesearch_type basic, or -mpm_snes_max_it 100",
 }
-
-
-def unused_options():
-    """Options on the command line that start with a dash and that nobody asked for."""
-    names = [word[1:] for word in sys.argv[1:] if word.startswith("-") and not word[1:2].isdigit()]
-    return ["-" + name for name in names if not compat.option_used(name)]
 
 
 def _first_line(error):
@@ -53,6 +46,8 @@ class Newton:
     def __init__(self, cover, residual, tangent, watched=False, kinks=False, symmetric=True, plastic=False,
                  solver="auto"):
         solvers.check(solver, symmetric)
+        options.check()
+        self._doubt = options.Doubt()
         self._residual, self._tangent = residual, tangent
         self._failure = None
         self._shape = (cover.owned, cover.dim)
@@ -66,10 +61,9 @@ class Newton:
         self._symmetric, self._plastic, self._asked, self._again = symmetric, plastic, plastic, False
         compat.set_lag_jacobian(snes, self._lag)
         compat.set_line_search(snes, *self._search)
-        options = PETSc.Options(PREFIX)
         snes.getKSP().setOperators(cover.matrix)
-        self._user_atol, self._user_lag = options.hasName("snes_atol"), options.hasName("snes_lag_jacobian")
-        self._user_search = options.hasName("snes_linesearch_type")
+        self._user_atol, self._user_lag, self._user_search = map(PETSc.Options(PREFIX).hasName, (
+            "snes_atol", "snes_lag_jacobian", "snes_linesearch_type"))
         self._cover, self._solver, self._chosen = cover, solver, False
         r.destroy()  # the SNES holds its own reference
 
@@ -148,6 +142,7 @@ class Newton:
             advice = ADVICE.get(name, "try a smaller dt or lumped inertia")
             raise MPMDiverged(f"Newton's method diverged in {when} after {iterations} iterations with residual "
                               f"{self.snes.getFunctionNorm():.3g} N ({name}): {advice}")
+        self._doubt(self.snes.getFunctionNorm(), atol, when)
         return self.u.array_r.reshape(self._shape).copy(), iterations
 
     def _set_back(self, attempt):

@@ -24,6 +24,11 @@ STIFF = 30.0  # stiffness over inertia in the tangent from which simple precondi
 _put_in = {}  # option → value, of those put in here
 
 
+def put_in():
+    """Names, without prefix, of the options that were put in here."""
+    return list(_put_in)
+
+
 def check(name, symmetric):
     """ValueError unless there is a preset of that name and it suits the tangent."""
     if name not in SOLVERS:

@@ -89,7 +89,7 @@ def script(*words):
 ])
 def test_one_sentence_and_a_status(call, given, status, sentence):
     code, out, err = call(given)
-    assert code == status and err.startswith(f"error: {sentence}") and err.count("\n") == 1 and out == "", err
+    assert code == status and err.startswith(f"error: {sentence}") and err.count("\n") == 1 and out.count("\n") == ("window 1," in sentence), err
 
 
 def test_missing_liggghts_names_the_package(call, monkeypatch, tmp_path):
@@ -137,7 +137,7 @@ def test_files_so_far_are_readable_after_an_error(call, case, monkeypatch, tmp_p
     monkeypatch.setattr(case, "open_dem", failing)
     code, out, err = call("paraview=5")
     report = json.loads((tmp_path / "report.json").read_text())
-    assert code == 1 and out == "" and err.count("\n") == 1
+    assert code == 1 and out.count("\n") == 1 and err.count("\n") == 1
     if failure == "force":
         assert err.startswith("error: the force on the wall is not a finite number in window 11, which ends at t = ")
         assert report["error"].startswith("FloatingPointError: the force on the wall")
@@ -156,19 +156,19 @@ def test_interrupted_run_leaves_what_it_had(words, tmp_path):
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)
-    assert process.returncode == 130 and out == "" and err.count("\n") == 1 and err.startswith("error: interrupted; ")
+    assert process.returncode == 130 and out.startswith("cells of ") and out.count("\n") == 1 and err.count("\n") == 1 and err.startswith("error: interrupted; ")
     report = json.loads((tmp_path / "report.json").read_text())
     assert report["error"].startswith("KeyboardInterrupt") and report["windows"] == len(read(history)["time"]) > 0
 
 
 def test_option_that_diverges_and_option_that_nobody_used(words, tmp_path):
     done = script(*words("-mpm_snes_max_it 1 -mpm_snes_atol 0 -mpm_snes_rtol 1e-15"))
-    assert done.returncode == 1 and done.stdout == "" and done.stderr.count("\n") == 1, done.stderr
+    assert done.returncode == 1 and done.stdout.count("\n") == 1 and done.stderr.count("\n") == 1, done.stderr
     assert done.stderr.startswith("error: Newton's method diverged in step 1, t = 4e-06 s") and "try" in done.stderr
     assert json.loads((tmp_path / "report.json").read_text())["error"].startswith("MPMDiverged: ")
     assert len(read(tmp_path / "history.csv")["time"]) == 0
     done = script(*words("-mpm_snes_rtoll 1 t_end=4e-6"))
-    assert done.returncode == 0 and done.stdout.count("\n") == 5
+    assert done.returncode == 0 and done.stdout.count("\n") == 6
     assert done.stderr == "warning: nobody used the option -mpm_snes_rtoll: is it spelt right?\n"
 
 
@@ -206,6 +206,6 @@ def test_progress_bar_is_for_terminals_only(words):
     os.close(secondary)
     shown = os.read(primary, 100000).decode()
     os.close(primary)
-    assert process.returncode == 0 and out.count("\n") == 5
+    assert process.returncode == 0 and out.count("\n") == 6
     assert "t = 1." in shown and "e-04 s" in shown and "to go" in shown and "%|" in shown
     assert script(*words("t_end=4e-6")).stderr == ""

@@ -157,7 +157,7 @@ def test_restored_and_restarted_runs_go_on_bit_for_bit(run, case, monkeypatch, b
 def test_files_of_a_run(run, tmp_path, capsys):
     history = only(run())
     shown = capsys.readouterr()
-    assert shown.out.count("\n") == 5 and shown.err == ""
+    assert shown.out.count("\n") == 6 and shown.err == ""
     assert sorted(path.name for path in tmp_path.iterdir()) == ["beam_impact.png", "history.csv", "manifest.txt",
                                                                "report.json"]
     columns = read(tmp_path / "history.csv")
@@ -258,7 +258,7 @@ def test_two_ranks_give_the_same(run, words, backend, tmp_path):
                ROOT / "cases/beam_impact.py", *words(f"dem={backend} t_end=1e-4 paraview=10")]
     env = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
     done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0 and done.stdout.count("\n") == 5, done.stderr
+    assert done.returncode == 0 and done.stdout.count("\n") == 6, done.stderr
     two = read(tmp_path / "history.csv")
     for name in FIRST:
         assert np.abs(two[name] - alone[name]).max() < 1e-9 * np.abs(alone[name]).max(), name

@@ -31,7 +31,7 @@ def test_pinned_numbers(collapse, tmp_path, capsys):
     """Newton iterations may move by rounding, the numbers by the solver's tolerance."""
     history = collapse()
     shown = capsys.readouterr()
-    assert shown.out.count("\n") == 5 and shown.err == ""
+    assert shown.out.count("\n") == 6 and shown.err == ""
     assert len(history) == 100 and history["newton"].sum() == pytest.approx(274, abs=8)
     for name, value in PINNED.items():
         assert history[name][-1] == pytest.approx(value, rel=1e-4), name

@@ -1,6 +1,7 @@
 """What a run leaves in its folder when it is killed, refused, or replaced by another one."""
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from coupling import manifest
+from coupling import manifest, progress
 from coupling.history import read
 
 ROOT = Path(__file__).parents[2]
@@ -21,8 +22,8 @@ def start(words):
     """``start("key=value …")``: the coarse beam as a process of its own; killed at the end."""
     started = []
 
-    def begin(more="", **keys):
-        env = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+    def begin(more="", petsc="", **keys):
+        env = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1", "PETSC_OPTIONS": petsc}
         started.append(subprocess.Popen([sys.executable, ROOT / "cases/beam_impact.py", *words(more)], env=env,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **keys))
         return started[-1]
@@ -89,14 +90,14 @@ def test_the_second_of_two_runs_in_one_folder_is_refused(start, tmp_path):
     first = start(LONG)
     wait_for(lambda: manifest.read(tmp_path) is not None, first)
     second = start("v0=0.02")
-    out, err = second.communicate(timeout=60)
+    out, err = second.communicate(timeout=200)
     assert second.returncode == 1 and out == "" and err.count("\n") == 1
     assert err.startswith(f"error: out={tmp_path} belongs to a run that has not ended (process {first.pid} on ")
     assert first.poll() is None and speed_in(tmp_path) == 0.01
     first.kill()
     first.communicate()
     third = start("v0=0.02 t_end=2e-5")
-    assert third.communicate(timeout=60)[1] == "" and speed_in(tmp_path) == 0.02
+    assert third.communicate(timeout=200)[1] == "" and speed_in(tmp_path) == 0.02
 
 
 @pytest.mark.mpi
@@ -124,3 +125,45 @@ def test_a_signal_is_obeyed_within_a_window_of_the_dem(start, tmp_path, backend)
     assert process.returncode == 130 and time.monotonic() - begin < 2.0
     assert err.splitlines()[-1].startswith("error: interrupted; ")
     assert json.loads((tmp_path / "report.json").read_text())["error"] == "KeyboardInterrupt: SIGTERM"
+
+
+def test_options_that_changed_a_run_are_in_its_report(start, tmp_path):
+    """From the command line and PETSC_OPTIONS; one that accepts everything is warned of, one without sense refused."""
+    process = start("t_end=8e-6 -mpm_snes_max_it 30 -mpm_snes_atol 1e6", petsc="-mpm_snes_stol 1e-30")
+    _, err = process.communicate(timeout=200)
+    assert process.returncode == 0 and err.count("\n") == 1, err
+    assert err.startswith("warning: step 1, t = 4e-06 s was accepted with a residual of ")
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert report["options"] == {"-mpm_snes_max_it": "30", "-mpm_snes_atol": "1e6", "-mpm_snes_stol": "1e-30"}
+    process = start("t_end=8e-6", petsc="-mpm_snes_rtol nan")
+    _, err = process.communicate(timeout=200)
+    assert process.returncode == 1 and err.count("\n") == 1
+    assert err.startswith("error: -mpm_snes_rtol is nan: give a number at least 0 and below 1, or leave the option out")
+    assert json.loads((tmp_path / "report.json").read_text())["options"]["-mpm_snes_stol"] == "1e-30"
+
+
+def test_what_a_run_tells_of_itself(run, tmp_path, capsys, monkeypatch):
+    """How fine the scene is before the first window; without a terminal a line every minute, here after each window; a
+    figure in the summary only when there is one."""
+    monkeypatch.setattr(progress, "EVERY", 0.0)
+    run(t_end=2e-5)
+    first, *lines = capsys.readouterr().out.splitlines()
+    found = re.fullmatch(r"cells of (.*) x (.*) m, (.*) points per filled cell \((\d+) to (\d+)\), explicit limit of the "
+                         r"time step (.*) s", first)
+    width, height, mean, least, most, limit = map(float, found.groups())
+    assert (width, height) == pytest.approx(((0.1535 + 0.0052) / 31, 0.03 / 7), rel=1e-3)
+    assert least <= mean <= most and mean == pytest.approx(2160 / (31 * 3), rel=0.3)
+    assert limit == pytest.approx(height / 5942, rel=0.01)  # sqrt(E (1 - nu) / ((1 + nu) (1 - 2 nu) rho))
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert report["explicit_limit"] == pytest.approx(limit, rel=1e-2) and report["options"] == {}
+    assert len(lines) == 5 + 5 and re.fullmatch(
+        r"step 3, t = 1.2e-05 s \(60.0%\): \d\.\d\d Newton iterations per step, 00:\d\d gone, 00:\d\d to go", lines[2])
+    assert lines[-1] == f"results in {tmp_path}, figure {tmp_path / 'beam_impact.png'}"
+
+
+def test_a_summary_names_no_figure_where_there_is_none(start, tmp_path):
+    script = ROOT / "cases/extreme.py"
+    done = subprocess.run([sys.executable, script, "windows=2", f"out={tmp_path}"], capture_output=True, text=True,
+                          env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}, timeout=100)
+    assert done.stdout.splitlines()[-1] == f"results in {tmp_path}", done.stderr
+    assert not list(tmp_path.glob("*.png"))

@@ -19,7 +19,7 @@ def beam(run_ranks, words, tmp_path):
     def start(ranks, more):
         folder = tmp_path / f"ranks{ranks}"
         done = run_ranks(ranks, SCRIPT, *words(f"dt=1e-6 substeps=20 points=2 out={folder} {more}"))
-        assert done.returncode == 0 and done.stdout.count("\n") == 5, done.stderr
+        assert done.returncode == 0 and done.stdout.count("\n") == 6, done.stderr
         return folder
 
     return start

@@ -125,29 +125,28 @@ def array(name, value, *shapes, unit=""):
 
 def indices(name, value, end, columns, of):
     """Numbers of ``of`` from 0 to ``end`` - 1, shape (n, k) with k among ``columns``, as array of int64."""
-    result = shaped(name, value, *(("n", k) for k in columns), dtype=None)
-    if result.size and not (np.issubdtype(result.dtype, np.number) and not np.iscomplexobj(result)
-                            and (result == np.floor(result)).all()):
+    result = shaped(name, value, *(("n", k) for k in columns))
+    if result.size and not (result % 1.0 == 0.0).all():
         refuse(name, value, f"give whole numbers, those of {of}")
     if result.size and not 0 <= result.min() <= result.max() < end:
-        raise ValueError(f"{name} name {of} {result.min()}..{result.max()}, there are {end}: give numbers from 0 to "
+        raise ValueError(f"{name} name {of} {result.min():.0f}..{result.max():.0f}, there are {end}: give numbers from 0 to "
                          f"{end - 1}")
     return result.astype(np.int64)
 
 
-def shaped(name, value, *shapes, dtype=float):
-    """Numbers of one of the ``shapes``, also NaN and infinity, as array."""
+def shaped(name, value, *shapes):
+    """Numbers of one of the ``shapes``, also NaN and infinity, as array of float."""
     try:
-        result = np.array(value, dtype)
-    except (TypeError, ValueError, OverflowError):
+        result = np.array(value)
+    except ValueError:  # lists of different lengths
         result = None
-    if result is None or result.dtype == object:
+    if result is None or result.dtype.kind not in "iuf":  # texts, truth values and objects are no numbers
         refuse(name, value, f"give numbers of shape {_shapes(shapes)}")
     if not any(len(shape) == result.ndim and all(isinstance(n, str) or n == m for n, m in zip(shape, result.shape))
                for shape in shapes):
         given = f"is {shown(value)}" if result.size < 7 else f"has shape {result.shape}"
         raise ValueError(f"{name} {given}: give numbers of shape {_shapes(shapes)}")
-    return result
+    return result.astype(float)
 
 
 def _shapes(shapes):

@@ -5,13 +5,16 @@
     python cases/beam_impact.py dem=liggghts preset=paper         the paper's discretisation and time step; or paper_3d
     python cases/beam_impact.py h=1e-3 law=neo_hooke -mpm_snes_monitor
 """
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Literal, Optional, Tuple
 
 import numpy as np
 from mpi4py import MPI
 
+import mpm_dem_checks as check
 from coupling import Record, analytic, cli, count_windows, couple, figure, linear, nearest, picture, report
+from coupling.keys import of_iteration, refuse_unused
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, open_dem
 from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, Interface, Support
 
@@ -59,12 +62,21 @@ def main(
     shift: float = 0.0,  # of interface and wall into the beam, the paper's delta [m]
     gap: float = 0.0,  # between sphere and beam at the start [m]
     rebalance: float = 1.2,  # imbalance of material points over the ranks that calls for a new partition [-]
-    out: str = "out/beam_impact",  # folder of the results
+    out: Path = Path("out/beam_impact"),  # folder of the results
     paraview: int = 0,  # windows from one ParaView file to the next [-]; 0: none
     picture: float = 0.0,  # magnification of the displacements in a picture of the end [-]; 0: no picture
 ) -> dict:
     """Sphere on a beam of 1 cm x 1 cm, supported at both ends, against the Timoshenko beam with Hertz contact."""
-    return strike("beam_impact", compare, **locals())
+    keys = dict(locals())
+    refuse_unused(main, keys, {"mapping": (wall_segments is not None, "where the wall has nodes of its own, "
+                                           "wall_segments=37"), **uses(keys)})
+    return strike("beam_impact", compare, **keys)
+
+
+def uses(keys):
+    """For ``refuse_unused``: what keys of this and the next example depend on."""
+    return {"h": (keys["cells"] is None, "without cells="), **of_iteration(keys["iterate"]),
+            "plane": (keys["dim"] == 2, "in the plane, dim=2")}
 
 
 def strike(case, compare, modes=50, **keys):
@@ -72,6 +84,7 @@ def strike(case, compare, modes=50, **keys):
     with that many ``modes``. Returns the history per back end."""
     p = SimpleNamespace(**{**PLAIN, **keys})
     windows = count_windows(p.t_end, p.dt, p.substeps)
+    check.not_negative("picture", p.picture)
     rho_sphere = p.rho if p.rho_sphere is None else p.rho_sphere
     reference = analytic.impact(p.length, HEIGHT, WIDTH, p.radius, p.v0, p.E, p.nu, p.rho, p.t_end, modes=modes,
                                 sphere=(p.E, p.nu, rho_sphere))
@@ -125,8 +138,8 @@ def background(box, cells, h, cell):
     size, beside = box.size, [d for d in range(box.dim) if d != 1]
     margin = np.full(box.dim, 0.0026)
     if cells is None:
-        if not 0 < h <= HEIGHT:
-            raise ValueError(f"h is {h} m: the cell size must lie between 0 and the beam's height of {HEIGHT} m")
+        check.between("h", h, 0, HEIGHT, "m",
+                      f"the cell size must lie between 0 and the beam's height of {HEIGHT} m", "(]")
         columns = np.rint(size / h).astype(int)
         margin, cells = size / columns, columns + 2
         cells[1] = round(3 * HEIGHT / h)

@@ -6,12 +6,15 @@
     python cases/column_collapse.py dim=3 h=0.025 dt=1e-3         in space, between side walls
 """
 import math
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Literal, Optional, Tuple
 
 import numpy as np
 
+import mpm_dem_checks as check
 from coupling import Record, cli, count_windows, figure, frames, march
+from coupling.keys import refuse_unused
 from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, GridWall, Support
 from mpm_fenicsx.geostatic import at_rest
 
@@ -52,11 +55,14 @@ def main(
     outflow: Literal["stop", "hold", "remove"] = "remove",  # of soil at open sides of the grid; stop: that ends the run
     solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
     rebalance: float = 1.2,  # imbalance of material points over the ranks that calls for a new partition [-]
-    out: str = "out/column_collapse",  # folder of the results
+    out: Path = Path("out/column_collapse"),  # folder of the results
     paraview: int = 0,  # steps from one ParaView file to the next [-]; 0: none
 ) -> dict:
     """Collapse of a granular column: front, energies and volume over time, pictures at the paper's times."""
     keys = dict(locals())
+    soil, space = (law != "von_mises", "for soil, not for law=von_mises"), (dim == 3, "in space, dim=3")
+    refuse_unused(main, keys, {"ratio": (initial == "geostatic", "with initial=geostatic"), "depth": space,
+                               "open_side": space, "phi": soil, "psi": soil, "tension": soil})
     p = SimpleNamespace(**keys, height=aspect * width, thickness=1.0)
     steps = count_windows(t_end, dt)
     solid = make_column(p)
@@ -71,15 +77,16 @@ def main(
 
 def make_column(p, surface=None):
     """The MPM of the keys ``p``: grid, soil, floor and walls; surface: from the ``Body`` to its ``Interface``."""
-    if not (p.aspect > 0 and np.isfinite(p.height) and p.width > 0):
-        raise ValueError(f"width is {p.width} m and aspect {p.aspect}: both must be positive")
-    if not p.g > 0:
-        raise ValueError(f"g is {p.g} m/s^2: without gravity nothing collapses, give a positive number")
+    for name, unit in (("width", "m"), ("aspect", ""), ("depth", "m"), ("h", "m")):
+        check.positive(name, getattr(p, name), unit)
+    check.positive("g", p.g, "m/s^2", "without gravity nothing collapses, give a positive number")
+    if p.refine is not None:
+        check.count("refine", p.refine)
     size = np.array([p.width, p.height, p.depth][:p.dim])
     grid = make_grid(p, size)
     kind = p.body_cell or ("triangle" if p.dim == 2 else "hexahedron")
     cells = tuple(n * (p.refine or (2 if p.dim == 2 else 1)) for n in Grid.counts(size, p.h))
-    body = Body(Box((0.0,) * p.dim, tuple(size)), cells, p.points or POINTS[kind], make_law(p), p.rho, cell=kind,
+    body = Body(Box((0.0,) * p.dim, tuple(size)), cells, POINTS[kind] if p.points is None else p.points, make_law(p), p.rho, cell=kind,
                 thickness=p.thickness, f_bar=p.f_bar, stress=initial_stress(p))
     supports, walls = make_floor(p.floor, p.h, p.dim)
     supports.append(Support.column("x", 0.0, grid, "x", name="the wall"))
@@ -96,15 +103,15 @@ def make_grid(p, size):
     if p.box is None:
         far = math.sqrt(2 * p.g * p.height) * p.t_end
         box = [p.width + far, 1.25 * p.height, p.depth + far * p.open_side]
-    elif len(p.box) != p.dim:
-        raise ValueError(f"box is {p.box}: give {p.dim} lengths")
     else:
-        box = p.box
+        box = check.numbers("box", p.box, p.dim, "m", check.positive)
+        if any(length < (1 - 1e-9) * least for length, least in zip(box, size)):
+            raise ValueError(f"box is {cli.typed(p.box)} m: it must hold the column of {cli.typed(tuple(size))} m")
     counts = Grid.counts(size, p.h)
     h = size / counts
-    cells = np.maximum(np.ceil(np.array(box[:p.dim]) / h - 1e-9).astype(int), counts)
-    cells[:2] += cells[:2] == counts[:2]  # the flow needs a way out, and the column must not touch the top
-    cells[2:] += (cells[2:] == counts[2:]) & p.open_side
+    cells = [max(math.ceil(length / each - 1e-9), n) for length, each, n in zip(box, h, counts)]
+    for d in range(3 if p.open_side else 2)[:p.dim]:  # the flow needs a way out, the column must not touch the top
+        cells[d] += cells[d] == counts[d]
     return Grid(Box((0.0,) * p.dim, tuple(cells * h)), tuple(cells), p.cell)
 
 
@@ -117,6 +124,7 @@ def initial_stress(p):
 
 def make_law(p):
     if p.law == "von_mises":
+        check.positive("cohesion", p.cohesion, "Pa", "law=von_mises has its strength from it, give a positive number")
         return LAWS["von_mises"](p.E, p.nu, math.sqrt(3.0) * p.cohesion)  # yields in pure shear at the cohesion
     more = dict(match="plane_strain" if p.dim == 2 else "compression") if p.law == "drucker_prager" else {}
     return LAWS[p.law](p.E, p.nu, p.phi, p.psi, p.cohesion, p.tension, **more)
@@ -128,9 +136,10 @@ def make_floor(kind, h, dim):
     if kind in ("stick", "slip"):
         return [Support(on_floor, "xyz"[:dim] if kind == "stick" else "y", name="the floor")], []
     try:
-        friction = float(kind)
-    except ValueError:
+        friction = cli.convert("floor", kind, float)
+    except cli.UsageError:
         raise ValueError(f"floor is {kind!r}: give stick, slip or a coefficient of friction") from None
+    check.not_negative("floor", friction, rule="give stick, slip or a coefficient of friction of at least 0")
     return [], [GridWall(on_floor, "+y", friction, name="the floor")]
 
 

@@ -11,12 +11,15 @@ on another one of the modulus E / contrast, held at its bottom; ``rest``, the bl
 the beam alone in its first mode; ``flight``, the free block alone, flying and vibrating. ``extreme_references.py`` says
 what each is compared with.
 """
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Literal, Optional, Tuple
 
 import extreme_references as references
 import numpy as np
+from extreme_keys import ALONE, check_keys
 
+import mpm_dem_checks as check
 from coupling import Record, cli, couple, linear
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, critical_step, open_dem
 from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, Interface, Support
@@ -26,7 +29,6 @@ DIMENSION = {  # powers of length, time and mass in the keys that have any
     **dict.fromkeys(("length", "height", "width", "radius", "h", "shift", "gap", "at"), (1, 0, 0)),
     **dict.fromkeys(("v0", "fly"), (1, -1, 0)), **dict.fromkeys(("E", "E_ball"), (-1, -2, 1)), "rho": (-3, 0, 1),
     "gravity": (1, -2, 0), "dt": (0, 1, 0)}
-ALONE = ("swing", "flight")  # scenes without a sphere
 
 
 def main(
@@ -69,10 +71,11 @@ def main(
     substeps: Optional[int] = None,  # DEM steps per window [-]; none: of half the DEM's critical step
     unit: Tuple[float, float, float] = (1.0, 1.0, 1.0),  # in which the numbers above are given [m, s, kg]
     dem: Literal["reference", "liggghts"] = "reference",  # back end
-    out: str = "out/extreme",  # folder of the results
+    out: Path = Path("out/extreme"),  # folder of the results
 ) -> dict:
     """A sphere and an elastic block in extreme conditions, against conservation, kinematics, Hertz or the beam."""
     keys = dict(locals())
+    check_keys(main, keys)
     p, other = prepare(keys), references.twin(keys)
     against = other and (prepare(other), run(other, prepare(other), f"{out}/twin")[0])
     return run(keys, p, out, against)[0]
@@ -91,6 +94,9 @@ def prepare(keys):
     p.rho_ball = p.rho if p.mass_ratio is None else p.mass_ratio * p.mass / ball
     p.ball_mass = p.rho_ball * ball
     p.stiffness = 4 / 3 * np.sqrt(p.radius) / ((1 - p.nu**2) * (1 / p.E + 1 / p.E_ball))
+    if p.scene not in ALONE and p.scene != "rest" and not references.approach(p) > 0:
+        raise ValueError(f"angle is {p.angle} degrees: at={p.at[0]:g} is beyond an edge, and the sphere flies past, give "
+                         "another one")
     if p.dt is None:
         wave = np.sqrt(p.E * (1 - p.nu) / ((1 + p.nu) * (1 - 2 * p.nu) * p.rho))
         p.dt = p.cfl * p.h / wave if p.cfl else references.contact_time(p) / p.per_contact
@@ -139,6 +145,9 @@ def background(p, boxes):
     around = np.full((2, p.dim), 2)
     if p.scene in ("free", "flight"):
         travel = p.windows * p.dt * np.array([abs(p.fly) + p.v0, 2 * p.v0, 0.0][:p.dim])
+        n = np.prod(counts + 2 * travel / h)
+        check.check_memory(f"{n:.3g} cells of the grid for a flight of {travel.max():.3g} m (windows={p.windows}, "
+                           f"v0={p.v0:g}, fly={p.fly:g})", 600 * n, "take fewer windows or a smaller speed")
         around += np.ceil(travel / h + 1).astype(int)
     around[0, 1] += (len(boxes) - 1) * counts[1]
     return Grid(Box(tuple(boxes[0].lower - around[0] * h), tuple(boxes[0].upper + around[1] * h)),

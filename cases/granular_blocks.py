@@ -6,14 +6,17 @@
 """
 import inspect
 import math
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Literal, Optional, Tuple
 
 import column_collapse
+import mpm_dem_checks as check
 from beam_impact import SCHEME
 from blocks_history import Obstacles, draw, events, miss
 from coupling import Record, cli, count_windows, couple, nearest
-from dem_liggghts import Cluster, Interaction, Material, Scene, Wall, open_dem
+from coupling.keys import of_iteration, refuse_unused
+from dem_liggghts import Cluster, Interaction, Material, Scene, Wall, check_size, open_dem
 from mpm_fenicsx import SOLVERS, Interface, of_points
 
 PRESETS = {"paper": dict(h=0.005, dt=5e-5, substeps=5)}
@@ -51,15 +54,19 @@ def main(
     outflow: Literal["stop", "hold", "remove"] = "remove",  # of soil at open sides of the grid; stop: that ends the run
     solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
     dem: Literal["reference", "liggghts", "compare"] = "reference",  # back end; compare runs both
-    out: str = "out/granular_blocks",  # folder of the results
+    out: Path = Path("out/granular_blocks"),  # folder of the results
     paraview: int = 0,  # windows from one ParaView file to the next [-]; 0: none
     animation: int = 0,  # windows from one picture to the next of an animated GIF [-]; 0: none
 ) -> dict:
     """Granular flow against three blocks: their places and rotation over time, pictures at the paper's times."""
     keys, runs = dict(locals()), {}
+    discs, line = (contact == "points", "with contact=points"), (contact == "outline", "with contact=outline")
+    refuse_unused(main, keys, {"disc": discs, "disc_E": discs, "wall_E": line, "inset": line, "spacing": line,
+                               **of_iteration(iterate)})
     soil = {name: key.default for name, key in inspect.signature(column_collapse.main).parameters.items()}
     p = SimpleNamespace(**{**soil, **keys, "height": soil["aspect"] * soil["width"], "thickness": depth})
     windows = count_windows(t_end, dt, substeps)
+    check_blocks(p)
     for backend in ("liggghts", "reference") if dem == "compare" else (dem,):
         label = "liggghts" if (dem, backend) == ("compare", "liggghts") else ""
         solid = column_collapse.make_column(p, of_points if contact == "points" else lambda body: outline(p, body))
@@ -83,10 +90,23 @@ def outline(p, body):
     return Interface.around(body, p.spacing, p.inset, ("x-", "y-"), "y-")
 
 
+def check_blocks(p):
+    """ValueError for keys of the blocks that make no stack in the grid."""
+    check.count("blocks", p.blocks)
+    check.count("spheres", p.spheres, 2)
+    check.count("animation", p.animation, 0)
+    for name, unit in (("depth", "m"), ("wall_E", "Pa"), ("disc_E", "Pa"), ("disc", "")):
+        check.positive(name, getattr(p, name), unit)
+    check.not_negative("adhesion", p.adhesion, "Pa")
+    check.numbers("block", p.block, 2, "m", check.positive)
+    check.numbers("box", p.box, 2, "m", check.positive)
+    check.between("at", p.at, p.width, p.box[0] - p.block[0], "m",
+                  f"the blocks stand between the column, {p.width} m wide, and the end of the box at {p.box[0]} m")
+    check_size(p.blocks * p.spheres**2, f"blocks={p.blocks} spheres={p.spheres}", p.substeps)
+
+
 def make_scene(p, interface):
     """Blocks, floor and the surface of the soil for the DEM."""
-    if p.blocks < 1 or p.spheres < 2:
-        raise ValueError(f"blocks is {p.blocks} and spheres {p.spheres}: give at least 1 block, of at least 2 spheres")
     stack = [Cluster.box(p.block, (p.spheres, p.spheres), (p.at + p.block[0] / 2, (k + 0.5) * p.block[1]), WOOD_RHO,
                          p.depth, free=k > 0, material="wood") for k in range(p.blocks)]
     soil, modulus = surface_of(p, interface)

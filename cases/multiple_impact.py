@@ -4,10 +4,12 @@
     python cases/multiple_impact.py dim=3                         the beam in space
     python cases/multiple_impact.py dem=liggghts preset=paper     the paper's discretisation and time step
 """
+from pathlib import Path
 from typing import Literal, Optional, Tuple
 
 import beam_impact
 from coupling import analytic, cli
+from coupling.keys import refuse_unused
 from mpm_fenicsx import SOLVERS
 
 PRESETS = {"paper": dict(cells=(124, 13), body=(240, 8), points=4, segments=(240,), dt=5e-8, substeps=1, t_end=4e-3)}
@@ -37,12 +39,13 @@ def main(
     t_end: float = 4e-3,  # end of the run [s]
     solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
     dem: Literal["reference", "liggghts", "compare"] = "reference",  # back end; compare runs both
-    out: str = "out/multiple_impact",  # folder of the results
+    out: Path = Path("out/multiple_impact"),  # folder of the results
     paraview: int = 0,  # windows from one ParaView file to the next [-]; 0: none
     picture: float = 0.0,  # magnification of the displacements in a picture of the end [-]; 0: no picture
 ) -> dict:
     """Sphere on a long beam of 1 cm x 1 cm, supported at both ends, against the Timoshenko beam with Hertz contact."""
     keys = dict(locals())
+    refuse_unused(main, keys, {name: use for name, use in beam_impact.uses(keys).items() if name in keys})
     keys["body"] = body or {2: (240, 8), 3: (160, 5, 5)}[dim]
     keys["segments"] = segments or {2: (240,), 3: (240, 8)}[dim]
     return beam_impact.strike("multiple_impact", compare, modes=MODES, **keys)

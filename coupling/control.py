@@ -1,5 +1,5 @@
 """Lengths of time steps that may fail or be too long: halved, and grown back later."""
-import numpy as np
+import mpm_dem_checks as check
 
 GROW_AFTER = 4  # good steps since the last that was given up
 
@@ -12,8 +12,9 @@ class StepControl:
     """
 
     def __init__(self, most, tolerance=None):
-        if tolerance is not None and not 0 <= tolerance < np.inf:
-            raise ValueError(f"adapt is {tolerance}: give an error of at least 0, or none for windows of one length")
+        most = check.count("most steps of a window", most)
+        if tolerance is not None:
+            check.not_negative("adapt", tolerance, rule="give an error of at least 0, or none for windows of one length")
         self.most, self.size, self._tolerance, self._good = most, most, tolerance, 0
 
     @property

@@ -3,6 +3,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+import mpm_dem_checks as check
+
 from .control import StepControl
 from .gain import Gain
 from .iterate import Iterated, NotConverged
@@ -13,17 +15,19 @@ from .window import Weak, Window
 
 __all__ = ["NotConverged", "Window", "count_windows", "couple"]
 
+MOST_WINDOWS = 1e9  # of a run: at a millisecond each they take eleven days
+WORK_PER_PARTICLE = 1000  # operations in a DEM step, measured
+
 
 def count_windows(t_end, dt, substeps=1, start=0.0):
     """Number of windows from ``start`` [s] on; ValueError unless dt > 0 divides the time and substeps is at least 1."""
-    if substeps < 1 or substeps != int(substeps):
-        raise ValueError(f"substeps is {substeps}: give a whole number of at least 1")
-    if not (dt > 0 and np.isfinite(dt)):
-        raise ValueError(f"dt is {dt} s: the window must be positive")
-    if not (t_end > start and np.isfinite(t_end)):
+    check.count("substeps", substeps)
+    check.positive("dt", dt, "s", "the window must be positive")
+    if not check.finite("t_end", t_end, "s", "it must be finite and lie after the start") > start:
         raise ValueError(f"t_end is {t_end} s: it must lie after the start at {start} s")
-    if (t_end - start) / dt > 1e12:
-        raise ValueError(f"dt is {dt} s: that makes more than 1e12 windows until {t_end} s, take a longer one")
+    if (t_end - start) / dt > MOST_WINDOWS:
+        raise ValueError(f"dt is {dt} s: that makes {(t_end - start) / dt:.3g} windows until {t_end} s, more than "
+                         f"{MOST_WINDOWS:g}, take a longer one or a smaller t_end")
     count = round((t_end - start) / dt)
     if count < 1 or abs(start + count * dt - t_end) > 1e-9 * t_end:
         raise ValueError(f"t_end is {t_end} s, which is not a multiple of dt = {dt} s: take t_end="
@@ -51,7 +55,7 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, iterate=0, tol=1e-4
         total = count_windows(t_end, dt / substeps, 1, start)
     else:
         total = count_windows(t_end, dt, substeps, start) * substeps
-    _check(dt, grains.dt, substeps, iterate, tol, relax)
+    _check(dt, grains.dt, substeps, iterate, tol, relax, len(grains.particles()))
     trend, known = Trend(), None
     if last is not None and last.memory is not None:
         trend, known, size = last.memory
@@ -127,13 +131,13 @@ class Rewind:
             partition.set_state(state)
 
 
-def _check(dt, inner, substeps, iterate, tol, relax):
-    """ValueError for keywords that make no sense."""
+def _check(dt, inner, substeps, iterate, tol, relax, particles):
+    """ValueError for keywords that make no sense, and for more work in a window than anybody waits for."""
     if abs(substeps * inner - dt) > 1e-9 * dt:
         raise ValueError(f"{substeps} substeps of the DEM's {inner} s do not make a window of {dt} s: let them fit")
-    if iterate < 0 or iterate != int(iterate):
-        raise ValueError(f"iterate is {iterate}: give the most repetitions of a window, or 0 for weak coupling")
-    if not 0 < tol < 1:
-        raise ValueError(f"tol is {tol}: give a part of the force between 0 and 1, such as 1e-4")
-    if relax not in RELAXATIONS:
-        raise ValueError(f"relax is {relax!r}: choose one of {', '.join(RELAXATIONS)}")
+    check.count("iterate", iterate, 0, rule="give the most repetitions of a window, or 0 for weak coupling")
+    check.between("tol", tol, 0, 1, rule="give a part of the force between 0 and 1, such as 1e-4", ends="()")
+    check.choice("relax", relax, tuple(RELAXATIONS))
+    work = substeps * max(particles, 1) * WORK_PER_PARTICLE
+    check.check_work(f"{substeps} DEM steps per window (substeps) of {particles} particles", work,
+                     "take fewer of both, or a shorter window")

@@ -13,3 +13,8 @@ def refuse_unused(main, keys, uses):
     for name, (used, when) in uses.items():
         if not used and keys[name] != parameters[name].default:
             raise ValueError(f"{name}={typed(keys[name])} has no effect here, it counts {when}: leave it out")
+
+
+def of_iteration(iterate):
+    """For ``refuse_unused``: the keys of the coupling that only a repetition of windows uses."""
+    return {name: (iterate != 0, "where windows are repeated, iterate=20") for name in ("tol", "relax")}

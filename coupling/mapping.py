@@ -9,6 +9,8 @@ import numpy as np
 from mpi4py import MPI
 from scipy.sparse import coo_matrix, csr_matrix
 
+import mpm_dem_checks as check
+
 
 def share(n, comm):
     """The rows, of n in all, that this rank keeps: a slice; and where the ranks' shares begin and end, shape (ranks +
@@ -70,9 +72,18 @@ class Mapping:
         return wall_force if self.is_copy else self._whole(self._transpose @ wall_force, self._solid_bounds)
 
 
+def _places(x_solid, x_wall):
+    """Both as arrays of float; ValueError unless they are positions of one dimension."""
+    x_solid = check.array("x of the interface", x_solid, ("n", 2), ("n", 3), unit="m")
+    if not len(x_solid):
+        raise ValueError("the interface has no points: give at least one for the wall to follow")
+    return x_solid, check.array("x of the wall", x_wall, ("n", x_solid.shape[1]), unit="m")
+
+
 def nearest(x_solid, x_wall, comm=MPI.COMM_WORLD):
     """Each wall node follows the nearest interface point: a copy where positions coincide."""
-    mine = np.asarray(x_wall)[share(len(x_wall), comm)[0]]
+    x_solid, x_wall = _places(x_solid, x_wall)
+    mine = x_wall[share(len(x_wall), comm)[0]]
     from scipy.spatial import cKDTree  # takes time to import, and few scenes need it
 
     partner = cKDTree(x_solid).query(mine)[1] if len(mine) else np.zeros(0, int)
@@ -83,8 +94,10 @@ def nearest(x_solid, x_wall, comm=MPI.COMM_WORLD):
 def linear(x_solid, elements, x_wall, comm=MPI.COMM_WORLD):
     """Each wall node follows the closest point of the interface's ``elements``, segments of shape (k, 2) or triangles
     of shape (k, 3), by linear interpolation between their corners. ValueError for an element without extent."""
-    elements, p = np.asarray(elements), np.asarray(x_wall, float)[share(len(x_wall), comm)[0], None]
-    corner = np.asarray(x_solid, float)[elements]
+    x_solid, x_wall = _places(x_solid, x_wall)
+    elements = check.indices("elements of the interface", elements, len(x_solid), (2, 3), "points")
+    p = x_wall[share(len(x_wall), comm)[0], None]
+    corner = x_solid[elements]
     _check_extent(corner)
     m, k = len(p), len(elements)
     weight, shortest = np.zeros((m, k, elements.shape[1])), np.full((m, k), np.inf)

@@ -1,6 +1,7 @@
 """Spheres and rigid clusters of spheres against a deforming wall: one protocol, two back ends (built-in and
 LIGGGHTS)."""
 import mpm_dem_cache  # noqa: F401 - before anything is compiled
+import mpm_dem_checks as check
 
 from .checks import check_start, warn_if_too_long, warn_if_window_too_long
 from .clusters import Cluster
@@ -8,9 +9,10 @@ from .contact import critical_step
 from .energy import contact_energy, kinetic_energy, potential_energy
 from .protocol import BODY, DEM, PARTICLE
 from .scene import Interaction, Material, Scene, Spheres, Wall
+from .sizes import check_size
 from .window import longest_window
 
-__all__ = ["BODY", "Cluster", "DEM", "Interaction", "Material", "PARTICLE", "Scene", "Spheres", "Wall", "check_start",
+__all__ = ["BODY", "Cluster", "DEM", "Interaction", "Material", "PARTICLE", "Scene", "Spheres", "Wall", "check_size", "check_start",
            "contact_energy", "critical_step", "kinetic_energy", "longest_window", "open_dem", "potential_energy",
            "warn_if_window_too_long"]
 
@@ -22,7 +24,8 @@ def open_dem(backend, scene, dt, comm=None):
     cluster in two pieces; warns when the step is too long for the contact. Collective on ``comm`` (default: all ranks).
     """
     if backend not in ("reference", "liggghts"):
-        raise ValueError(f"dem is {backend!r}: the back ends are reference and liggghts")
+        raise ValueError(f"dem is {backend!r}: the back ends are reference and liggghts, give one of them")
+    check.record("scene", scene, Scene)
     warn_if_too_long(scene, dt)
     check_start(scene)
     if backend == "liggghts":  # imported here: who does not ask for LIGGGHTS never loads it

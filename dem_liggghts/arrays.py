@@ -23,8 +23,8 @@ def per_sphere(value, name, n):
     array = _numbers(value, name, f"give one number, or {n}")
     if array.shape not in ((), (1,), (n,)):
         raise ValueError(f"{name} has shape {array.shape}: give one number, or {n}")
-    if not ((array > 0) & (array <= check.MOST)).all():
-        raise ValueError(f"{name} is {value}: it must be positive")
+    if not ((array >= check.LEAST) & (array <= check.MOST)).all():
+        raise ValueError(f"{name} is {check.shown(value)}: it must be positive, from {check.LEAST:g} to {check.MOST:g}")
     array = np.array(np.broadcast_to(array, (n,)))
     array.flags.writeable = False
     return array
@@ -40,9 +40,12 @@ def rows(value):
 
 def _numbers(value, name, rule):
     try:
-        return np.array(value, float)
-    except (TypeError, ValueError, OverflowError):
-        return check.refuse(name, value, rule)
+        array = np.array(value)
+    except ValueError:  # lists of different lengths
+        array = None
+    if array is None or array.dtype.kind not in "iuf":  # texts, truth values and objects are no numbers
+        check.refuse(name, value, rule)
+    return array.astype(float)
 
 
 def in_space(array):

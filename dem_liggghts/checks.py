@@ -10,6 +10,7 @@ from .compiled import compiled
 from .contact import critical_step
 from .frame import find_origin, moved
 from .near import near_spheres, nothing
+from .sizes import HOPELESS
 from .wall import JOINT, RIM, at_rest, closest, normal_and_angle, place
 from .window import longest_window
 
@@ -138,6 +139,9 @@ def warn_if_too_long(scene, dt):
     """One warning when the time step ``dt`` [s] exceeds the critical one; ValueError unless it is positive."""
     check.positive("dt", dt, "s", "the DEM time step must be positive")
     limit = critical_step(scene)
+    if dt > HOPELESS * min(limit):
+        raise ValueError(f"DEM time step is {dt:.3g} s, {dt / min(limit):.3g} times the limit of {min(limit):.3g} s, beyond "
+                         "which contacts make energy: use more substeps per window or a smaller window (dt)")
     if dt > min(limit):
         warnings.warn(f"DEM time step {dt:.3g} s exceeds the limit {min(limit):.3g} s (Rayleigh {limit.rayleigh:.3g} "
                       f"s, Hertz {limit.hertz:.3g} s): use more substeps per window or a smaller window", stacklevel=3)
@@ -157,9 +161,9 @@ def warn_if_window_too_long(scene, dt, mass, force=None):
 def check_window(steps, x, v, scene):
     """``steps`` as int; ValueError unless the arguments of `protocol.DEM.advance` make sense."""
     shape = scene.wall.nodes.shape
-    if np.shape(x) != shape or np.shape(v) != shape:
-        raise ValueError(f"wall nodes x {np.shape(x)} and v {np.shape(v)}: both must have shape {shape}")
-    return check.count("steps", steps, rule="a window has at least one DEM step, and a whole number of them")
+    if not all(isinstance(a, np.ndarray) and a.shape == shape for a in (x, v)):
+        x, v = (check.shaped(f"{name} of the wall nodes", value, shape) for name, value in (("x", x), ("v", v)))
+    return check.count("steps", steps, rule="a window has at least one DEM step, give a whole number of them")
 
 
 def check_finite(x, time, origin=0.0):

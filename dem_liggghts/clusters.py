@@ -8,6 +8,7 @@ import mpm_dem_checks as check
 
 from . import quaternion
 from .arrays import finite, per_sphere
+from .sizes import check_size
 
 SOLID, SPHERES = "solid", "spheres"
 
@@ -60,7 +61,8 @@ class Cluster:
 
     def _omega(self):
         omega = np.zeros(3)
-        name, given = "omega of the cluster", np.atleast_1d(self.omega)
+        name = "omega of the cluster"
+        given = np.atleast_1d(check.array(name, self.omega, (), (1,), (3,), unit="rad/s"))
         if self.dim == 2 and given.shape == (1,):
             omega[2] = check.finite(name, given[0], "rad/s")
         elif given.shape == (3,):
@@ -74,7 +76,7 @@ class Cluster:
     def _orientation(self):
         if self.quaternion is None:
             return quaternion.of_angle(check.finite("angle of the cluster", self.angle, "rad"))
-        q = np.array(self.quaternion, float)
+        q = check.array("quaternion of the cluster", self.quaternion, (4,))
         if self.dim == 2 or self.angle:
             raise ValueError("the cluster has a quaternion and lies in a plane or has an angle: give angle in a plane, "
                              "quaternion in space")
@@ -84,13 +86,13 @@ class Cluster:
         return q / np.sqrt(q @ q)
 
     def _tensor(self):
-        inertia = np.array(self.inertia, float)
+        inertia = check.array("inertia of the cluster", self.inertia, (), (1,), (3,), (3, 3), unit="kg m^2")
         if self.dim == 2 and inertia.size != 1 or self.dim == 3 and inertia.shape not in ((3,), (3, 3)):
             raise ValueError(f"inertia of the cluster has shape {inertia.shape}: give a number in a plane, (3, 3) or "
                              "(3,) in space")
         tensor = inertia.item() * np.eye(3) if self.dim == 2 else np.diag(inertia) if inertia.ndim == 1 else inertia
         if not (np.isfinite(tensor).all() and np.array_equal(tensor, tensor.T) and
-                np.linalg.eigvalsh(tensor).min() > 0):
+                np.linalg.eigvalsh(tensor).min() >= check.LEAST):
             raise ValueError(f"inertia of the cluster is {self.inertia}: it must be symmetric and positive")
         return tensor
 
@@ -154,13 +156,16 @@ class Cluster:
         rho: density [kg/m^3]; depth: of the solid in a plane scene [m]. mass_of: "solid" (the box) or "spheres" (their
         balls). rim: only spheres at the faces. radius [m]: else half of the widest spacing, so that neighbours touch.
         """
-        size, n = np.array(size, float), np.array(n, float)
+        size = check.array("size of the cluster", size, (2,), (3,), unit="m")
+        n = check.array("n of the cluster", n, (2,), (3,))
         if size.shape not in ((2,), (3,)) or n.shape != size.shape or not ((n >= 2) & (n % 1 == 0)).all() or \
                 not ((size > 0) & (size < np.inf)).all():
             raise ValueError(f"a box of size {size} m with {n} spheres: give 2 or 3 positive lengths and at least two "
                              "spheres along each")
+        check_size(float(n.prod()), f"{check.shown(n)} in a cluster")
         n = n.astype(int)
-        radius = 0.5 * (size / n).max() if radius is None else float(radius)
+        rho, rim = check.positive("rho", rho, "kg/m^3"), check.truth("rim", rim)
+        radius = 0.5 * (size / n).max() if radius is None else check.positive("radius", radius, "m")
         if not 0 < 2 * radius <= size.min():
             raise ValueError(f"spheres of radius {radius} m do not fit into a box of {size} m: use more or smaller "
                              "ones")
@@ -169,12 +174,10 @@ class Cluster:
         if rim:
             index = index[((index == 0) | (index == n - 1)).any(axis=1)]
         centres = np.column_stack([axis[i] for axis, i in zip(axes, index.T)])
-        if mass_of == SPHERES:
+        if check.choice("mass_of", mass_of, (SOLID, SPHERES)) == SPHERES:
             return cls.of_spheres(centres, radius, rho, x, **more)
-        if mass_of != SOLID:
-            raise ValueError(f"mass_of is {mass_of!r}: give solid or spheres")
-        if len(size) == 2 and not (depth and 0 < depth < np.inf):
-            raise ValueError(f"depth is {depth} m: a solid box in a plane scene needs its depth for its mass")
+        if len(size) == 2:
+            check.positive("depth", depth, "m", "a solid box in a plane scene needs its depth for its mass")
         mass = rho * size.prod() * (depth if len(size) == 2 else 1.0)
         squares = size**2
         inertia = mass / 12.0 * (squares.sum() if len(size) == 2 else squares.sum() - squares)

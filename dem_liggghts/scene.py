@@ -6,6 +6,7 @@ import numpy as np
 import mpm_dem_checks as check
 
 from .arrays import finite, per_sphere, rows
+from .clusters import Cluster
 
 BALLS, WALL = "spheres", "wall"  # names of Scene.material and Scene.wall_material
 
@@ -130,7 +131,7 @@ class Wall:
     @classmethod
     def discs(cls, x, radius, material=WALL):
         """Discs, in space balls, of ``radius`` [m] around x [m], shape (n, dim)."""
-        return cls(x, np.arange(len(x))[:, None], material=material, radius=radius)
+        return cls(x, np.arange(np.shape(x)[0] if np.ndim(x) else 0)[:, None], material=material, radius=radius)
 
     @classmethod
     def none(cls, dim):
@@ -166,8 +167,13 @@ class Scene:
 
     def __post_init__(self):
         put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen
-        put("clusters", tuple(self.clusters))
-        put("walls", tuple(self.walls))
+        put("clusters", check.records("clusters", self.clusters, Cluster))
+        put("walls", check.records("walls", self.walls, Wall))
+        for name, kind in (("spheres", Spheres), ("wall", Wall), ("material", Material), ("wall_material", Material)):
+            check.record(name, getattr(self, name), kind, type(None))
+        for name, kind in (("materials", Material), ("interactions", Interaction)):
+            check.records(name, check.record(name, getattr(self, name), dict).values(), kind)
+        check.records("between and at_wall", (self.between, self.at_wall), Interaction)
         parts = [p for p in (self.spheres, self.wall, *self.clusters, *self.walls) if p is not None]
         dims = sorted({part.dim for part in parts})
         if len(dims) != 1:

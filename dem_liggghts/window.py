@@ -1,6 +1,8 @@
 """How long a coupling window may be for the contact of the particles with the moving wall."""
 import numpy as np
 
+import mpm_dem_checks as check
+
 from . import parts
 from .contact import field, laws
 
@@ -36,7 +38,8 @@ def longest_window(scene, mass, force=np.inf):
     m/gamma where it rules. Infinite when nothing can meet the wall. Several spheres at one node, and nodes that carry
     less mass, shorten it; the stiffness of the grid, which this leaves out, lengthens it.
     """
-    force = np.inf if force is None else force
+    check.positive("mass", mass, "kg")
+    force = np.inf if force is None or force == np.inf else check.positive("force", force, "N")
     stiffness, damping, _ = contact_at_wall(scene, force)
     k, c = 0.75 * stiffness, 0.5 * np.sqrt(3.0) * damping
     return float((2.0 * mass / (c + np.sqrt(c**2 + 4.0 * k * mass))).min(initial=np.inf))

@@ -36,7 +36,10 @@ class Resampling:
             raise ValueError(f"the outline's shortest segment is {self.shortest} spacings and its longest "
                              f"{self.longest}: a longest one, divided, must stay longer than the shortest")
         check.not_negative("the reach of the outline's feet", self.reach)
-        for foot in check.records("feet of the outline", self.feet, tuple, type(None)):
+        feet = self.feet if isinstance(self.feet, (tuple, list)) else ()
+        if len(feet) != 2 or not all(foot is None or isinstance(foot, (tuple, list)) for foot in feet):
+            check.refuse("feet of the outline", self.feet, "give two, each a side and a level, or None")
+        for foot in feet:
             if foot is not None and (len(foot) != 2 or foot[0] not in SIDES):
                 raise ValueError(f"a foot of the outline is {foot!r}: give its side, one of {', '.join(SIDES)}, and its "
                                  "level")
@@ -54,7 +57,7 @@ class Interface:
 
     def __post_init__(self):
         x = check.array("x of the interface", self.x, ("n", 2), ("n", 3), unit="m")
-        elements = np.asarray(self.elements)
+        elements = check.shaped("elements of the interface", self.elements, ("n", "nodes of each"))
         columns = (1, x.shape[1]) if elements.size else elements.shape[1:]
         object.__setattr__(self, "x", x)
         object.__setattr__(self, "elements", check.indices("elements of the interface", elements, len(x), columns,
@@ -80,6 +83,7 @@ class Interface:
         n = 2 * sum(body.box.size) / spacing
         check.check_memory(f"{n:.3g} boundary particles of the outline (spacing={spacing:g} m)", n * BYTES_PER_POINT[2],
                            "take a larger spacing")
+        check.record("open_sides", open_sides, tuple, list)
         corner, ends = _corners(body.box, inset * cell, tuple(open_sides), floor)
         rule = Resampling(spacing, feet=ends, **rule)
         pieces = [np.linspace(a, b, max(1, round(np.hypot(*(b - a)) / spacing)), endpoint=False)
@@ -106,7 +110,8 @@ class Interface:
         plane box, one number; of the upper face of a box in space two, along x and z, each rectangle being two triangles.
         """
         across = [d for d in range(check.record("box", box, Box).dim) if d != 1]
-        counts = check.counts("segments", (segments,) if np.ndim(segments) == 0 else segments, len(across))
+        several = isinstance(segments, (tuple, list, np.ndarray))
+        counts = check.counts("segments", segments if several else (segments,), len(across))
         check.between("shift", shift, 0, box.size[1], "m",
                       f"it must lie between 0 and the height of the body, {box.size[1]} m", "[)")
         _check_size(counts, "segments", box.dim)
@@ -155,8 +160,7 @@ def _corners(box, inset, open_sides, floor):
     """Corners of an outline in clockwise order, the first once more at the end when it is closed, and its feet; see
     ``Interface.around``."""
     for side in (*open_sides, *([] if floor is None else [floor])):
-        if side not in SIDES:
-            raise ValueError(f"there is no side {side!r}: choose from {', '.join(SIDES)}")
+        check.choice("side of the outline", side, tuple(SIDES))
     if floor is not None and floor not in open_sides:
         raise ValueError(f"the floor is side {floor!r}, which has boundary particles: name it among the open sides")
     (left, bottom), (right, top) = box.lower + inset, box.upper - inset

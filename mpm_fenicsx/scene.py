@@ -41,6 +41,7 @@ class Grid:
     def counts(size, h):
         """Cells per direction of size about ``h`` [m] for a box of ``size`` [m]."""
         size = check.numbers("size of the box", size, len(np.atleast_1d(size)), "m", check.positive)
+        check.positive("h", h, "m", f"the cell size must lie between 0 and {min(size):.3g} m")
         check.between("h", h, 0, min(size), "m", f"the cell size must lie between 0 and {min(size):.3g} m", "(]")
         return tuple(max(1, round(length / h)) for length in size)
 

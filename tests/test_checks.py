@@ -69,7 +69,7 @@ def test_arrays(value, sentence):
 
 @pytest.mark.parametrize("value, sentence", [
     ([[0, 5]], r"elements name nodes 0..5, there are 5: give numbers from 0 to 4"), ([[-1, 0]], "name nodes -1..0"),
-    ([[0.5, 1]], "give whole numbers, those of nodes"), ([["a", "b"]], "give whole numbers"),
+    ([[0.5, 1]], "give whole numbers, those of nodes"), ([["a", "b"]], "give numbers of shape"),
     ([[0, 1, 2]], r"elements is \[\[0, 1, 2\]\]: give numbers of shape \(n, 2\)"), ([[0, np.nan]], "give whole numbers")])
 def test_indices(value, sentence):
     with pytest.raises(ValueError, match=sentence):

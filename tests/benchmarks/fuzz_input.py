@@ -202,7 +202,8 @@ def accepted(kept, wrong):
 
 def sentence(text, key):
     """What is bad about a sentence; key: which it must name, or None."""
-    if RAW.search(text):
+    own = re.sub(r"\(\w+: [^)]*\)", "", text) if "look at this function" in text else text  # what a user's function says
+    if RAW.search(own):
         return f"raw: {text}"
     if "\n" in text or len(text) > 600:
         return f"not one sentence: {text[:300]}"

@@ -35,6 +35,7 @@ BAD = {  # kind of value → values that are right for none of that kind
     "motion": [3.0, lambda t: NAN, lambda t: "up", lambda t: (1.0, 2.0, 3.0), lambda t: None, lambda t: 1 / 0],
     "field": ["fast", NAN, (1.0, 2.0, 3.0), lambda x: np.full(len(x), NAN), lambda x: np.zeros((1, 7)), lambda x: x[99],
               lambda x: "fast"],
+    "velocity": ["fast", NAN, (1.0, 2.0, 3.0), None], "function": [3, "x", NAN],
     "record": [3, "x", SimpleNamespace(), np.zeros(3)],
     "records": [3, "x", [3], [None]],
     "file": ["", "missing", "{folder}", "{folder}/pipe", "{folder}/text.msh", "{folder}/noise.vtk", 3, None, "a\0b",
@@ -63,7 +64,7 @@ TABLE = [  # name, what is called, arguments that are right, kind of value of ea
      dict(vertices="points", cells="elements", cell="word", groups="record", surfaces="record")),
     ("Body", Body, BODY, dict(shape="record", cells="counts", points="count", law="record", rho="positive",
                               stress_state="optional word", thickness="positive", cell="optional word", f_bar="flag",
-                              velocity="field", stress="field")),
+                              velocity="velocity", stress="function")),
     ("Support", Support, dict(where=lambda x: x[:, 0] < 0, fix="x"), dict(fix="word")),
     ("Support.column", Support.column, dict(axis="x", at=0.0, grid=GRID, fix="y"),
      dict(axis="word", at="number", grid="record", fix="word")),
@@ -77,7 +78,7 @@ TABLE = [  # name, what is called, arguments that are right, kind of value of ea
     ("Interface.around", Interface.around, dict(body=Body(**BODY), spacing=0.1),
      dict(body="record", spacing="optional", inset="zero", open_sides="records", floor="optional word")),
     ("Resampling", Resampling, dict(spacing=0.1),
-     dict(spacing="positive", longest="positive", shortest="zero", feet="records", reach="positive")),
+     dict(spacing="positive", longest="positive", shortest="zero", feet="records", reach="zero")),
     ("Penalty", Penalty, dict(surface=TOP, normal=(0.0, 1.0), friction=0.3),
      dict(surface="record", normal="point", friction=None, separates="flag", follows="flag", stiffness="optional")),
     ("GridWall", GridWall, dict(where=lambda x: x[:, 0] < 0, normal="+x"),
@@ -148,14 +149,13 @@ MAY = {  # (name, field): values of the kind that are right there, by their repr
     ("drucker_prager", "nu"): {"-0.1"}, ("von_mises", "nu"): {"-0.1"}, ("Material", "nu"): {"-0.1"},
     ("mohr_coulomb", "tension_cutoff"): {"0.0"}, ("drucker_prager", "tension_cutoff"): {"0.0"},
     ("MPM", "rebalance"): {"1.1", "inf"}, ("couple", "adapt"): {"0.0"}, ("Wall", "depth"): {"0.0"},
-    ("Body", "points"): set(), ("Interface.top", "segments"): {"2", "(2,)"}, ("Support", "fix"): set(),
-    ("Mesh", "groups"): set(), ("couple", "iterate"): {"True"}, ("Interface", "resampling"): set(),
+    ("Grid.counts", "size"): {"(1.0,)", "(1.0, 2.0, 3.0, 4.0)"}, ("Load", "pressure"): {"2.0"},
+    ("MPM load", "force"): {"3.0"}, ("Cluster", "radii"): {"[1.0, 2.0]"}, ("Cluster", "free"): {"array([0., 0., 0.])"},
+    ("Cluster", "x"): {"None"}, ("Cluster.box", "x"): {"None"}, ("Cluster.of_spheres", "x"): {"None"},
+    ("couple", "tol"): {"1e-300"}, ("longest_window", "force"): {"inf"}, ("Interface.top", "segments"): {"2", "(2,)"},
     ("Spheres", "omega"): {"None"}, ("Cluster", "centre"): {"None"}, ("Cluster", "v"): {"None"},
-    ("Cluster", "omega"): {"2.0"}, ("Cloud", "volume"): set(), ("MPM", "body"): set(), ("MPM.advance", "force"): {"None"},
-    ("MPM", "gravity"): {"None"}, ("Scene", "gravity"): {"None"}, ("Penalty", "normal"): set(),
-    ("Body", "velocity"): set(), ("Body", "cells"): set(), ("Interface.patch", "corner"): set(),
-    ("Cluster.box", "x"): set(), ("Cluster", "x"): set(), ("GridWall", "normal"): set(),
-    ("Load traction", "traction"): set(), ("Interface.around", "open_sides"): set(), ("Interface", "elements"): set()}
+    ("Cluster", "omega"): {"2.0"}, ("MPM.advance", "force"): {"None"},
+    ("MPM", "gravity"): {"None"}, ("Scene", "gravity"): {"None"}}
 
 
 def _advanced(dt=1e-3, force=None, **keys):

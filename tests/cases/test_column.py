@@ -90,8 +90,10 @@ def test_flow_that_leaves_the_grid_keeps_its_results(collapse, tmp_path):
     (dict(phi=90.0), "friction_angle is 90.0 degrees"), (dict(phi=-1.0), "friction_angle is -1.0 degrees"),
     (dict(psi=30.0), "dilation_angle is 30.0 degrees"), (dict(cohesion=-5.0), "cohesion is -5.0 Pa"),
     (dict(tension=5.0), "tension_cutoff is 5.0 Pa"), (dict(floor="wood"), "floor is 'wood': give stick, slip or"),
-    (dict(floor="-0.1"), "friction of the floor is -0.1"), (dict(aspect=0.0), "aspect 0.0: both must be positive"),
-    (dict(box=(1.0,)), "give 2 lengths"), (dict(g=0.0), "g is 0.0"), (dict(h=0.3), "h is 0.3 m")], ids=str)
+    (dict(floor="-0.1"), "floor is -0.1: give stick, slip or"), (dict(aspect=0.0), "aspect is 0.0: give a positive"),
+    (dict(box=(1.0,)), "give 2 numbers"), (dict(box=(0.05, 1.0)), "box is 0.05,1 m: it must hold"),
+    (dict(ratio=0.5), "ratio=0.5 has no effect here, it counts with initial=geostatic: leave it out"),
+    (dict(refine=0), "refine is 0"), (dict(points=0), "points is 0"), (dict(g=0.0), "g is 0.0"), (dict(h=0.3), "h is 0.3 m")], ids=str)
 def test_bad_input(collapse, keys, sentence):
     with pytest.raises(ValueError, match=sentence):
         collapse(**keys)

@@ -1,5 +1,7 @@
 """The stability matrix as a tool: a case that does what its keys say, and two rows of the real one."""
 import csv
+import importlib
+import inspect
 from pathlib import Path
 
 import pytest
@@ -101,6 +103,15 @@ def test_the_matrix_itself():
     case, rows = stability.read(Path(__file__).parents[2] / "cases" / "stability.py")
     assert case.is_file() and len(rows) >= 60
     assert {row.group for row in rows if "dem=liggghts" in row.words} > {"mass", "rest", "units", "contact"}
+
+
+def test_every_row_is_a_command_line(monkeypatch):
+    """No key twice, none without effect in its scene."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "cases"))
+    extreme, keys = importlib.import_module("extreme"), importlib.import_module("extreme_keys")
+    default = {name: key.default for name, key in inspect.signature(extreme.main).parameters.items()}
+    for row in stability.read(Path(__file__).parents[2] / "cases" / "stability.py")[1]:
+        keys.check_keys(extreme.main, {**default, **cli.parse(extreme.main, row.words.split())})
 
 
 def test_rows_of_the_matrix(tmp_path):

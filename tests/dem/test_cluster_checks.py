@@ -20,7 +20,7 @@ def scene(*clusters, **more):
     (lambda: Cluster.box((1, 1), (8, 8), (0, 0), 1.0), "depth is None m: a solid box in a plane scene needs its depth"),
     (lambda: Cluster.box((1, 1), (1, 8), (0, 0), 1.0, 1.0), "at least two spheres along each"),
     (lambda: Cluster.box((1, 0.1), (2, 2), (0, 0), 1.0, 1.0), r"spheres of radius 0.25 m do not fit into a box"),
-    (lambda: Cluster.box((1, 1), (2, 2), (0, 0), 1.0, mass_of="air"), "mass_of is 'air': give solid or spheres"),
+    (lambda: Cluster.box((1, 1), (2, 2), (0, 0), 1.0, mass_of="air"), "mass_of is 'air': choose one of solid, spheres"),
     (lambda: Cluster([[0, 0]], 0.1, (0, 0), -1.0, 1.0), "mass of the cluster is -1.0 kg: it must be positive"),
     (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, [1.0, 1.0, 1.0]),
      r"inertia of the cluster has shape \(3,\): give a number"),

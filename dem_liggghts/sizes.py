@@ -1,0 +1,17 @@
+"""The size of a scene, estimated before anything is built."""
+import mpm_dem_checks as check
+
+BYTES_PER_SPHERE = 3000  # with lists of neighbours, measured
+WORK_PER_SPHERE = 1000  # operations in a step, measured
+START_PER_SPHERE = 1e5  # operations to check and set up, measured
+HOPELESS = 10.0  # steps beyond the critical one by that factor make energy out of any contact
+
+
+def check_size(n, keys, steps=1):
+    """ValueError when ``n`` spheres are too many for the memory, the start, or ``steps`` DEM steps in a window; keys:
+    what they come from, such as "blocks=3 spheres=8"."""
+    what, remedy = f"{n:.3g} spheres ({keys})", "take fewer of them"
+    check.check_memory(what, n * BYTES_PER_SPHERE, remedy)
+    check.check_work(f"{what} at the start", n * START_PER_SPHERE, remedy)
+    check.check_work(f"{steps:.3g} DEM steps per window (substeps) of {what}", n * steps * WORK_PER_SPHERE,
+                     "take fewer of both, or a shorter window")

@@ -10,11 +10,13 @@ sphere are positive upward; the sphere touches the beam at time 0.
 """
 
 from dataclasses import dataclass, fields, replace
-from math import ceil, isfinite, pi, sqrt
+from math import ceil, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+
+import mpm_dem_checks as check
 
 THEORIES = ("timoshenko", "euler_bernoulli")
 STEPS_PER_CONTACT = 2000  # of the default step, in the contact time with a rigid plane: force exact to about 1e-6
@@ -132,7 +134,11 @@ def impact(length, height, width, radius, v0, E, nu, rho, t_end, *, theory="timo
     mass = rho_s * 4 / 3 * pi * radius**3
     stiffness = 4 / 3 * sqrt(radius) / ((1 - nu**2) / E + (1 - nu_s**2) / E_s)
     dt = _step(dt, mass, stiffness, v0)
-    steps = ceil(t_end / dt * (1 - 1e-12))
+    n = t_end / dt
+    what = f"{n:.3g} steps of the reference solution (t_end={t_end:g} s, dt={dt:.3g} s)"
+    check.check_memory(what, 100 * n, "take a smaller t_end")
+    check.check_work(what, 100 * n * (len(modes[0]) if isinstance(modes, tuple) else 2 * modes), "take a smaller t_end")
+    steps = ceil(n * (1 - 1e-12))
     omega, modal_mass = (modes if isinstance(modes, tuple) else
                          beam_modes(length, height, width, E, nu, rho, theory, modes, shear))
     omega, modal_mass = np.concatenate(([0.0], omega)), np.concatenate(([mass], modal_mass))
@@ -210,21 +216,18 @@ def _check_beam(length, height, width, E, nu, rho, theory, modes):
     """ValueError unless the beam makes sense."""
     _check_positive(length=length, height=height, width=width)
     _check_material(E, nu, rho)
-    if theory not in THEORIES:
-        raise ValueError(f"theory = {theory!r} is not known; use one of {', '.join(THEORIES)}.")
-    if not (isinstance(modes, (int, np.integer)) and modes >= 1):
-        raise ValueError(f"modes = {modes!r} must be a whole number of at least 1; 50 is a good choice.")
+    check.choice("theory", theory, THEORIES)
+    check.count("modes", modes, rule="give a whole number of at least 1; 50 is a good choice")
 
 
 def _check_material(E, nu, rho, whose=""):
     """ValueError unless E [Pa], nu [-], rho [kg/m^3] belong to an elastic solid."""
     _check_positive(**{whose + "E": E, whose + "rho": rho})
-    if not -1 < nu < 0.5:
-        raise ValueError(f"{whose}nu = {nu} is outside -1 < nu < 0.5; steel has 0.29.")
+    check.between(f"{whose}nu", nu, -1, 0.5, rule="give a number between -1 and 0.5, both excluded; steel has 0.29",
+                  ends="()")
 
 
 def _check_positive(**values):
     """ValueError naming the first value that is not a positive finite number."""
     for name, value in values.items():
-        if not (value > 0 and isfinite(value)):
-            raise ValueError(f"{name} = {value} must be a positive number in SI units.")
+        check.positive(name, value, rule="it must be a positive number in SI units")

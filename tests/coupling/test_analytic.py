@@ -204,7 +204,7 @@ def test_a_contact_cut_by_the_end_ends_there():
     (dict(dt=0.0), "dt is 0.0: it must be a positive number"),
     (dict(dt=1e-4), "dt = 0.0001 s is too long .* take at most"),
     (dict(modes=0), "modes is 0: give a whole number of at least 1"),
-    (dict(theory="bernoulli"), "theory = 'bernoulli' is not known; use one of timoshenko, euler_bernoulli"),
+    (dict(theory="bernoulli"), "theory is 'bernoulli': choose one of timoshenko, euler_bernoulli"),
     (dict(sphere=(2e11, 0.7, 7800)), "sphere's nu is 0.7: give"),
 ])
 def test_bad_input_is_one_clear_sentence(bad, words):

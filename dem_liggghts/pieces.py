@@ -24,7 +24,9 @@ class Pieces:
         ranks. Collective."""
         took = perf_counter() - self._begin
         if self._comm is not None and self._comm.size > 1:
-            took, code = self._comm.allreduce(np.array([took, code]), MPI.MAX)
+            largest = np.array([took, code], float)
+            self._comm.Allreduce(MPI.IN_PLACE, largest, MPI.MAX)  # numbers: with objects MAX would compare arrays
+            took, code = largest
         if took > SECONDS:
             self.size = max(1, self.size // 2)
         elif steps == self.size and took < SECONDS / 4:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from . import balance, report
+from . import balance, report, signals
 from .departures import Departures
 from .history import History
 from .paraview import ParaView, particles_and_wall
@@ -116,6 +116,7 @@ class Record:
             self._look()
         with writing(self.results.folder):
             self._timing(window)
+        signals.raise_again()
 
     def _add(self, row):
         """A row of the history."""

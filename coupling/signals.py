@@ -16,14 +16,23 @@ QUIET = 5.0  # [s] after a signal, in which others must not cut the end short: t
 class Ending:
     """The handler: raises KeyboardInterrupt with the signal's name."""
 
+    received = None  # name of the last signal of this run
+
     def __init__(self):
-        self._last = -QUIET
+        self._last, Ending.received = -QUIET, None
 
     def __call__(self, number, frame):
         now = time.monotonic()
         if now - self._last >= QUIET:
-            self._last = now
-            raise KeyboardInterrupt(signal.Signals(number).name)
+            self._last, Ending.received = now, signal.Signals(number).name
+            raise KeyboardInterrupt(Ending.received)
+
+
+def raise_again():
+    """KeyboardInterrupt where a signal has been received after all: within a call back from C, as compiling makes them,
+    the first one goes nowhere. Called after every window."""
+    if Ending.received is not None:
+        raise KeyboardInterrupt(Ending.received)
 
 
 @contextmanager
@@ -40,6 +49,7 @@ def like_interrupts():
     try:
         yield
     finally:
+        Ending.received = None
         for number, handler in before.items():
             signal.signal(number, handler)
 

@@ -72,6 +72,18 @@ def test_a_signal_ends_a_run_in_order(start, tmp_path, name):
     check_what_is_left(tmp_path / "out", f"KeyboardInterrupt: {name}")
 
 
+def test_a_signal_that_went_nowhere_is_raised_again():
+    """As one that arrives while numba compiles: its library calls Python back, and drops what is raised there."""
+    signals.raise_again()
+    with signals.like_interrupts():
+        with pytest.raises(KeyboardInterrupt, match="SIGUSR1"):
+            os.kill(os.getpid(), signal.SIGUSR1)
+            time.sleep(1)
+        with pytest.raises(KeyboardInterrupt, match="SIGUSR1"):
+            signals.raise_again()
+    signals.raise_again()
+
+
 def test_a_run_under_nohup_outlives_its_terminal(start, tmp_path):
     process = start(LONG, preexec_fn=lambda: (defaults(), signal.signal(signal.SIGHUP, signal.SIG_IGN)))
     wait_for_rows(process, tmp_path / "out")

@@ -13,8 +13,9 @@ import numpy as np
 from mpi4py import MPI
 
 import mpm_dem_checks as check
-from coupling import Record, analytic, cli, count_windows, couple, figure, linear, nearest, picture, report
+from coupling import Record, analytic, cli, count_windows, couple, figure, linear, nearest, picture, report, spread
 from coupling.keys import of_iteration, refuse_unused
+from coupling.spread import dent_in_plane, dent_in_space
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, open_dem
 from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, Interface, Support
 
@@ -24,7 +25,8 @@ PRESETS = {"paper": dict(cells=(62, 13), body=(120, 8), points=4, segments=(60,)
 BODY, SEGMENTS = {2: (120, 8), 3: (80, 5, 5)}, {2: (60,), 3: (77, 10)}  # unless others are asked for
 HEIGHT = WIDTH = 0.01  # of the beam [m]
 PLAIN = dict(wall_segments=None, mapping="linear", plane="stress", law="linear", restitution=1.0, friction=0.0,
-             rho_sphere=None, shift=0.0, gap=0.0, rebalance=1.2, f_bar=False)
+             rho_sphere=None, shift=0.0, gap=0.0, rebalance=1.2, f_bar=False, spread=0.0,
+             take_out=False)
 SCHEME = "dt", "t_end", "substeps", "iterate", "tol", "relax", "adapt"  # keys that go on to couple()
 
 
@@ -45,6 +47,8 @@ def main(
     segments: Optional[Tuple[int, ...]] = None,  # of the interface on top, along and across [-]; none: 60 or 77,10
     wall_segments: Optional[Tuple[int, ...]] = None,  # of the DEM wall [-]; none: as many, on the same places
     mapping: Literal["linear", "nearest"] = "linear",  # from interface to wall; both are a copy where places coincide
+    spread: float = 0.0,  # radius over which the contact force is spread [m], see docs/error_floor.md; 0: as it comes
+    take_out: bool = False,  # the dent that is left under it, which Hertz's law contains
     dt: float = 2e-6,  # coupling window and MPM time step [s]
     substeps: int = 20,  # DEM steps per window [-]
     iterate: int = 0,  # most repetitions of a window until both sides agree [-]; 0: weak coupling
@@ -68,8 +72,10 @@ def main(
 ) -> dict:
     """Sphere on a beam of 1 cm x 1 cm, supported at both ends, against the Timoshenko beam with Hertz contact."""
     keys = dict(locals())
+    check.not_negative("spread", spread, "m")
     refuse_unused(main, keys, {"mapping": (wall_segments is not None, "where the wall has nodes of its own, "
-                                           "wall_segments=37"), **uses(keys)})
+                                           "wall_segments=37"), "take_out": (spread > 0, "with spread="),
+                               **uses(keys)})
     return strike("beam_impact", compare, **keys)
 
 
@@ -96,6 +102,7 @@ def strike(case, compare, modes=50, **keys):
     scene = Scene(ball, Wall(wall.x, wall.elements), steel, steel, at_wall=Interaction(p.restitution, p.friction))
     follow = (nearest(interface.x, wall.x) if p.mapping == "nearest" else
               linear(interface.x, interface.elements, wall.x))
+    follow = spread(follow, p.spread, dent(p) if p.take_out else 0.0)
     midspan = linear(interface.x, interface.elements, np.zeros((1, p.dim)), MPI.COMM_SELF)
     columns = {"force": ("N", "force on the sphere, mean over the window", lambda w: 0 - w.wall_force[:, 1].sum()),
                "u_beam": ("m", "upward displacement of the beam's upper side at midspan",
@@ -117,6 +124,13 @@ def strike(case, compare, modes=50, **keys):
                 show(record.path(f"{case}_scene.png"), p, start_points, solid.snapshot(), scene, grains.particles())
         solid.close(), grains.close()
     return runs
+
+
+def dent(p):
+    """Compliance [m/N] that the beam still has under a force spread over ``spread``, and Hertz's law contains."""
+    if p.dim == 3:
+        return dent_in_space(p.spread, p.E, p.nu)
+    return dent_in_plane(p.spread, p.E if p.plane == "stress" else p.E / (1 - p.nu**2), WIDTH)
 
 
 def solid_scene(p):

@@ -20,13 +20,14 @@ import numpy as np
 from extreme_keys import ALONE, check_keys
 
 import mpm_dem_checks as check
-from coupling import Record, cli, couple, linear
+from coupling import Record, cli, couple, linear, spread
+from coupling.spread import dent_in_plane, dent_in_space
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, critical_step, open_dem
 from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, Interface, Support
 from mpm_fenicsx.points import seed
 
 DIMENSION = {  # powers of length, time and mass in the keys that have any
-    **dict.fromkeys(("length", "height", "width", "radius", "h", "shift", "gap", "at"), (1, 0, 0)),
+    **dict.fromkeys(("length", "height", "width", "radius", "h", "shift", "gap", "at", "spread"), (1, 0, 0)),
     **dict.fromkeys(("v0", "fly"), (1, -1, 0)), **dict.fromkeys(("E", "E_ball"), (-1, -2, 1)), "rho": (-3, 0, 1),
     "gravity": (1, -2, 0), "dt": (0, 1, 0)}
 
@@ -62,6 +63,8 @@ def main(
     gap: float = 0.0,  # between sphere and body at the start [m]
     restitution: float = 1.0,  # of the contact [-]
     friction: float = 0.0,  # of the contact [-]
+    spread: float = 0.0,  # radius over which the contact force is spread [m], docs/error_floor.md; 0: as it comes
+    take_out: bool = False,  # the dent that is left under it, which Hertz's law contains
     dt: Optional[float] = None,  # coupling window [s]; none: by cfl or per_contact
     cfl: Optional[float] = None,  # coupling window over the explicit limit of the grid, h over the wave speed [-]
     per_contact: float = 50.0,  # coupling windows in the time of a Hertz contact [-]
@@ -110,7 +113,9 @@ def run(keys, p, out, against=None):
     substeps = p.substeps or max(1, int(np.ceil(2 * p.dt / min(*critical_step(grains_scene), 1e6 * p.dt))))
     solid = MPM(grid, bodies, supports, interface, inertia=p.inertia, bonded=True)
     dem = open_dem(p.dem, grains_scene, p.dt / substeps)
-    follow = linear(interface.x, interface.elements, interface.x)
+    dent = 0.0 if not p.take_out else dent_in_space(p.spread, p.E, p.nu) if p.dim == 3 else \
+        dent_in_plane(p.spread, references.moduli(p)[0], p.width)
+    follow = spread(linear(interface.x, interface.elements, interface.x), p.spread, dent)
     with Record("extreme", {**keys, "dt": p.dt, "substeps": substeps}, out, solid, dem, windows=p.windows,
                 columns=references.columns(p, solid), gravity=-p.gravity, closed=True) as record:
         couple(solid, dem, follow, dt=p.dt, t_end=p.windows * p.dt, substeps=substeps, iterate=p.iterate,

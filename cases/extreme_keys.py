@@ -17,7 +17,7 @@ def check_keys(main, keys):
     for name in ("refine", "windows", "substeps"):
         if keys[name] is not None:
             check.count(name, keys[name])
-    for name, unit in (("v0", "m/s"), ("gravity", "m/s^2"), ("gap", "m"), ("friction", "")):
+    for name, unit in (("v0", "m/s"), ("gravity", "m/s^2"), ("gap", "m"), ("friction", ""), ("spread", "m")):
         check.not_negative(name, keys[name], unit)
     check.numbers("unit", keys["unit"], 3, kind=check.positive)
     check.between("nu", keys["nu"], -1, 0.5, ends="()")
@@ -48,9 +48,10 @@ def _refuse_unused(main, keys):
     ball = (sphere[0] or not timed, "in scenes with a sphere")  # else its contact gives the length of a window
     falls = (sphere[0] and keys["scene"] != "rest", "where a sphere strikes")
     refuse_unused(main, keys, {
-        **dict.fromkeys(("at", "gap", "restitution", "friction", "gravity", "substeps"), sphere),
+        **dict.fromkeys(("at", "gap", "restitution", "friction", "gravity", "spread", "substeps"), sphere),
         **dict.fromkeys(("radius", "E_ball", "mass_ratio"), ball),
         "angle": falls, "v0": (keys["scene"] != "rest", "where something moves"),
+        "take_out": (keys["spread"] > 0, "with spread="),
         "contrast": (keys["scene"] == "layers", "in scene=layers"),
         "plane": (keys["dim"] == 2, "in the plane, dim=2"), "cfl": (keys["dt"] is None, "without dt="),
         "per_contact": (not timed, "without dt= and cfl=")})

@@ -10,6 +10,7 @@ from .history import History  # noqa: E402
 from .mapping import Mapping, linear, nearest  # noqa: E402
 from .march import march  # noqa: E402
 from .record import Record  # noqa: E402
+from .spread import spread  # noqa: E402
 
 __all__ = ["History", "Mapping", "NotConverged", "Record", "STARTED", "Window", "count_windows", "couple", "linear",
-           "march", "nearest"]
+           "march", "nearest", "spread"]

@@ -85,7 +85,7 @@ class Ledger:
         return {**self._impulses(window), "work_wall": self._work_wall,
                 "work_solid": self._work_solid, "energy_grains": grains, "energy_solid": solid,
                 "interface_error": (self._work_solid - self._work_wall) / scale,
-                "energy_error": (grains + solid + gone - self._start) / scale}
+                "energy_error": (grains + solid + gone - window.twice - self._start) / scale}
 
     def _impulses(self, window):
         """Linear and angular, on both sides."""

@@ -4,7 +4,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .relaxation import RELAXATIONS, norm
-from .window import Clock, Window, check_finite
+from .window import Clock, Window, check_finite, energy_of_dent
 
 
 class NotConverged(RuntimeError, ArithmeticError):
@@ -13,10 +13,11 @@ class NotConverged(RuntimeError, ArithmeticError):
 
 class Memory(NamedTuple):
     """What goes over to the next window: ``owed``, the mean force over the last one that the grains answered and the
-    solid did not get [N], shape (n, dim), and the state of the relaxation."""
+    solid did not get [N], shape (n, dim), the state of the relaxation, and the last force on the wall [N]."""
 
     owed: np.ndarray
     relax: tuple
+    wall_force: np.ndarray = None
 
 
 class Iterated:
@@ -53,6 +54,7 @@ class Iterated:
         force = np.zeros_like(self._x) if force is None else force
         self._relax.set_state(self._memory.relax)
         self._relax.start()
+        self._wall_force = self._memory.wall_force
         while True:
             moved, after = self._sides(number, time, dt, substeps, force, clock)
             answer = self._mapping.force(after["wall_force"])
@@ -70,7 +72,8 @@ class Iterated:
         check_finite(number, time, position_of_a_particle=particles["x"], velocity_of_a_particle=particles["v"])
         return Window(number, time, dt, force=force, moved=moved, v_start=self._v, particles=particles,
                       seconds=clock.seconds, resampled=self._change, substeps=substeps, iterations=repeated + 1,
-                      memory=Memory(residual, self._relax.get_state()), **after)
+                      memory=Memory(residual, self._relax.get_state(), self._wall_force),
+                      twice=energy_of_dent(self._mapping, self._wall_force), **after)
 
     def _sides(self, number, time, dt, substeps, force, clock):
         """One computation of the window by both partitions: motion of the interface [m], and what they are then."""
@@ -80,7 +83,10 @@ class Iterated:
         moved = x - self._x
         wall_x, wall_v = self._mapping.motion(self._x, moved / dt)
         clock.lap("mapping")
-        wall_force = self._grains.advance(substeps, wall_x, wall_v)
+        undented = wall_x
+        if self._mapping.takes_out and self._wall_force is not None:
+            undented = wall_x - self._mapping.dent(self._wall_force)
+        wall_force = self._wall_force = self._grains.advance(substeps, undented, wall_v)
         check_finite(number, time, force_on_the_wall=wall_force)
         clock.lap("DEM")
         return moved, dict(wall_x=wall_x, wall_v=wall_v, wall_force=wall_force, x=x, v=v)

@@ -23,8 +23,10 @@ class Mapping:
     """The matrix H of eq. 22, shape (wall nodes, interface points), and the places where both sides started.
 
     rows: this rank's rows of H, those of ``share``. Everything is collective, except where the mapping ``is_copy``:
-    that costs nothing.
+    that costs nothing. ``takes_out``: see ``spread``.
     """
+
+    takes_out = 0.0
 
     def __init__(self, rows, x_solid, x_wall, comm=MPI.COMM_WORLD):
         self._x_solid, self._x_wall, self._comm = np.array(x_solid, float), np.array(x_wall, float), comm
@@ -36,6 +38,7 @@ class Mapping:
         same = len(x_solid) == len(x_wall) and np.array_equal(self._x_solid, self._x_wall) \
             and len(entries.data) == rows.shape[0] and (entries.data == 1.0).all() \
             and np.array_equal(entries.row + mine.start, entries.col)
+        self.comm, self.rows, self.x_solid, self.x_wall = comm, self._rows, self._x_solid, self._x_wall
         self.is_copy = bool(comm.allreduce(same, MPI.LAND))
 
     def _transposed(self, first):

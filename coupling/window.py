@@ -18,7 +18,8 @@ class Window(NamedTuple):
     ``substeps`` of the DEM in it; ``iterations``: how often both partitions computed it, the attempts that were given
     up left out: ``failed`` of them failed, ``refused`` were too long for the accuracy asked for; ``gain``: of the
     interface's mean velocity from window to window [m/s^2], shape (n, dim), with weak coupling; ``memory``: what the
-    loop goes on from besides.
+    loop goes on from besides; ``earlier``: the force on the wall in the window before [N]. ``twice``: energy of the dent
+    that both partitions hold [J], where a map takes out its motion, see ``spread``: ``wall_x`` is the wall without that.
     """
 
     number: int
@@ -41,6 +42,8 @@ class Window(NamedTuple):
     refused: int = 0
     gain: np.ndarray = None
     memory: object = None
+    earlier: np.ndarray = None
+    twice: float = 0.0
 
 
 class Clock:
@@ -73,7 +76,7 @@ class Weak:
         clock = Clock()
         wall_x, wall_v = self._mapping.motion(self._x, self._coming(dt))
         clock.lap("mapping")
-        wall_force, particles = self._grains.advance(substeps, wall_x, wall_v), self._grains.particles()
+        wall_force, particles = self._grains.advance(substeps, self._undented(wall_x), wall_v), self._grains.particles()
         check_finite(number, time, force_on_the_wall=wall_force, position_of_a_particle=particles["x"],
                      velocity_of_a_particle=particles["v"])
         clock.lap("DEM")
@@ -85,7 +88,9 @@ class Weak:
         clock.lap("MPM")
         moved = x - self._x
         return Window(number, time, dt, wall_x, wall_v, wall_force, force, moved, x, v, self._v, particles,
-                      clock.seconds, self._change, substeps, gain=self._gain(moved, dt))
+                      clock.seconds, self._change, substeps, gain=self._gain(moved, dt),
+                      earlier=None if self._last is None else self._last.wall_force,
+                      twice=energy_of_dent(self._mapping, wall_force))
 
     def resample(self, change):
         """The interface has other points from the coming window on."""
@@ -96,6 +101,13 @@ class Weak:
         self._watch.look(window.time, window.dt, window.force)  # once more: now a new grid knows its mass, too
         self._watch.judge(window, self._last)
         self._last, self._change, self._x, self._v = window, None, window.x, window.v
+
+    def _undented(self, wall_x):
+        """Places of the wall [m] without the dent under the force that is extrapolated from the last two windows."""
+        if not self._mapping.takes_out or self._last is None:
+            return wall_x
+        force = self._last.wall_force
+        return wall_x - self._mapping.dent(force if self._last.earlier is None else 2.0 * force - self._last.earlier)
 
     def _coming(self, dt):
         """Velocity of the interface in the coming window [m/s], shape (n, dim)."""
@@ -112,6 +124,11 @@ class Weak:
         if last is not None and self._change is not None:
             before = self._change.carry(before)
         return (moved / dt - before) / between
+
+
+def energy_of_dent(mapping, wall_force):
+    """What the solid holds of it [J]."""
+    return 0.5 * float(np.vdot(wall_force, mapping.dent(wall_force))) if mapping.takes_out else 0.0
 
 
 def check_finite(number, time, **quantities):

@@ -8,16 +8,19 @@ RUN = """
 import sys
 import numpy as np
 from mpi4py import MPI
-from coupling import linear, nearest
+from coupling import linear, nearest, spread
 line = lambda n: np.column_stack([np.linspace(-1, 1, n + 1), np.zeros(n + 1)])
 elements = lambda n: np.column_stack([np.arange(n), np.arange(1, n + 1)])
 rng, out = np.random.default_rng(0), {}
 for n, m in ((40, 331), (331, 40), (1, 1), (2, 300)):
     x, wall = line(n), line(m)
-    for name, mapping in ("nearest", nearest(x, wall)), ("linear", linear(x, elements(n), wall)):
-        assert mapping.is_copy == (n == m)
+    plain = linear(x, elements(n), wall)
+    for name, mapping in ("nearest", nearest(x, wall)), ("linear", plain), ("spread", spread(plain, 0.2, 1e-3)):
+        assert mapping.is_copy == (n == m and name != "spread")
         moved = mapping.motion(x + rng.normal(size=x.shape), rng.normal(size=x.shape))
         force = mapping.force(rng.normal(size=wall.shape))
+        if name == "spread":
+            out[f"dent {n} {m}"] = mapping.dent(rng.normal(size=wall.shape))
         for key, values in ("x", moved[0]), ("v", moved[1]), ("force", force):
             assert len(set(MPI.COMM_WORLD.allgather(values.tobytes()))) == 1
             out[f"{name} {n} {m} {key}"] = values
@@ -145,6 +148,6 @@ def test_three_ranks_give_the_bits_of_one(run_ranks, tmp_path):
         assert done.returncode == 0, done.stderr
         answers.append(np.load(tmp_path / f"{ranks}.npz"))
     one, three = answers
-    assert len(one.files) == 24
+    assert len(one.files) == 40
     for name in one.files:
         assert np.array_equal(one[name], three[name]), name

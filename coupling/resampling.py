@@ -16,8 +16,8 @@ def resample(solid, grains, mapping):
     if change is None:
         return None
     if not mapping.is_copy:
-        raise ValueError("the interface is resampled, but the wall has nodes of its own: give the wall the nodes and "
-                         "elements of the interface")
+        raise ValueError("the interface is resampled, but the wall has nodes of its own or forces are spread: give the "
+                         "wall the nodes and elements of the interface, and spread nothing")
     wall = grains.scene.wall
     if not (change.keeps_numbers and np.array_equal(wall.elements, change.elements)):
         grains.replace_wall(replace(wall, nodes=change.x, elements=change.elements))

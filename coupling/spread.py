@@ -35,6 +35,7 @@ class Spread(Mapping):
     def __init__(self, rows, mapping, takes_out, inner):
         super().__init__(rows, mapping.x_solid, mapping.x_wall, mapping.comm)
         self.takes_out, self._inner = takes_out, inner
+        self.is_copy = self.is_copy and not takes_out  # a copy may be renewed with the interface, these rows may not
 
     def dent(self, wall_force):
         """Displacement of the wall nodes [m] under ``wall_force`` [N], shape (m, dim) both."""

@@ -59,4 +59,5 @@ class Gain:
                            "inertia=\"lumped\" or a finer grid if that does not help")
         if gained > WARN * spent + rest and not self._warned:
             self._warned = True
-            say(f"the solid has gained energy out of nothing, {text}: take a smaller dt and compare")
+            say(f"the solid has gained energy out of nothing, {text}: take a smaller dt or "
+                "inertia=\"lumped\", and compare")

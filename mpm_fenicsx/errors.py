@@ -6,4 +6,9 @@ class MPMError(RuntimeError):
 
 
 class MPMDiverged(MPMError, ArithmeticError):
-    """Newton's method did not converge in a step. An ArithmeticError, as all that a shorter step may cure."""
+    """Newton's method did not converge in a step. An ArithmeticError, as all that a shorter step may cure. ``what``
+    happened, and ``advice``: what to try."""
+
+    def __init__(self, what, advice):
+        super().__init__(f"{what}: {advice}")
+        self.what, self.advice = what, advice

@@ -14,6 +14,7 @@ from .frame import Frame
 from .ghost import Facets
 from .grid import Background, check_inside
 from .kernels import compile_transfers
+from .ladder import Ladder
 from .loads import SurfaceLoads
 from .migrate import Router
 from .outflow import Outflow, read_ways
@@ -32,10 +33,11 @@ class MPM(Answers):
     [m/s^2], shape (dim,); inertia: "consistent" (eq. 11), "lumped" or "ghost", see ``ghost``; rebalance: imbalance of
     material points over the ranks from which the grid is partitioned anew; body_force: force per mass [m/s^2] besides
     gravity, a function of the points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim);
-    solver: of ``SOLVERS``; halvings: how often a step in which Newton's method fails is halved; outflow: what happens to
-    material that leaves the grid, "stop" (the run ends), "hold" (at the edge, at rest) or "remove", or a dict by side,
-    such as {"+x": "remove"}, whose other sides stop, see ``outflow`` and ``removed``; bonded: that bodies stick where
-    they share grid nodes is meant (layers of one soil), else a warning says so, as there is no contact between bodies.
+    solver: of ``SOLVERS``; halvings: how often a step in which Newton's method fails is halved, see ``ladder``; outflow:
+    what happens to material that leaves the grid, "stop" (the run ends), "hold" (at the edge, at rest) or "remove", or a
+    dict by side, such as {"+x": "remove"}, whose other sides stop, see ``outflow`` and ``removed``; bonded: that bodies
+    stick where they share grid nodes is meant (layers of one soil), else a warning says so, as there is no contact
+    between bodies.
 
     ``parts`` are the bodies with their points, numbered through, see ``parts.Part``; ``phases`` sums the seconds spent
     per phase, ``iterations`` is the number of Newton iterations of the last ``advance``, ``substeps`` of the steps that
@@ -48,7 +50,7 @@ class MPM(Answers):
     balance_every = 50  # steps between two looks at the balance
 
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
-                 rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto", halvings=0,
+                 rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto", halvings=4,
                  outflow="stop", bonded=False):
         bodies = body if isinstance(body, (list, tuple)) else [body]
         check_arguments(grid, bodies, supports, interface, gravity, inertia, rebalance, loads, penalties, body_force,
@@ -58,7 +60,7 @@ class MPM(Answers):
         self._grid, body_force = self._frame.enter(grid), self._frame.enter_function(body_force)
         self.gravity = np.zeros(self.dim) if gravity is None else np.array(gravity, float)
         self.time, self.steps, self.iterations, self.substeps = 0.0, 0, 0, 1
-        self._halvings, self.closed = halvings, False
+        self.ladder, self.closed = Ladder(inertia, halvings), False
         self._settled, self.phases = False, dict.fromkeys(PHASES, 0.0)  # settled: the points are in their cells
         self._parts = make_parts(self._frame.enter(bodies), self._grid, self.gravity, body_force)
         x = np.concatenate([part.points.x for part in self._parts])
@@ -68,7 +70,7 @@ class MPM(Answers):
         self._bonds = Bonds(self._parts, comm, bonded)
         self._support_scene, self._solver = tuple(self._frame.enter(list(supports))), solver
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
-        self._consistent, self._ghost = inertia != "lumped", inertia == "ghost"
+        self._consistent = inertia != "lumped"
         self.kernels = compile_transfers(self.background)
         self._make_conditions(*map(self._frame.enter, (interface, list(loads), list(penalties))),
                               Start(self._parts, self.gravity, body_force))
@@ -111,20 +113,11 @@ class MPM(Answers):
             raise MPMError(f"the force on boundary particle {np.argwhere(~np.isfinite(force))[0][0]} is not a number "
                            f"at t = {self.time:.6g} s: look at the grains that sent it")
         self.iterations = self.substeps = 0
-        self._advance(dt, force, self._halvings)
+        self.ladder.climb(self, dt, force)
         return self.surface()
 
-    def _advance(self, dt, force, halvings):
-        """One step; where Newton's method fails, which leaves the points as they were, two of half the length."""
-        try:
-            self._take_step(dt, force)
-        except MPMDiverged:
-            if not halvings:
-                raise
-            for _ in range(2):
-                self._advance(dt / 2, force, halvings - 1)
-
-    def _take_step(self, dt, force):
+    def take_step(self, dt, force):
+        """One step, see ``advance``; raises MPMDiverged and leaves the points as they were when Newton's method fails."""
         self.step.restart_clock()
         if self.comm.size > 1 and self.steps and self.steps % self.balance_every == 0:
             if self._outflow.active:
@@ -171,12 +164,17 @@ class MPM(Answers):
     def _make_step(self, filled):
         if self.step is not None:
             self.step.destroy()
-        if self._ghost:
-            self._facets = self._facets or Facets(self.background, self.kernels.shapes)
+        facets = None
+        if self.ladder.penalises:
+            facets = self._facets = self._facets or Facets(self.background, self.kernels.shapes)
         self.step = Step(self.background, filled, self.supports, self._parts, self.gravity, self.kernels,
-                         self._consistent, self.phases, self.loads, self.penalties, self._solver, self._facets,
+                         self._consistent, self.phases, self.loads, self.penalties, self._solver, facets,
                          self._outflow)
         self._attach()
+
+    def renew_step(self):
+        """The same cells with the inertia of now, see ``ladder``."""
+        self._make_step(self.step.filled)
 
     def _attach(self):
         """Work arrays for the points now here, and the order in which their surface is put together."""
@@ -210,7 +208,7 @@ class MPM(Answers):
         """Everything that decides the future of this rank's points, as name → array copy."""
         state, time = self._sets.get_state(), np.array([self.time, self.steps, len(self.balance)])
         state.update(self._surface.get_state(), **self._outflow.get_state(), **self.step.get_state(), time=time,
-                     scene=self._fingerprint.copy())
+                     scene=self._fingerprint.copy(), ladder=self.ladder.get_state())
         return state
 
     @while_open
@@ -221,12 +219,12 @@ class MPM(Answers):
         self._sets.set_state(state)
         self._surface.set_state(state)
         self._outflow.set_state(state)
-        self._settled = False
+        self._settled, other = False, self.ladder.set_state(state["ladder"])
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])
         if state["time"][2] != len(self.balance):
             self._sets.relocate(self.background.search, self._router, self.time)
             return self._make_step(self._sets.filled())
-        same = np.array_equal(self.step.filled, state["filled"])
+        same = not other and np.array_equal(self.step.filled, state["filled"])
         if not self.comm.allreduce(int(same), MPI.MIN):
             self._make_step(state["filled"].copy())
         self._attach()

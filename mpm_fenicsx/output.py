@@ -71,7 +71,8 @@ def _point_fields(parts):
 
 
 def describe(mpm):
-    """Entries of report.json: ``solver``; ``imbalance``, most points on one rank over the mean, now; ``balance``, a
-    list of [step, imbalance before, after] of the new partitions. Collective."""
-    return {"solver": mpm.step.newton.describe(), "imbalance": round(mpm.imbalance(), 4),
+    """Entries of report.json: ``solver``; ``halved_steps`` and ``ghost_since``, see ``ladder``; ``imbalance``, most
+    points on one rank over the mean, now; ``balance``, a list of [step, imbalance before, after] of the new partitions.
+    Collective."""
+    return {"solver": mpm.step.newton.describe(), **mpm.ladder.describe(), "imbalance": round(mpm.imbalance(), 4),
             "balance": [[step, round(before, 4), round(after, 4)] for step, before, after in mpm.balance]}

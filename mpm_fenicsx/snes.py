@@ -17,11 +17,12 @@ from .options import unused as unused_options  # noqa: F401 - known by this name
 KEEP = -1  # never made anew by the SNES itself
 ZERO_PIVOT = 81  # PETSc's error of a factorisation that fails
 REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
+SINGULAR = -ZERO_PIVOT  # beside PETSc's reasons, of one attempt
 ADVICE = {
-    "DIVERGED_FNORM_NAN": "the residual is not a number: take a smaller dt, or a law that bears the deformation",
-    "DIVERGED_LINEAR_SOLVE": "the linear solver failed: try solver=lu (-mpm_pc_type lu)",
-    "DIVERGED_LINE_SEARCH": "the line search found no descent: try a smaller dt or -mpm_snes_linesearch_type basic",
-    "DIVERGED_MAX_IT": "too many iterations: try a smaller dt, -mpm_snes_linesearch_type basic, or -mpm_snes_max_it 100",
+    "DIVERGED_FNORM_NAN": "the residual is not a number, take a smaller dt or a law that bears the deformation",
+    "DIVERGED_LINEAR_SOLVE": "the linear solver failed, try solver=lu (-mpm_pc_type lu)",
+    "DIVERGED_LINE_SEARCH": "the line search found no descent, try a smaller dt or -mpm_snes_linesearch_type basic",
+    "DIVERGED_MAX_IT": "too many iterations, try a smaller dt, -mpm_snes_linesearch_type basic, or -mpm_snes_max_it 100",
 }
 
 
@@ -137,11 +138,13 @@ class Newton:
         finally:
             if attempt:
                 self._set_back(0)
+        if reason == SINGULAR:
+            raise MPMDiverged(f"the tangent of {when} cannot be factorised (nearly empty cells, stiff bodies beside soft "
+                              "ones)", "take more material points, a smaller dt or -mpm_pc_type lu")
         if reason < 0:
             name = REASONS.get(reason, str(reason))
-            advice = ADVICE.get(name, "try a smaller dt or lumped inertia")
             raise MPMDiverged(f"Newton's method diverged in {when} after {iterations} iterations with residual "
-                              f"{self.snes.getFunctionNorm():.3g} N ({name}): {advice}")
+                              f"{self.snes.getFunctionNorm():.3g} N ({name})", ADVICE.get(name, "try a smaller dt"))
         self._doubt(self.snes.getFunctionNorm(), atol, when)
         return self.u.array_r.reshape(self._shape).copy(), iterations
 
@@ -165,8 +168,8 @@ class Newton:
             self.snes.solve(None, self.u)
         except PETSc.Error as error:
             if self._failure is None and error.ierr == ZERO_PIVOT:
-                raise MPMDiverged(f"the tangent of {when} cannot be factorised: take inertia=\"lumped\" (nearly empty cells, "
-                                  "stiff bodies beside soft ones) or -mpm_pc_type lu") from None
+                self.snes.getKSP().getPC().reset()  # CHOLMOD cannot go on from a factor that failed
+                return SINGULAR, self.snes.getIterationNumber()
             if self._failure is None:
                 raise MPMError(f"PETSc stopped in the solver {self.describe()} ({_first_line(error)}): try -mpm_pc_type lu "
                                "or other options") from None

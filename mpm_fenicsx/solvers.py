@@ -74,6 +74,7 @@ def _factorise(ksp, options, kind, symmetric):
     else:
         pc.setType(kind)
         pc.setFactorSolverType("mumps" if comm.size > 1 else package)
+        _default(options, mat_cholmod_print=0)  # a factorisation that fails is not yet the end
 
 
 def _precondition(ksp, options, kind, coordinates):

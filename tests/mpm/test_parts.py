@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import MPM, MPMDiverged, Body, Box, Grid, Interface, Penalty, Support, linear, neo_hooke
+from mpm_fenicsx import MPM, Body, Box, Grid, Interface, Penalty, Support, linear, neo_hooke
 
 POINTS = {"quadrilateral": 2, "triangle": 3, "hexahedron": 2, "tetrahedron": 4}
 
@@ -169,14 +169,19 @@ def test_points_of_several_bodies_have_to_be_asked_for_one_by_one(start):
         solid.points
 
 
-def test_a_tangent_that_is_not_positive_definite_is_said_to_be_so(start):
-    """A body 1e8 times as stiff beside a soft one, consistent inertia and nearly empty cells."""
+def test_a_tangent_that_cannot_be_factorised_is_not_the_end(start, options, capfd):
+    """A body 1e8 times as stiff beside a soft one, with nearly empty cells: from rest the tangent is positive definite
+    where it was not from the first guess. Nobody prints what CHOLMOD thinks of it."""
     bodies = [block("hexahedron", 0.0, 1.0, velocity=(1.0, 0.0, 0.0)),
               block("hexahedron", 1.25, 2.25, neo_hooke(1e11, 0.3), 10.0)]
-    solid = start(grid_of("hexahedron"), bodies)
-    with pytest.raises(MPMDiverged, match=r"the tangent of step \d+, t = .* cannot be factorised: take inertia="):
+    for more in ({}, dict(snes_lag_jacobian=1, snes_linesearch_type="bt")):
+        options(**more)
+        solid = start(grid_of("hexahedron"), bodies, halvings=0)
         for _ in range(25):
             solid.advance(0.01)
+        assert np.isfinite(whole(solid, "x")).all() and solid.describe()["ghost_since"] is None
+    shown = capfd.readouterr()
+    assert not shown.out and "CHOLMOD" not in shown.err
 
 
 # ---------------------------------------------------------------- bodies that stick

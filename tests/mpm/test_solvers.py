@@ -72,7 +72,7 @@ def test_the_automatic_choice():
 
 
 @pytest.mark.parametrize("changes, sentence", [
-    (dict(solver="pardiso"), "solver=pardiso does not exist: choose one of auto, direct, "),
+    (dict(solver="pardiso"), "solver is 'pardiso': choose one of auto, direct, "),
     (dict(solver="cholesky", **SOIL), "solver=cholesky needs a symmetric tangent.*take lu"),
     (dict(solver="cg", **SOIL), "solver=cg needs a symmetric tangent.*take gmres")])
 def test_a_solver_that_does_not_exist_or_fit(make_mpm, changes, sentence):

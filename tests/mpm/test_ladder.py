@@ -1,0 +1,93 @@
+"""Free bodies with the default inertia: where Newton's method fails the ghost penalty comes in by itself, then shorter
+steps, and what is left is said."""
+import numpy as np
+import pytest
+
+from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, MPMDiverged, Support
+
+ELASTIC, SOIL = LAWS["neo_hooke"](1e6, 0.3), LAWS["mohr_coulomb"](5e4, 0.4, 22.0)
+
+
+def disc(centre, velocity, radius=0.15, spacing=0.0217):
+    """Points on a lattice that does not fit the grid's."""
+    side = np.arange(-radius, radius, spacing) + 0.13 * spacing
+    x = np.array([(a, b) for a in side for b in side if a * a + b * b < radius**2])
+    return Body(Cloud(x + centre, np.full(len(x), spacing**2)), None, None, ELASTIC, 1000.0, velocity=velocity)
+
+
+def spin(x):
+    return 40.0 * np.column_stack([0.5 - x[:, 1], x[:, 0] - 0.5])
+
+
+def scene(name, **more):
+    """A free body that turns, two that meet in the middle or off it, or a dry column that collapses."""
+    grid = Grid(Box((0.0, 0.0), (1.0, 1.0)), (20, 20))
+    if name == "turning disc":
+        return MPM(grid, disc((0.5, 0.5), spin, 0.2), **more)
+    if name == "turning bar":
+        return MPM(grid, Body(Box((0.35, 0.45), (0.65, 0.55)), (12, 4), 2, ELASTIC, 1000.0, velocity=spin), **more)
+    if name == "column":
+        column = Body(Box((0.0, 0.0), (0.1, 0.2)), (10, 20), 3, SOIL, 1300.0, cell="triangle")
+        held = [Support(lambda x, d=d: x[:, d] < 1e-9, fix) for d, fix in ((1, "xy"), (0, "x"))]
+        return MPM(Grid(Box((0.0, 0.0), (0.6, 0.3)), (30, 15)), column, held, gravity=(0.0, -9.81), **more)
+    off = {"hit": 0.0, "off-centre hit": 0.08}[name]
+    return MPM(grid, [disc((0.3, 0.3), (4.0, 4.0)), disc((0.62 + off, 0.62 - off), (-4.0, -4.0))], **more)
+
+
+SCENES = {"turning disc": 60, "turning bar": 60, "hit": 90, "off-centre hit": 90, "column": 50}  # and their steps
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_free_bodies_run_by_themselves(name):
+    """With consistent inertia alone Newton's method fails before the end. (Its energy rises at first in the bar, by 14
+    %: the transfers between points and grid are made for lumped inertia.)"""
+    solid = scene(name)
+    momentum, energies = [solid.momentum()], [sum(solid.energy().values())]
+    for _ in range(SCENES[name]):
+        solid.advance(1e-3)
+        momentum.append(solid.momentum())
+        energies.append(sum(solid.energy().values()))
+    said = solid.describe()
+    solid.close()
+    assert 0.0 < said["ghost_since"] < SCENES[name] * 1e-3
+    assert max(energies) < 1.2 * energies[0]
+    if name != "column":
+        mass = sum(part.points.mass.sum() for part in solid.parts)
+        assert np.abs(momentum[-1] - momentum[0]).max() < 1e-6 * mass
+
+
+def test_states_know_the_rung():
+    """Before the penalty came, and after: both go on bit for bit."""
+    solid, states, ends = scene("column"), [], []
+    for k in range(50):
+        if k in (10, 40):
+            states.append(solid.get_state())
+        solid.advance(1e-3)
+    end = solid.points.x[np.argsort(solid.points.gid)].copy()
+    for state, steps in zip(states, (40, 10)):
+        solid.set_state(state)
+        assert (solid.describe()["ghost_since"] is None) == (steps == 40)
+        for _ in range(steps):
+            solid.advance(1e-3)
+        ends.append(solid.points.x[np.argsort(solid.points.gid)])
+    assert all(np.array_equal(end, again) for again in ends)
+    solid.close()
+
+
+@pytest.mark.parametrize("inertia, halvings, tried, remains", [
+    ("consistent", 1, "new tangents, the ghost penalty on inertia, steps down to 0.02 s did not help", ', or inertia="lumped"$'),
+    ("ghost", 0, "new tangents did not help", ', or inertia="lumped"$'),
+    ("lumped", 2, "new tangents, steps down to 0.01 s did not help", "-mpm_snes_max_it 100$")])
+def test_the_end_of_the_ladder_says_what_was_tried_and_what_remains(options, inertia, halvings, tried, remains):
+    options(snes_max_it=1)
+    solid = scene("column", inertia=inertia, halvings=halvings)
+    with pytest.raises(MPMDiverged, match=rf"step 1, t = .*; {tried}: .*{remains}"):
+        solid.advance(4e-2)
+    solid.close()
+
+
+def test_held_bodies_do_not_need_it(make_mpm):
+    solid = make_mpm(supports=[Support(lambda x: x[:, 0] < 1e-9, "xy")], gravity=(0.0, -1.0))
+    for _ in range(5):
+        solid.advance(0.01)
+    assert (solid.describe()["halved_steps"], solid.describe()["ghost_since"]) == (0, None)

@@ -26,8 +26,9 @@ class Cover:
 
     For F-bar: patch: (all local cells,) row of an owned covered cell's patch in patch_matrices, shape (patches, M, D,
     D, M), and in nodes_of_patch, shape (patches, M), -1 where it has fewer; place: (all local cells, K) places of its
-    nodes among these. A quadrilateral or a hexahedron is its own patch, and these matrices are the element matrices. For ghost inertia: nodes_of_facets (facets, M) and
-    facet_matrices, shape (facets, D, M, M), by direction, node and node. Collective.
+    nodes among these. A quadrilateral or a hexahedron is its own patch, and these matrices are the element matrices.
+    For ghost inertia: nodes_of_facets (facets, M) and facet_matrices, shape (facets, D, M, M), by direction, node and
+    node. Collective.
     """
 
     def __init__(self, background, filled, fixed, symmetric=True, averaged=False, facets=None, walls=None):

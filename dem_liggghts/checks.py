@@ -10,6 +10,7 @@ from .compiled import compiled
 from .contact import critical_step
 from .frame import find_origin, moved
 from .near import near_spheres, nothing
+from .outflow import check_inside
 from .sizes import HOPELESS
 from .wall import JOINT, RIM, at_rest, closest, normal_and_angle, place
 from .window import longest_window
@@ -30,6 +31,8 @@ def check_start(scene):
         bad = int(np.flatnonzero(balls.omega[:, :2].any(axis=1))[0])
         raise ValueError(f"sphere {bad + 1} of a plane scene has spin {balls.omega[bad]} rad/s: only the third "
                          "component may differ from zero")
+    check_inside(scene, [(f"{what} {k + 1}", (x + origin[:scene.dim])) for what, places in (
+        ("sphere", scene.spheres.x), ("cluster", [c.x for c in scene.clusters])) for k, x in enumerate(places)])
     for number, cluster in enumerate(scene.clusters):
         _check_one_piece(cluster, number)
     _check_apart(balls, slack)
@@ -167,12 +170,13 @@ def check_window(steps, x, v, scene):
 
 
 def check_finite(x, time, origin=0.0):
-    """Raise FloatingPointError, naming the particle and the time [s], unless all positions x [m] from ``origin`` [m] are
-    finite."""
+    """Raise FloatingPointError, naming the particle and the time [s], unless all positions x [m] from ``origin`` [m]
+    are finite."""
     if not np.isfinite(x.sum()):
         bad = int(np.flatnonzero(~np.isfinite(x).all(axis=1))[0])
-        raise FloatingPointError(f"particle {bad + 1} is at {x[bad] + origin} m at t = {time:.6g} s: its contact is too stiff "
-                                 "for the DEM time step, or the wall passed through it; use more substeps per window")
+        raise FloatingPointError(f"particle {bad + 1} is at {x[bad] + origin} m at t = {time:.6g} s: its contact is too "
+                                 "stiff for the DEM time step, or the wall passed through it; use more substeps per "
+                                 "window")
 
 
 class PerforatedError(RuntimeError):

@@ -61,16 +61,17 @@ def _of_all(x, radius, kind, body, nodes, elements, traits, between, at_wall):
     return energy + _at_walls(x, radius, kind, near, wall, at_wall)
 
 
-def contact_energy(scene, x, nodes):
+def contact_energy(scene, x, nodes, present=slice(None)):
     """Potential energy of all contacts [J]: 2/5 k d^2.5 each, the integral of Hertz' force over the overlap d, less
     what adhesion has done on the way in.
 
-    x: centres of all spheres of ``scene`` [m], shape (n, dim) or (n, 3); nodes: nodes of the moving wall [m], the same.
+    x: centres of the spheres of ``scene`` [m], shape (n, dim) or (n, 3); nodes: nodes of the moving wall [m], the same;
+    present: which of the spheres of the scene these are.
     """
     (balls, surface, between, at_wall), x = _prepared(scene), in_space(x)
     surface.x[surface.own[0]:] = in_space(nodes)
-    return _of_all(x, balls.radius, balls.kind, balls.body, surface.x, surface.elements, surface.traits, between,
-                   at_wall)
+    return _of_all(x, balls.radius[present], balls.kind[present], balls.body[present], surface.x, surface.elements,
+                   surface.traits, between, at_wall)
 
 
 def _prepared(scene):

@@ -1,4 +1,4 @@
-"""The frame in which both back ends compute: coordinates as in maps keep few digits, so its origin moves near the scene.
+"""The frame of both back ends: coordinates as in maps keep few digits, so its origin moves near the scene.
 
 At 5e6 m two doubles are 1e-9 m apart, as much as an overlap, and a sphere that creeps less than that in a step stands
 still. The scene is moved when it is taken over and what is given out is moved back. Only a state stays in the frame,
@@ -63,7 +63,7 @@ def _with(part, **fields):
 
 
 def shifted(x, by):
-    """Positions x [m], shape (n, dim), moved by ``by`` [m], shape (3,); themselves, bit for bit, when that is nothing."""
+    """Positions x [m], shape (n, dim), moved by ``by`` [m], shape (3,); themselves when that is nothing."""
     return np.asarray(x) + by[:np.shape(x)[1]] if by.any() else x
 
 

@@ -33,7 +33,7 @@ _SIGNATURES = {
     "dem_get_state": (ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(ctypes.c_void_p), ctypes.POINTER(ctypes.c_int),
                       ctypes.c_void_p, ctypes.c_void_p),
     "dem_set_state": (ctypes.c_void_p, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p,
-                      ctypes.c_void_p, ctypes.c_void_p),
+                      ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int),
 }
 
 
@@ -53,8 +53,8 @@ def check_sizes(name, arguments):
     """ValueError unless the shim's function ``name`` gets whole numbers of 32 bits: ctypes cuts off what is beyond."""
     for i in INTEGERS[name]:
         if not -check.COUNT <= arguments[i] <= check.COUNT:
-            raise ValueError(f"{arguments[i]} is too large for LIGGGHTS, which counts to {check.COUNT}: take fewer steps "
-                             "per window, spheres or wall elements, or use dem=reference")
+            raise ValueError(f"{arguments[i]} is too large for LIGGGHTS, which counts to {check.COUNT}: take fewer "
+                             "steps per window, spheres or wall elements, or use dem=reference")
 
 
 @lru_cache(maxsize=None)

@@ -11,9 +11,10 @@ from .checks import check_finite, check_window
 from .energy import contact_energy, kinetic_energy, potential_energy
 from .frame import find_origin, leave, moved, shifted
 from .library import ARGUMENTS, SHIM, Comm, LiggghtsError, MissingLiggghts, check_sizes, load, quiet
+from .outflow import Outflow
 from .pieces import Pieces
 from .protocol import BODY, PARTICLE
-from .records import CHANGING, always, by_tag
+from .records import CHANGING, always, at_start, by_tag
 from .script import commands
 from .states import check_state, fingerprint
 from .window import AtWall
@@ -42,7 +43,7 @@ class LiggghtsDEM(AtWall):
         self._inside = moved(scene, -self.origin)
         self._steps, self._nodes, self._pieces = 0, self._inside.wall.nodes, Pieces(self.comm)
         self._grains, self._rigid = parts.grains(self._inside), parts.rigid(self._inside)
-        self._always = always(self._rigid, self._grains)
+        self._always, self._outflow = always(self._rigid, self._grains), Outflow(scene, self._grains.body)
         self._handle, self._library = None, load(SHIM)
         script = commands(self._inside, self.dt)
         self._open()
@@ -52,17 +53,10 @@ class LiggghtsDEM(AtWall):
         data = np.column_stack([g.x, g.v, g.omega, g.radius, g.partner, g.kind + 1, g.body + 1, g.arm])
         self._call("dem_add_spheres", len(data), _pointer(data))
         if scene.clusters:
-            data = np.hstack([self._always, self._at_start()])
+            data = np.hstack([self._always, at_start(self._rigid)])
             self._call("dem_set_bodies", len(data), _pointer(data))
         self._set_wall(keep=0)
         self._command("run 0 post no")
-
-    def _at_start(self):
-        """What changes of the bodies, as it is at the start, shape (bodies, CHANGING)."""
-        r, spin = self._rigid, np.empty((len(self._rigid.mass), 3))
-        for b, axes in enumerate(map(quaternion.matrix, r.q)):
-            spin[b] = axes @ (r.inertia[b] * (axes.T @ r.omega[b]))
-        return np.column_stack([r.x, r.v, r.omega, spin, r.q, np.zeros((len(spin), 6))])
 
     def _set_wall(self, keep):
         """Hand over all walls of the scene; tangential springs go on when ``keep``."""
@@ -116,10 +110,21 @@ class LiggghtsDEM(AtWall):
                                      "look at the motion of the body")
         self._steps += steps
         out = self._sum(out)
-        if code or out[-1] or out[-2] != len(self._grains.x):
+        if code or out[-1] or out[-2] != self._outflow.present:
             self._report()
         self._nodes = x + v * (steps * self.dt)
+        if self._outflow.active:
+            self._outflow.after_window(self)
         return out[:-2].reshape(x.shape) / (steps * self.dt)
+
+    @property
+    def removed(self):
+        """See `protocol.DEM.removed`."""
+        return self._outflow.removed
+
+    def _take_out(self):
+        """Go on without what is out."""
+        self._restore(self._state(), keep=0)
 
     def _sum(self, array):
         """Sum over ranks, the same to the last bit on all of them."""
@@ -131,11 +136,14 @@ class LiggghtsDEM(AtWall):
         return total
 
     def _report(self):
-        particles = self.particles()
+        particles = leave(self._own_particles(), self.origin)
         check_finite(particles["x"], self.time)
-        lost = sorted(set(range(1, len(self._grains.x) + 1)) - set(particles["id"].tolist()))
-        raise LiggghtsError(f"particles {lost} were lost at t = {self.time:.6g} s: they flew across a whole rank "
-                            "between two neighbour lists; use fewer ranks")
+        self._lose("particles", self._outflow.out, particles["id"])
+
+    def _lose(self, what, out, found):
+        lost = sorted(set((1 + np.flatnonzero(~out)).tolist()) - set(found.astype(int).tolist()))
+        raise LiggghtsError(f"{what} {lost} were lost at t = {self.time:.6g} s: they flew across a whole rank between "
+                            "two neighbour lists; use fewer ranks")
 
     def replace_wall(self, wall):
         """See `protocol.DEM.replace_wall`."""
@@ -153,7 +161,7 @@ class LiggghtsDEM(AtWall):
 
     def particles(self):
         """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres first."""
-        return leave(self._own_particles(), self.origin)
+        return self._outflow.all_particles(leave(self._own_particles(), self.origin))
 
     def _own_particles(self):
         table = self._table("dem_count", "dem_particles", 12)
@@ -164,26 +172,25 @@ class LiggghtsDEM(AtWall):
 
     def bodies(self):
         """See `protocol.DEM.bodies`."""
-        return leave(self._own_bodies(), self.origin)
+        return self._outflow.all_bodies(leave(self._own_bodies(), self.origin))
 
     def _own_bodies(self):
-        table, r = self._changing(), self._rigid
+        table, r, number = self._changing(), self._rigid, np.flatnonzero(~self._outflow.out_bodies)
         out = np.empty(len(table), BODY)
         if len(out):
-            out["id"], out["mass"] = np.arange(1, len(out) + 1), r.mass
+            out["id"], out["mass"] = number + 1, r.mass[number]
             out["x"], out["v"], out["omega"] = table[:, :3], table[:, 3:6], table[:, 6:9]
-            out["quaternion"] = quaternion.product(table[:, 12:16], quaternion.inverse(r.turn))
+            out["quaternion"] = quaternion.product(table[:, 12:16], quaternion.inverse(r.turn[number]))
         return out
 
     def _changing(self):
-        """What changes of the bodies, shape (bodies, CHANGING), by id."""
+        """What changes of the bodies that are present, shape (bodies, CHANGING), by id."""
         if not self.scene.clusters and self._handle is not None:
             return np.empty((0, CHANGING))
-        table = self._table("dem_count_bodies", "dem_bodies", 1 + CHANGING)
-        if len(table) != len(self._rigid.mass):
-            lost = sorted(set(range(1, len(self._rigid.mass) + 1)) - set(table[:, 0].astype(int)))
-            raise LiggghtsError(f"clusters {lost} were lost at t = {self.time:.6g} s: they flew across a whole rank "
-                                "between two neighbour lists; use fewer ranks")
+        table, out = self._table("dem_count_bodies", "dem_bodies", 1 + CHANGING), self._outflow.out_bodies
+        table = table[~out[table[:, 0].astype(int) - 1]]
+        if len(table) != np.count_nonzero(~out):
+            self._lose("clusters", out, table[:, 0])
         return np.ascontiguousarray(table[:, 1:])
 
     def _table(self, count, read, width):
@@ -196,13 +203,19 @@ class LiggghtsDEM(AtWall):
     def energy(self):
         """See `protocol.DEM.energy`."""
         particles, bodies, r = self._own_particles(), self._own_bodies(), self._rigid
-        return dict(kinetic=kinetic_energy(particles, bodies, r.inertia, r.turn),
+        number = bodies["id"] - 1
+        return dict(kinetic=kinetic_energy(particles, bodies, r.inertia[number], r.turn[number]),
                     potential=potential_energy(particles, self.scene.gravity, bodies),
-                    contact=contact_energy(self._inside, particles["x"], self._nodes))
+                    contact=contact_energy(self._inside, particles["x"], self._nodes, particles["id"] - 1))
 
     def get_state(self):
         """See `protocol.DEM.get_state`. LIGGGHTS makes its neighbour lists anew here as in `set_state`, so that both
         go on with the same order of summation."""
+        state = self._state()
+        self.set_state(state)
+        return state
+
+    def _state(self):
         records, count = ctypes.c_void_p(), ctypes.c_int()
         wall, force = np.empty(self._nodes.shape), np.empty(self._nodes.shape)
         code = self._call("dem_get_state", self.scene.dim, ctypes.byref(records), ctypes.byref(count), _pointer(wall),
@@ -212,26 +225,29 @@ class LiggghtsDEM(AtWall):
         mine = np.empty(count.value)
         if count.value:
             mine[:] = (ctypes.c_double * count.value).from_address(records.value)
-        particles = by_tag(mine if self.comm.size == 1 else np.concatenate(self.comm.allgather(mine)))
-        state = dict(scene=self._fingerprint, origin=self.origin.copy(), particles=particles, bodies=self._changing(), wall=wall,
-                     wall_elements=np.array(self.scene.wall.elements), wall_force=self._sum(force),
-                     steps=np.array(self._steps))
-        self.set_state(state)
-        return state
+        everybody = mine if self.comm.size == 1 else np.concatenate(self.comm.allgather(mine))
+        return dict(scene=self._fingerprint, origin=self.origin.copy(), particles=by_tag(everybody, self._outflow.out),
+                    bodies=self._changing(), wall=wall, wall_elements=np.array(self.scene.wall.elements),
+                    wall_force=self._sum(force), steps=np.array(self._steps), **self._outflow.get_state())
 
     def set_state(self, state):
         """See `protocol.DEM.set_state`. The state may come from another instance of the same scene, on any ranks."""
-        check_state(state, NAMES, self._fingerprint)
-        particles, wall, old = np.array(state["particles"], float), np.array(state["wall"]), self.scene.wall
-        there = np.array(state["origin"])
+        check_state(state, NAMES + self._outflow.names, self._fingerprint)
+        self._outflow.set_state(state)
+        wall, old, there = np.array(state["wall"]), self.scene.wall, np.array(state["origin"])
         if not (np.array_equal(state["wall_elements"], old.elements) and np.array_equal(there, self.origin)):
             self.origin = there
             new = replace(old, nodes=shifted(wall, there), elements=state["wall_elements"])
             self._put_wall(with_wall(self.scene, new), np.zeros(wall.shape), keep=0)
+        self._restore(state, keep=1)
+
+    def _restore(self, state, keep):
+        """Particles, bodies and wall of the state, with its forces when ``keep``, else those of the contacts now."""
+        particles, wall = np.array(state["particles"], float), np.array(state["wall"])
         force = np.array(state["wall_force"]) if self.comm.rank == 0 else np.zeros(wall.shape)
-        bodies = np.hstack([self._always, state["bodies"]])
+        bodies = np.hstack([self._always[~self._outflow.out_bodies], state["bodies"]])
         code = self._call("dem_set_state", self.scene.dim, len(particles), _pointer(particles), len(bodies),
-                          _pointer(bodies), _pointer(wall), _pointer(force))
+                          _pointer(bodies), _pointer(wall), _pointer(force), keep)
         if code:
             self._report()
         self._steps, self._nodes = int(state["steps"]), wall

@@ -31,15 +31,20 @@ class DEM(Protocol):
         nodes and elements. What is remembered of a contact goes to the element closest to where it was, the force of
         the last step, half of which acts in the next one, from each node to the closest place of the new wall."""
 
+    # What has left the domain, held or removed by ``Scene.outflow``, since the start: "count", "mass" [kg], "momentum"
+    # [kg m/s], shape (dim,), "energy" [J] by which that of what is left has fallen; the same on every rank.
+    removed: dict
+
     def particles(self) -> np.ndarray:
         """Copy of the spheres sorted by id, dtype ``PARTICLE``, shape (n,): SI units, three components always. body: id
         of the cluster it belongs to, 0 for a single sphere. A sphere of a cluster has its share, by volume, of the
-        cluster's mass."""
+        cluster's mass. What has left the domain keeps its row, at rest and with a mass of 0: where it left, with a
+        radius of 0, when it was removed, at the edge when it is held."""
 
     def bodies(self) -> np.ndarray:
         """Copy of the clusters sorted by id, which counts from 1 in the order of the scene; dtype ``BODY``. x, v: of
         the centre of mass; quaternion (w, x, y, z): from the body's own frame to space (`quaternion.angle` in a
-        plane)."""
+        plane). What has left the domain: as in ``particles``."""
 
     def contact_at_wall(self, force: float) -> np.ndarray:
         """Tangent stiffness [N/m], damping [kg/s] and mass [kg] in the contact of each sphere with the moving wall

@@ -1,6 +1,8 @@
 """Arrays that LIGGGHTS and its shim understand: records of particles, rows of bodies."""
 import numpy as np
 
+from . import quaternion
+
 ALWAYS = 16  # numbers of a body that never change, before those that do (shim/bodies.h)
 CHANGING = 22  # x, v, omega, angular momentum (3 each), quaternion (4), force, torque (3 each)
 
@@ -13,13 +15,15 @@ def starts(records):
     return np.array(first)
 
 
-def by_tag(records):
-    """The records in the order of their second number."""
+def by_tag(records, out):
+    """The records in the order of their second number, the tag from 1 on, without those that are ``out``, (n,) bool."""
     first = starts(records)
-    order = np.argsort(records[first[:-1] + 1], kind="stable")
+    tag = records[first[:-1] + 1].astype(int)
+    order = np.argsort(tag, kind="stable")
+    order = order[~out[tag[order] - 1]]
     lengths = np.diff(first)[order]
     shift = first[order] - np.concatenate([[0], np.cumsum(lengths)[:-1]])  # where a record comes from and goes to
-    return records[np.repeat(shift, lengths) + np.arange(len(records))]
+    return records[np.repeat(shift, lengths) + np.arange(lengths.sum())]
 
 
 def always(rigid, grains):
@@ -31,3 +35,11 @@ def always(rigid, grains):
         bound = (np.sqrt(((arm - middle) ** 2).sum(axis=1)) + grains.radius[start:stop]).max()
         out[b] = b + 1, rigid.mass[b], stop - start, *rigid.inertia[b], *rigid.free[b], bound, *middle
     return out
+
+
+def at_start(rigid):
+    """What changes of the bodies, as it is at the start, shape (bodies, CHANGING)."""
+    spin = np.empty((len(rigid.mass), 3))
+    for b, axes in enumerate(map(quaternion.matrix, rigid.q)):
+        spin[b] = axes @ (rigid.inertia[b] * (axes.T @ rigid.omega[b]))
+    return np.column_stack([rigid.x, rigid.v, rigid.omega, spin, rigid.q, np.zeros((len(spin), 6))])

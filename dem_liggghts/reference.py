@@ -11,10 +11,12 @@ from .contact import field, laws
 from .energy import contact_energy, kinetic_energy, potential_energy
 from .frame import find_origin, leave, moved, shifted
 from .near import Near, nothing, renumber
+from .outflow import Outflow
 from .pieces import Pieces
 from .protocol import BODY, PARTICLE
 from .rigid import Bodies, omega_to_spin, turn_axes
 from .states import check_state, fingerprint
+from .subset import of_grains, of_near, of_rigid
 from .verlet import Balls, Lists, Loads, Scratch, build_lists, forces, run
 from .wall import COLUMNS, MovingWall, at_rest
 from .window import AtWall
@@ -22,8 +24,7 @@ from .window import AtWall
 MOVING = ("x", "v", "omega", "force", "torque")
 LARGE = 2000  # elements of a wall
 BODY_MOVING = ("x", "v", "omega", "spin", "force", "torque", "q", "axes")
-BODY_NAMES = tuple(f"body_{name}" for name in BODY_MOVING)  # in a state
-NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_force", "near_x", "near_wall", "skin",
+NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_force", "near_x", "near_wall", "skin",  # of a state
          *(f"near_{of}_{name}" for of in ("spheres", "elements") for name in Near._fields))
 
 
@@ -35,19 +36,32 @@ class ReferenceDEM(AtWall):
         self.dt, self._steps, self._closed, self._pieces = float(dt), 0, False, Pieces()
         self._fingerprint, self.origin = fingerprint(scene, self.dt), find_origin(scene)
         inside = moved(scene, -self.origin)
-        self._start, self._rigid = parts.grains(inside), parts.rigid(inside)
-        g, zeros = self._start, lambda: np.zeros_like(self._start.x)
-        self._balls = Balls(g.x.copy(), g.v.copy(), g.omega.copy(), zeros(), zeros(), g.radius, g.partner, g.kind,
-                            in_space([scene.gravity])[0], len(scene.spheres.x))
-        self._bodies = _bodies(self._rigid, g.arm) if scene.clusters else None
-        self._plain_bodies = None if self._bodies is None else tuple(self._bodies)  # which numba recognises faster
+        self._whole, self.scene = (parts.grains(inside), parts.rigid(inside)), scene
+        self._outflow = Outflow(scene, self._whole[0].body)
+        self._populate(np.ones(len(self._whole[0].x), np.bool_), np.ones(len(scene.clusters), np.bool_))
         between, at_wall = laws(scene, scene.pairs()), laws(scene, scene.wall_pairs())
         self._laws, self._keep = (between, at_wall), [field(pairs, "friction").any() for pairs in (between, at_wall)]
         self._use(scene)
-        self._lists = Lists(nothing(len(g.x)), nothing(len(g.x)), self._balls.x, self._wall.x, 0.0)
+        none = nothing(len(self._start.x))
+        self._lists = Lists(none, none, self._balls.x, self._wall.x, 0.0)
+        self._begin()
+
+    def _populate(self, present, bodies):
+        """The spheres and clusters that are ``present``, (n,) bool each, as they were at the start."""
+        self._ids, self._body_ids = 1 + np.flatnonzero(present), 1 + np.flatnonzero(bodies)
+        grains, rigid = self._whole
+        self._start, self._rigid = g, r = of_grains(grains, present, bodies), of_rigid(rigid, present, bodies)
+        self._balls = Balls(g.x.copy(), g.v.copy(), g.omega.copy(), np.zeros_like(g.x), np.zeros_like(g.x), g.radius,
+                            g.partner, g.kind, in_space([self.scene.gravity])[0], int(r.first[0]))
+        self._bodies = _bodies(r, g.arm) if len(r.mass) else None
+        self._plain_bodies = None if self._bodies is None else tuple(self._bodies)  # which numba recognises faster
+
+    def _begin(self):
+        """Lists and forces of now."""
         self._build_lists(self._wall, 0.0)
-        forces(self._balls, self._plain_bodies, self._wall, 0.0, self._lists, between, at_wall, 0.0, 0.0, True,
-               self._loads, self._scratch)
+        self._loads.force[:] = 0.0
+        forces(self._balls, self._plain_bodies, self._wall, 0.0, self._lists, *self._laws, 0.0, 0.0, True, self._loads,
+               self._scratch)
 
     def _use(self, scene):
         """Take the walls of ``scene``, where they are; no force on them."""
@@ -57,6 +71,9 @@ class ReferenceDEM(AtWall):
         self._wall = at_rest(self._surface, self._surface.x)
         self._loads = Loads(np.zeros_like(self._wall.x), np.zeros_like(self._wall.x))
         self._scratch = Scratch(np.empty((len(self._wall.elements) + 1, COLUMNS)), np.empty((3, 3)), *np.zeros((6, 3)))
+        self._pack()
+
+    def _pack(self):
         self._own = *self._balls, *self._loads, *self._scratch
 
     @property
@@ -103,7 +120,28 @@ class ReferenceDEM(AtWall):
         self._steps += steps
         self._wall = at_rest(self._surface, wall.x + wall.v * (steps * self.dt))
         check_finite(self._balls.x, self.time, self.origin)
-        return loads.impulse[self._fixed:, :self.scene.dim] / (steps * self.dt)
+        force = loads.impulse[self._fixed:, :self.scene.dim] / (steps * self.dt)
+        if self._outflow.active:
+            self._outflow.after_window(self)
+        return force
+
+    @property
+    def removed(self):
+        """See `protocol.DEM.removed`."""
+        return self._outflow.removed
+
+    def _take_out(self):
+        """Go on without what is out."""
+        stay, bodies = ~self._outflow.out[self._ids - 1], ~self._outflow.out_bodies[self._body_ids - 1]
+        balls, rigid, lists = self._balls, self._bodies, self._lists
+        self._populate(~self._outflow.out, ~self._outflow.out_bodies)
+        for name in MOVING:
+            getattr(self._balls, name)[:] = getattr(balls, name)[stay]
+        for name in BODY_MOVING if self._bodies is not None else ():
+            getattr(self._bodies, name)[:] = getattr(rigid, name)[bodies]
+        self._lists = Lists(of_near(lists.spheres, stay, True), of_near(lists.elements, stay, False), *lists[2:])
+        self._pack()
+        self._begin()
 
     def replace_wall(self, wall):
         """See `protocol.DEM.replace_wall`."""
@@ -122,25 +160,25 @@ class ReferenceDEM(AtWall):
 
     def particles(self):
         """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres first."""
-        return leave(self._own_particles(), self.origin)
+        return self._outflow.all_particles(leave(self._own_particles(), self.origin))
 
     def _own_particles(self):
         self._need_open()
         out = np.empty(len(self._balls.x), PARTICLE)
-        out["id"], out["body"], out["mass"] = np.arange(1, len(out) + 1), self._start.body + 1, self._start.mass
+        out["id"], out["body"], out["mass"] = self._ids, self._whole[0].body[self._ids - 1] + 1, self._start.mass
         for name in ("x", "v", "omega", "radius"):
             out[name] = getattr(self._balls, name)
         return out
 
     def bodies(self):
         """See `protocol.DEM.bodies`."""
-        return leave(self._own_bodies(), self.origin)
+        return self._outflow.all_bodies(leave(self._own_bodies(), self.origin))
 
     def _own_bodies(self):
         self._need_open()
         out = np.empty(len(self._rigid.mass), BODY)
         if len(out):
-            out["id"] = np.arange(1, len(out) + 1)
+            out["id"] = self._body_ids
             for name in ("x", "v", "omega", "mass"):
                 out[name] = getattr(self._bodies, name)
             out["quaternion"] = quaternion.product(self._bodies.q, quaternion.inverse(self._rigid.turn))
@@ -151,7 +189,8 @@ class ReferenceDEM(AtWall):
         particles, bodies, r = self._own_particles(), self._own_bodies(), self._rigid
         return dict(kinetic=kinetic_energy(particles, bodies, r.inertia, r.turn),
                     potential=potential_energy(particles, self.scene.gravity, bodies),
-                    contact=contact_energy(self._inside, particles["x"], self._wall.x[self._fixed:]))
+                    contact=contact_energy(self._inside, particles["x"], self._wall.x[self._fixed:],
+                                            self._ids - 1))
 
     def get_state(self):
         """See `protocol.DEM.get_state`. The lists of near partners belong to it: they hold the tangential history."""
@@ -159,19 +198,23 @@ class ReferenceDEM(AtWall):
         state = {name: getattr(self._balls, name).copy() for name in MOVING}
         if self._bodies is not None:
             state.update({f"body_{name}": getattr(self._bodies, name).copy() for name in BODY_MOVING})
-        state.update(scene=self._fingerprint, origin=self.origin.copy(), steps=np.array(self._steps), wall=self._wall.x[self._fixed:].copy(),
-                     wall_elements=np.array(self.scene.wall.elements),
+        state.update(scene=self._fingerprint, origin=self.origin.copy(), steps=np.array(self._steps),
+                     wall=self._wall.x[self._fixed:].copy(), wall_elements=np.array(self.scene.wall.elements),
                      wall_force=self._loads.force[self._fixed:].copy(),
                      near_x=self._lists.x.copy(), near_wall=self._lists.wall.copy(), skin=np.array(self._lists.skin))
         for of in ("spheres", "elements"):
             for name, array in zip(Near._fields, getattr(self._lists, of)):
                 state[f"near_{of}_{name}"] = array.copy()
-        return state
+        return {**state, **self._outflow.get_state()}
 
     def set_state(self, state):
         """See `protocol.DEM.set_state`."""
         self._need_open()
-        check_state(state, NAMES if self._bodies is None else NAMES + BODY_NAMES, self._fingerprint)
+        check_state(state, NAMES + self._outflow.names, self._fingerprint)
+        if self._outflow.active:
+            self._outflow.set_state(state)
+            self._populate(~self._outflow.out, ~self._outflow.out_bodies)
+            self._pack()
         for name in MOVING:
             getattr(self._balls, name)[:] = state[name]
         if self._bodies is not None:

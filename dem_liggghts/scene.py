@@ -7,6 +7,7 @@ import mpm_dem_checks as check
 
 from .arrays import finite, per_sphere, rows
 from .clusters import Cluster
+from .outflow import read_domain, read_ways
 
 BALLS, WALL = "spheres", "wall"  # names of Scene.material and Scene.wall_material
 
@@ -150,7 +151,10 @@ class Scene:
     spheres and clusters: the bodies that move, either may be missing. wall: the interface that is moved from outside;
     walls: further ones at rest (a floor). Materials have names: ``material`` is "spheres", ``wall_material`` is "wall",
     ``materials`` holds others. ``interactions``: (name, name) → Interaction in either order; ``between`` is that of
-    "spheres" with themselves, ``at_wall`` that of "spheres" with "wall". Raises ValueError for what does not fit.
+    "spheres" with themselves, ``at_wall`` that of "spheres" with "wall". domain: lower and upper corner [m], (dim,)
+    each; outflow: what happens to that which leaves it, "stop", "hold" or "remove" for all sides, or by side, such as
+    {"+x": "remove"}, whose other sides stop (see ``outflow``); without a domain nothing ever leaves. Raises ValueError
+    for what does not fit.
     """
 
     spheres: Spheres = None
@@ -164,6 +168,8 @@ class Scene:
     walls: tuple = ()
     materials: dict = field(default_factory=dict)
     interactions: dict = field(default_factory=dict)
+    domain: tuple = None
+    outflow: object = "stop"
 
     def __post_init__(self):
         put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen
@@ -182,8 +188,17 @@ class Scene:
         put("wall", Wall.none(dims[0]) if self.wall is None else self.wall)
         put("gravity", check.numbers("gravity", (0.0,) * self.dim if self.gravity is None else self.gravity, self.dim,
                                      "m/s^2"))
+        self._check_domain(put)
         put("materials", self._all_materials())
         put("interactions", self._all_interactions())
+
+    def _check_domain(self, put):
+        ways = read_ways(self.outflow, self.dim)
+        if self.domain is not None:
+            put("domain", read_domain(self.domain, self.dim))
+        elif set(ways) != {"stop"}:
+            raise ValueError(f"outflow is {self.outflow!r} without a domain to leave: give domain=(lower, upper), its "
+                             "corners [m]")
 
     def _all_materials(self):
         own = {name: m for name, m in ((BALLS, self.material), (WALL, self.wall_material)) if m is not None}

@@ -4,9 +4,10 @@ import zlib
 import numpy as np
 
 from . import parts
+from .outflow import read_ways
 
 WHAT = ("dimension", "time step", "number of spheres", "number of clusters", "radii", "masses", "materials", "clusters",
-        "fixed walls", "springs of friction")
+        "fixed walls", "springs of friction", "domain and outflow")
 SHOWN = 4  # of the first so many the values say more than that they differ
 
 
@@ -17,8 +18,10 @@ def fingerprint(scene, dt):
     fixed = [array for wall in scene.walls for array in (wall.nodes, wall.elements)]
     rough = [any(scene.interaction(*pair).friction > 0 for pair in pairs)
              for pairs in (scene.pairs(), scene.wall_pairs())]
+    ways = np.array(read_ways(scene.outflow, scene.dim)), np.zeros(0) if scene.domain is None else scene.domain
     return np.array([scene.dim, dt, len(g.x), len(r.mass), _sum(g.radius), _sum(g.mass, r.mass), _sum(g.kind),
-                     _sum(g.body, g.arm, r.inertia, r.turn, r.free), _sum(*fixed), _sum(np.array(rough))], float)
+                     _sum(g.body, g.arm, r.inertia, r.turn, r.free), _sum(*fixed), _sum(np.array(rough)),
+                     _sum(*ways)], float)
 
 
 def _sum(*arrays):

@@ -62,6 +62,14 @@ public:
         }
     }
 
+    // From those on their spheres and gravity: in a set-up the fix does so before the walls have added theirs.
+    void sum_forces()
+    {
+        fix_->data().reset_forces(true);
+        fix_->comm_correct_force(true);
+        fix_->calc_force(true);
+    }
+
     // tag, then what changes, of each body of this rank: 1 + BODY_WIDTH - X numbers each.
     void read(double *out)
     {

@@ -143,12 +143,15 @@ static void forget_particles(Atom *atom) { atom->nlocal = atom->nghost = 0; }
 // A record of the state: [length, tag, force (3), torque (3), what LIGGGHTS sends when the particle changes its rank].
 static const int HEAD = 8;
 
-// Records may come in any order of ranks; afterwards every rank holds its own particles in the order of the records.
-static void unpack_particles(LAMMPS *lmp, int count, double *records, int n_bodies, const double *body)
+// Records may come in any order of ranks; afterwards every rank holds its own particles in the order of the records. With
+// ``keep`` the forces are those of the records, else those of the contacts as they are now.
+static void unpack_particles(LAMMPS *lmp, int count, double *records, int n_bodies, const double *body, bool keep)
 {
     Atom *atom = lmp->atom;
     Bodies bodies(lmp);
     forget_particles(atom);
+    atom->natoms = 0;
+    for (double *r = records; r != records + count; r += int(r[0])) atom->natoms++;
     for (double *r = records; r != records + count; r += int(r[0])) atom->avec->unpack_exchange(r + HEAD);
     lmp->domain->pbc();
     lmp->domain->reset_box();
@@ -159,12 +162,11 @@ static void unpack_particles(LAMMPS *lmp, int count, double *records, int n_bodi
     lmp->update->whichflag = 1;  // else the fixes are left out
     lmp->update->integrate->setup_minimal(1);
     lmp->update->whichflag = 0;
-    if (bodies.any()) bodies.set_forces(n_bodies, body);
+    if (bodies.any()) keep ? bodies.set_forces(n_bodies, body) : bodies.sum_forces();
     int mine = 0;
     for (double *r = records; r != records + count; r += int(r[0])) {
         if (mine == atom->nlocal || atom->tag[mine] != int(r[1])) continue;
-        std::copy(r + 2, r + 5, atom->f[mine]);
-        std::copy(r + 5, r + HEAD, atom->torque[mine]);
+        if (keep) std::copy(r + 2, r + 5, atom->f[mine]), std::copy(r + 5, r + HEAD, atom->torque[mine]);
         mine++;
     }
     if (mine != atom->nlocal) throw std::runtime_error("the state is not one of these particles");
@@ -357,9 +359,9 @@ int dem_get_state(void *handle, int dim, double **records, int *count, double *x
 }
 
 // The counterpart: records of all particles, by tag, and all bodies, the same on every rank; force is zero on all but
-// one.
+// one. keep: see unpack_particles.
 int dem_set_state(void *handle, int dim, int count, double *records, int n_bodies, const double *bodies,
-                  const double *x, const double *force)
+                  const double *x, const double *force, int keep)
 {
     return guarded([&] {
         LAMMPS *lmp = static_cast<LAMMPS *>(handle);
@@ -368,7 +370,8 @@ int dem_set_state(void *handle, int dim, int count, double *records, int n_bodie
         read_own(x, dim, wall->own_, wall->x_);
         std::fill(wall->v_.begin(), wall->v_.end(), Vec());
         wall->start_window(0.0);
-        unpack_particles(lmp, count, records, n_bodies, bodies);
+        unpack_particles(lmp, count, records, n_bodies, bodies, keep);
+        if (!keep) return;
         std::vector<Vec> all(wall->x_.size());
         read_own(force, dim, wall->own_, all);
         wall->set_force(all);

@@ -1,4 +1,4 @@
-"""Scattered, ejected and very different spheres: LIGGGHTS' neighbour lists must not grow with the box (both back ends)."""
+"""Scattered, ejected and very different spheres: LIGGGHTS' neighbour lists must not grow with the box."""
 import numpy as np
 import pytest
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dem_liggghts import (Cluster, Interaction, Material, Scene, Spheres, Wall, check_start, contact_energy, critical_step,
-                          longest_window, open_dem, warn_if_window_too_long)
+from dem_liggghts import (Cluster, Interaction, Material, Scene, Spheres, Wall, check_start, contact_energy,
+                          critical_step, longest_window, open_dem, warn_if_window_too_long)
 from dem_liggghts.damping import damping_ratio
 
 STEEL = Material(2.1e11, 0.3)
@@ -57,7 +57,7 @@ def cluster(mass=1.0, **more):
 @pytest.mark.parametrize("make, message", [
     (lambda: Wall([[0, 0], [1, 0]], [[0, np.nan]]), "wall elements is .*: give whole numbers"),
     (lambda: Wall([[0, 0], [1, 0]], [[0, 0.5]]), "wall elements is .*: give whole numbers"),
-    (lambda: Wall([[0, 0], [1, 0]], np.array([[0, 2**32 + 1]])), r"wall elements name nodes 0..4294967297, there are 2"),
+    (lambda: Wall([[0, 0], [1, 0]], np.array([[0, 2**32 + 1]])), "wall elements name nodes 0..4294967297, there are"),
     (lambda: Wall([[0, 0], [1, 0]], [[0, 1], [0]]), "wall elements is .*: give numbers of shape"),
     (lambda: Spheres([["a", 0]], [[0, 0]], 1.0, 1.0), "x of the spheres is .*: give an array of shape"),
     (lambda: Spheres([[0, 0], [1, 1]], [[0, 0], [0, 0]], [1, 1, 1], 1.0), r"radius has shape \(3,\): give one number"),
@@ -131,7 +131,7 @@ def test_windows_that_make_no_sense(dem, sheet):
     for steps in (0, -1, 2.5, np.nan, "3", True):
         with pytest.raises(ValueError, match=f"steps is {steps!r}: a window has at least one DEM step"):
             ball.advance(steps, nodes, nodes)
-    with pytest.raises(ValueError, match="steps is 4294967316: give a whole number of at least 1 and at most 2147483647"):
+    with pytest.raises(ValueError, match="steps is 4294967316: give a whole number of .* at most 2147483647"):
         ball.advance(2**32 + 20, nodes, nodes)  # 20 in 32 bits
     ball.advance(np.float64(2), nodes, 0 * nodes)
     assert ball.time == 2e-8

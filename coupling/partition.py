@@ -49,7 +49,8 @@ class Grains(Protocol):
 
 
 class BookedSolid(Solid, Protocol):
-    """What the ledger and the record of a case ask besides."""
+    """What the ledger and the record of a case ask besides. It may have a method ``columns()`` with what else belongs
+    into the history: name → (unit, meaning, function without arguments)."""
 
     applied: np.ndarray  # sum of the interface forces that arrived in the last step [N], shape (dim,)
     iterations: int  # of Newton's method in the last step

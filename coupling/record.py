@@ -53,6 +53,8 @@ class Record:
         self._complete = self._begun = False
         self._pictures, self._fine, self._departures = pictures or {}, {}, Departures(solid, grains)
         own = {**(ALONE if grains is None else {**WINDOW, **self._ledger.columns}), **self._departures.columns}
+        self._of_solid = getattr(solid, "columns", dict)()
+        own |= {name: (unit, meaning) for name, (unit, meaning, _) in self._of_solid.items()}
         self._figure, self._history, self._report = (f"{name}{self._suffix}.{kind}" for name, kind in (
             (case, "png"), ("history", "csv"), ("report", "json")))
         self.results = Results(out, case, repr(parameters), [self._history, self._report, self._figure, *self._pictures])
@@ -101,7 +103,8 @@ class Record:
     def __call__(self, window):
         self._last = self._coupling(window) if self._ledger else {}
         row = {"time": window.time, **{name: of(window) for name, (_, _, of) in self._columns.items()},
-               "newton": self.solid.iterations, **self._last, **self._departures.entries()}
+               "newton": self.solid.iterations, **self._last, **self._departures.entries(),
+               **{name: value() for name, (_, _, value) in self._of_solid.items()}}
         self._add(row)
         self._newton += self.solid.iterations
         if self._closed:

@@ -89,6 +89,17 @@ class Answers:
         """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
         return total(self.comm, reaction(self.penalties, name))
 
+    def behind(self):
+        """Material points that have gone through walls and not come back, as name of the wall → number."""
+        counts = {} if self._behind is None else zip(self._behind.names, self._behind.counts().tolist())
+        return {name: count for name, count in sorted(counts)} if counts else {}
+
+    def columns(self):
+        """What else the history should have, as name → (unit, meaning, function without arguments)."""
+        if self._behind is None:
+            return {}
+        return {"behind": ("1", "material points that have gone through a wall", lambda: sum(self.behind().values()))}
+
     def energy(self):
         """``kinetic``, ``strain`` and ``potential`` (in gravity, zero at ``origin``) energy of the points [J]."""
         parts = np.sum([part.energies(self.gravity) for part in self._parts], axis=0)

@@ -96,13 +96,17 @@ class GridWall:
         check.function(f"where of {self.name}", self.where)
         _check_rubbing(self)
 
+    def holds(self, vertices):
+        """Mask, shape (n,), of the vertices [m], shape (n, dim), of the grid that the wall is made of."""
+        return check.mask(f"where of {self.name}", self.where, vertices)
+
     def penalty(self, vertices):
         """The same as a ``Penalty`` on the vertices [m], shape (n, dim), of the grid."""
         axis = AXES.index(self.normal[1])
         if axis >= vertices.shape[1]:
             raise ValueError(f"the normal of {self.name} is {self.normal!r}, the scene has {vertices.shape[1]} "
                              "dimensions: give one of its axes")
-        x = vertices[check.mask(f"where of {self.name}", self.where, vertices)]
+        x = vertices[self.holds(vertices)]
         if not len(x):
             raise ValueError(f"{self.name} holds no node of the grid: look at where")
         normal = np.zeros(vertices.shape[1])

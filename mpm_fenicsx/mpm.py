@@ -6,6 +6,7 @@ import mpm_dem_checks as check
 
 from .answers import Answers
 from .arguments import check_arguments
+from .behind import watch
 from .bonds import Bonds
 from .boundary import Supports
 from .boundary_particles import BoundaryParticles, near_mass
@@ -89,6 +90,7 @@ class MPM(Answers):
         self.background.keep_mine(self.boundary, np.full(len(self.boundary), "the interface"))
         self.loads = (SurfaceLoads(loads, self.dim, start),) if loads else ()
         self.penalties = make_penalties(penalties, self.background, start)
+        self._behind = watch(penalties, self.background, self._parts)
         for condition in (*self.loads, *self.penalties):
             self.background.keep_mine(condition.points, condition.names)
         self._sets = Sets(self.comm, [
@@ -133,6 +135,8 @@ class MPM(Answers):
         self.substeps, self.iterations = self.substeps + 1, self.iterations + iterations
         for held in self.penalties:
             held.move(self.time)
+        if self._behind:
+            self._behind(self.time)
 
     @while_open
     def resample(self):

@@ -63,6 +63,11 @@ class Points:
     def __len__(self):
         return len(self.x)
 
+    def add(self, **fields):
+        """Give every point more fields."""
+        self.names += tuple(fields)
+        self.__dict__.update(fields)
+
     def copy(self):
         """Fields as a dict of copies: the state."""
         return {name: getattr(self, name).copy() for name in self.names}

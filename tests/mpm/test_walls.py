@@ -1,0 +1,74 @@
+"""Walls stop soil, however they are made and wherever the grid is cut; what has gone through is counted and named."""
+import warnings
+
+import numpy as np
+import pytest
+
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Penalty
+from mpm_fenicsx.behind import BEHIND, FRONT, THROUGH, find_rim
+from mpm_fenicsx.refine import divide
+from mpm_fenicsx.surface import normal_areas
+
+SOIL = LAWS["mohr_coulomb"](2e5, 0.3, 20.0, 0.0, 0.0)
+
+
+def test_divided_triangles_keep_area_and_turn():
+    """Each into its own number of pieces; particles in one place are one where two sides are divided alike."""
+    patch = Interface.patch((0, 0, 0), (2, 0, 0), (0, 1.5, 0.3), (3, 2))
+    x, elements = np.asarray(patch.x), np.asarray(patch.elements)
+    pieces = np.random.default_rng(0).integers(1, 5, len(elements))
+    parents, weights, divided = divide(elements, len(x), pieces)
+    places = np.einsum("nk,nkd->nd", weights, x[parents])
+    area = normal_areas(places, divided)
+    assert len(divided) == (pieces**2).sum() and len(np.unique(places.round(9), axis=0)) == len(places)
+    np.testing.assert_array_equal(places[:len(x)], x)
+    np.testing.assert_allclose(area.sum(axis=0), normal_areas(x, elements).sum(axis=0), atol=1e-14)
+    assert (area @ normal_areas(x, elements)[0] > 0).all()
+
+
+def test_a_surface_ends_where_an_edge_has_one_element():
+    """Of a patch whose triangles have their own particles."""
+    patch = Interface.patch((0, 0, 0), (2, 0, 0), (0, 1, 0), (2, 2))
+    x = np.asarray(patch.x)[np.asarray(patch.elements)].reshape(-1, 3)
+    elements = np.arange(len(x)).reshape(-1, 3)
+    rim = find_rim(x, elements, 0.1)
+    middle = (x == [1.0, 0.5, 0.0]).all(axis=1).reshape(-1, 3)
+    assert rim[~middle, 0].all() and not rim[middle, 0].any() and rim[..., 1].sum() == 8
+
+
+def thrown(walls, velocity=(3.0, 0.0), stiffness=None):
+    """Soil thrown at what is at x = 0.5 m."""
+    body = Body(Box((0.1, 0.1), (0.4, 0.3)), (6, 4), 2, SOIL, 1000.0, velocity=velocity)
+    return MPM(Grid(Box((-0.4, -0.3), (1.4, 0.7)), (18, 10)), body, inertia="lumped", halvings=4, penalties=walls)
+
+
+def line(cells, **others):
+    """A wall of segments of that many cells along x = 0.53 m."""
+    return Penalty(Interface.line((0.53, -0.28), (0.53, 0.68), round(9.6 / cells)), (-1, 0), separates=True, name="wall",
+                   **others)
+
+
+@pytest.mark.parametrize("wall", ["nodes", 1.5, 2.0, 9.6])
+def test_nothing_passes(wall):
+    """Thrown back twice by a wall of nodes or of segments of many cells; at 2 cells 21 % passed."""
+    walls = [GridWall(lambda x: abs(x[:, 0] - 0.5) < 1e-9, "-x", separates=True)] if wall == "nodes" else [line(wall)]
+    solid = thrown(walls)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for _ in range(60):
+            solid.advance(2.5e-3)
+    x = solid.points.x[:, 0]
+    assert x.max() < 0.55 and (solid.points.side[x > 0.45] == FRONT).all() and sum(solid.behind().values()) == 0
+
+
+def test_what_goes_through_is_counted_and_named_once():
+    """Soil that a soft wall gives way to by a cell: all that is more than half a cell behind."""
+    solid = thrown([line(1.0, stiffness=1e3)])
+    assert set(solid.points.side) == {0, FRONT}
+    with pytest.warns(UserWarning, match=r"\d+ material points? ha\w+ gone through wall, more than 0.5 cells deep, at t = "
+                                         r"0.0\d+ s: take a smaller dt") as told:
+        for _ in range(60):
+            solid.advance(2.5e-3)
+    behind = np.count_nonzero(solid.points.x[:, 0] > 0.58)
+    assert len(told) == 1 and 0 < behind == solid.behind()["wall"] == solid.columns()["behind"][2]()
+    assert set(solid.points.side) <= {BEHIND, 0, FRONT, THROUGH}

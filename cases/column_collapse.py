@@ -112,7 +112,11 @@ def make_grid(p, size):
     cells = [max(math.ceil(length / each - 1e-9), n) for length, each, n in zip(box, h, counts)]
     for d in range(3 if p.open_side else 2)[:p.dim]:  # the flow needs a way out, the column must not touch the top
         cells[d] += cells[d] == counts[d]
-    return Grid(Box((0.0,) * p.dim, tuple(cells * h)), tuple(cells), p.cell)
+    below = p.floor not in ("stick", "slip")  # a floor of springs gives a little, and what sinks in needs a cell there
+    lower, upper = np.zeros(p.dim), np.array(cells) * h
+    lower[1] -= below * h[1]
+    cells[1] += below
+    return Grid(Box(tuple(lower), tuple(upper)), tuple(cells), p.cell)
 
 
 def initial_stress(p):
@@ -140,7 +144,7 @@ def make_floor(kind, h, dim):
     except cli.UsageError:
         raise ValueError(f"floor is {kind!r}: give stick, slip or a coefficient of friction") from None
     check.not_negative("floor", friction, rule="give stick, slip or a coefficient of friction of at least 0")
-    return [], [GridWall(on_floor, "+y", friction, name="the floor")]
+    return [], [GridWall(lambda x: np.abs(x[:, 1]) < 0.25 * h, "+y", friction, name="the floor")]
 
 
 class Flow:

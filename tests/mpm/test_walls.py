@@ -3,10 +3,12 @@ import warnings
 
 import numpy as np
 import pytest
+from petsc4py import PETSc
 
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Penalty
 from mpm_fenicsx.behind import BEHIND, FRONT, THROUGH, find_rim
 from mpm_fenicsx.refine import divide
+from mpm_fenicsx.step import Step
 from mpm_fenicsx.surface import normal_areas
 
 SOIL = LAWS["mohr_coulomb"](2e5, 0.3, 20.0, 0.0, 0.0)
@@ -72,3 +74,68 @@ def test_what_goes_through_is_counted_and_named_once():
     behind = np.count_nonzero(solid.points.x[:, 0] > 0.58)
     assert len(told) == 1 and 0 < behind == solid.behind()["wall"] == solid.columns()["behind"][2]()
     assert set(solid.points.side) <= {BEHIND, 0, FRONT, THROUGH}
+
+
+@pytest.fixture
+def to_the_end(monkeypatch):
+    """Newton's method goes on to round-off: by default it leaves 1e-6 of a step's forces, which is 1e-9 m/s here."""
+    options = PETSc.Options("mpm_")
+    monkeypatch.setattr(Step, "tolerance", 1e-12)
+    options["snes_rtol"] = 1e-12
+    yield
+    options.delValue("snes_rtol")
+
+
+@pytest.mark.parametrize("wall", ["nodes", "line"])
+def test_a_mirror_image_gives_the_mirror_image(wall, to_the_end):
+    """Soil that comes to the wall from the left and from the right: to round-off. Nodes of the wall in cells that no point
+    has come to yet are held on both sides."""
+    ends = []
+    for sign in (-1.0, 1.0):
+        if wall == "nodes":
+            held = GridWall(lambda x: abs(x[:, 0]) < 1e-9, "+x" if sign > 0 else "-x", 0.3, True)
+        else:
+            held = Penalty(Interface.line((-0.025 * sign, -0.4), (-0.025 * sign, 0.4), 16), (sign, 0), 0.3, True)
+        box = Box((0.1, -0.1), (0.4, 0.1)) if sign > 0 else Box((-0.4, -0.1), (-0.1, 0.1))
+        body = Body(box, (6, 4), 2, SOIL, 1000.0, velocity=np.array([-3.0 * sign, 0.4]))
+        solid = MPM(Grid(Box((-0.6, -0.6), (0.6, 0.6)), (12, 12)), body, inertia="lumped", halvings=4, penalties=[held])
+        for _ in range(40):
+            solid.advance(2.5e-3)
+        ends.append(solid.points.x * [sign, 1.0])
+    one, other = (x[np.lexsort(x.round(7).T)] for x in ends)
+    np.testing.assert_allclose(one, other, rtol=0, atol=1e-12)
+
+
+RANKS = """
+import sys
+import numpy as np
+sys.path[:0] = sys.argv[2:4]
+from mpm_fenicsx import MPM
+import test_walls
+test_walls.Step.tolerance = 1e-12
+MPM.balance_every = 5
+solid = test_walls.thrown([test_walls.line(2.0, friction=0.3), test_walls.GridWall(lambda x: abs(x[:, 1]) < 1e-9, "+y", 0.3,
+                                                                               True, name="floor")], (3.0, -1.0))
+solid.rebalance = 1.05
+for _ in range(30):
+    solid.advance(2.5e-3)
+gather = lambda values: np.concatenate(solid.comm.allgather(values))
+order, parts = np.argsort(gather(solid.points.gid)), len(solid.balance)
+x, v, behind = gather(solid.points.x)[order], gather(solid.points.v)[order], sum(solid.behind().values())
+if solid.comm.rank == 0:
+    np.savez(sys.argv[1], x=x, v=v, parts=parts, behind=behind, ranks=solid.comm.size)
+"""
+
+
+@pytest.mark.mpi
+def test_ranks_and_new_partitions_change_nothing_at_walls(tmp_path, request, run_ranks):
+    one, two = [], []
+    for ranks, found in ((1, one), (2, two)):
+        out = tmp_path / f"{ranks}.npz"
+        done = run_ranks(ranks, "-c", RANKS, out, request.path.parent, request.config.rootpath,
+                         "-mpm_snes_rtol", "1e-12")
+        assert done.returncode == 0, done.stderr
+        found.append(np.load(out))
+    assert two[0]["ranks"] == 2 and two[0]["parts"] > 0 and one[0]["parts"] == one[0]["behind"] == two[0]["behind"] == 0
+    for name in ("x", "v"):
+        np.testing.assert_allclose(two[0][name], one[0][name], rtol=0, atol=1e-10)

@@ -93,7 +93,7 @@ def counts(name, value, length, least=1):
             refuse(name, value, f"give {length} whole numbers, each at least {least}")
         refuse(name, given[0] if len(given) == 1 else value,
                f"give {'a' if len(given) == 1 else 'one'} whole number of at least {least}")
-    return tuple(count(name, v, least) for v in given)
+    return tuple(count(name, v, least, math.inf) for v in given)
 
 
 def numbers(name, value, length, unit="", kind=finite):
@@ -129,8 +129,8 @@ def indices(name, value, end, columns, of):
     if result.size and not (result % 1.0 == 0.0).all():
         refuse(name, value, f"give whole numbers, those of {of}")
     if result.size and not 0 <= result.min() <= result.max() < end:
-        raise ValueError(f"{name} name {of} {result.min():.0f}..{result.max():.0f}, there are {end}: give numbers from 0 to "
-                         f"{end - 1}")
+        raise ValueError(f"{name} name {of} {result.min():.0f}..{result.max():.0f}, there are {end}: give numbers from "
+                         f"0 to {end - 1}")
     return result.astype(np.int64)
 
 
@@ -150,7 +150,7 @@ def shaped(name, value, *shapes):
 
 
 def _shapes(shapes):
-    return " or ".join("() (one number)" if not shape else"(" + ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "") + ")" for shape in shapes)
+    return " or ".join(str(shape).replace("'", "") + ("" if shape else " (one number)") for shape in shapes)
 
 
 def choice(name, value, choices):
@@ -199,7 +199,7 @@ def _called(name, given, *arguments):
 def record(name, value, *kinds):
     """An object of one of the classes ``kinds``."""
     if not isinstance(value, kinds):
-        refuse(name, value, f"give a {' or '.join(kind.__name__ for kind in kinds)}")
+        refuse(name, value, f"give a {_either(kinds)}")
     return value
 
 
@@ -208,7 +208,11 @@ def records(name, value, *kinds):
     try:
         return tuple(record(f"one of the {name}", one, *kinds) for one in value)
     except TypeError:
-        return refuse(name, value, f"give a list of {' or '.join(kind.__name__ for kind in kinds)}")
+        return refuse(name, value, f"give a list of {_either(kinds)}")
+
+
+def _either(kinds):
+    return " or ".join("None" if kind is type(None) else kind.__name__ for kind in kinds)
 
 
 def path(name, value):

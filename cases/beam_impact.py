@@ -91,6 +91,10 @@ def strike(case, compare, modes=50, **keys):
     p = SimpleNamespace(**{**PLAIN, **keys})
     windows = count_windows(p.t_end, p.dt, p.substeps)
     check.not_negative("picture", p.picture)
+    if p.rho_sphere is not None:
+        check.positive("rho_sphere", p.rho_sphere, "kg/m^3")
+    if p.wall_segments is not None:
+        check.counts("wall_segments", p.wall_segments, p.dim - 1)
     rho_sphere = p.rho if p.rho_sphere is None else p.rho_sphere
     reference = analytic.impact(p.length, HEIGHT, WIDTH, p.radius, p.v0, p.E, p.nu, p.rho, p.t_end, modes=modes,
                                 sphere=(p.E, p.nu, rho_sphere))

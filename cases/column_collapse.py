@@ -130,6 +130,8 @@ def make_law(p):
     if p.law == "von_mises":
         check.positive("cohesion", p.cohesion, "Pa", "law=von_mises has its strength from it, give a positive number")
         return LAWS["von_mises"](p.E, p.nu, math.sqrt(3.0) * p.cohesion)  # yields in pure shear at the cohesion
+    check.between("phi", p.phi, 0, 90, "degrees", "the friction angle must be at least 0 and less than 90", "[)")
+    check.between("psi", p.psi, 0, p.phi, "degrees", f"the dilation angle must lie from 0 to phi, {p.phi:g}")
     more = dict(match="plane_strain" if p.dim == 2 else "compression") if p.law == "drucker_prager" else {}
     return LAWS[p.law](p.E, p.nu, p.phi, p.psi, p.cohesion, p.tension, **more)
 

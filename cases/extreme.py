@@ -98,8 +98,8 @@ def prepare(keys):
     p.ball_mass = p.rho_ball * ball
     p.stiffness = 4 / 3 * np.sqrt(p.radius) / ((1 - p.nu**2) * (1 / p.E + 1 / p.E_ball))
     if p.scene not in ALONE and p.scene != "rest" and not references.approach(p) > 0:
-        raise ValueError(f"angle is {p.angle} degrees: at={p.at[0]:g} is beyond an edge, and the sphere flies past, give "
-                         "another one")
+        raise ValueError(f"angle is {p.angle} degrees: at={p.at[0]:g} is beyond an edge, and the sphere flies past, "
+                         "give another one")
     if p.dt is None:
         wave = np.sqrt(p.E * (1 - p.nu) / ((1 + p.nu) * (1 - 2 * p.nu) * p.rho))
         p.dt = p.cfl * p.h / wave if p.cfl else references.contact_time(p) / p.per_contact

@@ -24,16 +24,16 @@ def check_keys(main, keys):
     check.between("restitution", keys["restitution"], 0, 1)
     check.between("angle", keys["angle"], -90, 90, "degrees", ends="()")
     check.between("shift", keys["shift"], -math.inf, keys["height"], "m", "it must be less than the height", "[)")
-    _check_scene(keys)
     _refuse_unused(main, keys)
+    _check_scene(keys)
     _check_body(keys)
 
 
 def _check_scene(keys):
     scene, beyond = keys["scene"], keys["length"] / 2 + keys["radius"]
     for place in check.numbers("at", keys["at"], len(keys["at"]), "m"):
-        check.between("at", place, -beyond, beyond, "m", f"a sphere that touches the body lies within {beyond:.6g} m of "
-                      "its middle", "()")
+        check.between("at", place, -beyond, beyond, "m", f"a sphere must lie within {beyond:.6g} m of the body's "
+                      "middle to touch it", "()")
     if scene == "rest":
         check.positive("gravity", keys["gravity"], "m/s^2", "in scene=rest the sphere lies by its weight, give a "
                                                             "positive number")

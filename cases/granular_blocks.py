@@ -16,7 +16,7 @@ from beam_impact import SCHEME
 from blocks_history import Obstacles, draw, events, miss
 from coupling import Record, cli, count_windows, couple, nearest
 from coupling.keys import of_iteration, refuse_unused
-from dem_liggghts import Cluster, Interaction, Material, Scene, Wall, check_size, open_dem
+from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, check_size, critical_step, open_dem
 from mpm_fenicsx import SOLVERS, Interface, of_points
 
 PRESETS = {"paper": dict(h=0.005, dt=5e-5, substeps=5)}
@@ -98,10 +98,16 @@ def check_blocks(p):
     for name, unit in (("depth", "m"), ("wall_E", "Pa"), ("disc_E", "Pa"), ("disc", "")):
         check.positive(name, getattr(p, name), unit)
     check.not_negative("adhesion", p.adhesion, "Pa")
+    check.between("soil_restitution", p.soil_restitution, 0, 1)
     check.numbers("block", p.block, 2, "m", check.positive)
     check.numbers("box", p.box, 2, "m", check.positive)
     check.between("at", p.at, p.width, p.box[0] - p.block[0], "m",
                   f"the blocks stand between the column, {p.width} m wide, and the end of the box at {p.box[0]} m")
+    radius = 0.5 * max(p.block) / p.spheres
+    limit = min(critical_step(Scene(Spheres([[0.0, 0.0]], [[0.0, 0.0]], radius, WOOD_RHO), material=WOOD)))
+    if p.dt / p.substeps > 100.0 * limit:  # the scene itself is looked at more closely, but takes time to build
+        raise ValueError(f"spheres is {p.spheres}: spheres of {radius:.3g} m need DEM steps of about {limit:.3g} s, take "
+                         "fewer of them or more substeps")
     check_size(p.blocks * p.spheres**2, f"blocks={p.blocks} spheres={p.spheres}", p.substeps)
 
 

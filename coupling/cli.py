@@ -101,7 +101,7 @@ def parse(main, words, presets=None):
         key, equals, text = word.partition("=")
         if word.startswith("-"):
             if word.startswith("--") or equals or key[1:] in known:
-                raise UsageError(f"{word!r} starts with a dash, which is for PETSc's options: a key is given as "
+                raise UsageError(f"{word!r} starts with a dash, which is for PETSc's options: give a key as "
                                  f"{key.lstrip('-')}={text or '…'}")
             after_option = True  # the value of an option, if it has one, follows as a word of its own
         elif not equals:

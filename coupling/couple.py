@@ -22,6 +22,7 @@ WORK_PER_PARTICLE = 1000  # operations in a DEM step, measured
 def count_windows(t_end, dt, substeps=1, start=0.0):
     """Number of windows from ``start`` [s] on; ValueError unless dt > 0 divides the time and substeps is at least 1."""
     check.count("substeps", substeps)
+    check.check_work(f"{substeps:g} DEM steps per window (substeps)", substeps * WORK_PER_PARTICLE, "take fewer")
     check.positive("dt", dt, "s", "the window must be positive")
     if not check.finite("t_end", t_end, "s", "it must be finite and lie after the start") > start:
         raise ValueError(f"t_end is {t_end} s: it must lie after the start at {start} s")

@@ -132,7 +132,8 @@ class Wall:
     @classmethod
     def discs(cls, x, radius, material=WALL):
         """Discs, in space balls, of ``radius`` [m] around x [m], shape (n, dim)."""
-        return cls(x, np.arange(np.shape(x)[0] if np.ndim(x) else 0)[:, None], material=material, radius=radius)
+        x = finite(x, "nodes of the wall", (2, 3))
+        return cls(x, np.arange(len(x))[:, None], material=material, radius=radius)
 
     @classmethod
     def none(cls, dim):

@@ -4,6 +4,14 @@ import sys
 
 import petsc4py
 
+import mpm_dem_checks as check
+
+for option, value in zip(sys.argv, sys.argv[1:]):
+    if option == "-options_file":  # PETSc would end in lines that name neither the option nor the file
+        try:
+            check.file(option, value)
+        except ValueError as error:
+            sys.exit(f"error: {error}")
 petsc4py.init(sys.argv)  # before dolfinx is imported: afterwards PETSc no longer listens to the command line
 
 import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled

@@ -10,6 +10,7 @@ import mpm_dem_checks as check
 from .mesh import Box, Mesh
 from .scene import BYTES_PER_POINT, Body
 
+FINEST = 1e-3  # spacing of an outline in body cells
 SIDES = {"x-": (0, 1.0), "y+": (1, -1.0), "x+": (0, -1.0), "y-": (1, 1.0)}  # clockwise; axis, and the way into the box
 
 
@@ -41,8 +42,8 @@ class Resampling:
             check.refuse("feet of the outline", self.feet, "give two, each a side and a level, or None")
         for foot in feet:
             if foot is not None and (len(foot) != 2 or foot[0] not in SIDES):
-                raise ValueError(f"a foot of the outline is {foot!r}: give its side, one of {', '.join(SIDES)}, and its "
-                                 "level")
+                raise ValueError(f"a foot of the outline is {foot!r}: give its side, one of {', '.join(SIDES)}, and "
+                                 "its level")
 
 
 @dataclass(frozen=True)
@@ -81,8 +82,10 @@ class Interface:
         check.between("inset", inset, 0, 0.5 * min(body.box.size) / cell, "body cells",
                       "it must lie between 0 and half the body", "[)")
         n = 2 * sum(body.box.size) / spacing
-        check.check_memory(f"{n:.3g} boundary particles of the outline (spacing={spacing:g} m)", n * BYTES_PER_POINT[2],
-                           "take a larger spacing")
+        what = f"{n:.3g} boundary particles of the outline (spacing={spacing:g} m)"
+        check.check_memory(what, n * BYTES_PER_POINT[2], "take a larger spacing")
+        check.between("spacing", spacing, FINEST * cell, check.MOST, "m", "boundary particles move with the grid, more "
+                      f"of them show nothing more below a thousandth of a body cell, {FINEST * cell:.3g} m: take that")
         check.record("open_sides", open_sides, tuple, list)
         corner, ends = _corners(body.box, inset * cell, tuple(open_sides), floor)
         rule = Resampling(spacing, feet=ends, **rule)

@@ -58,13 +58,13 @@ UNUSED = [  # case, words with a key that has no effect beside the others
     *(("beam_impact", words) for words in (
         "mapping=nearest", "dim=3 plane=strain cells=10,6,4 body=8,2,2 segments=8,2")),
     *(("extreme", f"scene={scene} {words}") for scene, keys in (
-        ("beam", "contrast=2 fly=1 angle=30"), ("block", "contrast=2 fly=1"), ("free", "contrast=2"),
-        ("rest", "v0=1 angle=3 contrast=2 gap=1e-4"), ("layers", "fly=1"),
-        ("swing", "radius=0.1 gap=0.1 E_ball=1e7 mass_ratio=2 restitution=0.5 friction=0.5 gravity=1 angle=3 at=0.001"),
-        ("flight", "radius=0.1 gap=0.1 E_ball=1e7 mass_ratio=2 restitution=0.5 friction=0.5 gravity=1 angle=3"))
+        ("beam", "contrast=2"), ("block", "contrast=2"), ("free", "contrast=2"),
+        ("rest", "v0=1 angle=3 contrast=2"),
+        ("swing", "gap=0.1 restitution=0.5 friction=0.5 gravity=1 angle=3 at=0.001"),
+        ("flight", "gap=0.1 restitution=0.5 friction=0.5 gravity=1 angle=3"))
       for words in keys.split()),
     *(("extreme", words) for words in (
-        "dt=1e-6 cfl=1", "dt=1e-6 per_contact=20", "cfl=1 per_contact=20", "dim=3 plane=strain width=0.02"))]
+        "dt=1e-6 cfl=1", "cfl=1 dt=1e-6 per_contact=20", "cfl=1 per_contact=20", "width=0.02 dim=3 plane=strain"))]
 RUINS = [  # sizes beyond all machines, which must be refused at once
     *((case, words) for case in ("beam_impact", "multiple_impact") for words in (
         "h=1e-5", "cells=10000,10000", "body=100000,100000", "segments=1000000000", "substeps=1000000000",
@@ -75,10 +75,10 @@ RUINS = [  # sizes beyond all machines, which must be refused at once
         "h=1e-5", "spheres=500", "blocks=1000000000", "spacing=1e-6", "substeps=1000000000", "dt=1e-12 t_end=1",
         "box=1e30,1e30")),
     *(("extreme", words) for words in (
-        "h=1e-7", "refine=10000", "substeps=1000000000", "windows=99999999999999", "cfl=1e-20", "length=1e9"))]
+        "h=1e-7", "refine=10000", "substeps=1000000000", "windows=99999999999999", "length=1e9"))]
 OTHERS = [  # words that are wrong as such
     "=", "=1", "h", "h==1", "--h=1", "-h=1", "h=1e-3 h=2e-3", "nonsense=1", "preset=none-such", "H=1", "out=/",
-    "-options_file {folder}/missing"]
+    "--options_file={folder}/missing"]
 RAW = re.compile(r"broadcast|out of bounds|bug in the program|Traceback|operand|Unable to allocate|math domain|"
                  r"could not convert|invalid literal|not supported between|object is not|has no attribute|must be real|"
                  r"unexpected keyword|error code|negative dimensions|cannot convert|array element|too many values|"

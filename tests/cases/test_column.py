@@ -87,8 +87,8 @@ def test_flow_that_leaves_the_grid_keeps_its_results(collapse, tmp_path):
 
 
 @pytest.mark.parametrize("keys, sentence", [
-    (dict(phi=90.0), "friction_angle is 90.0 degrees"), (dict(phi=-1.0), "friction_angle is -1.0 degrees"),
-    (dict(psi=30.0), "dilation_angle is 30.0 degrees"), (dict(cohesion=-5.0), "cohesion is -5.0 Pa"),
+    (dict(phi=90.0), "phi is 90.0 degrees"), (dict(phi=-1.0), "phi is -1.0 degrees"),
+    (dict(psi=30.0), "psi is 30.0 degrees"), (dict(cohesion=-5.0), "cohesion is -5.0 Pa"),
     (dict(tension=5.0), "tension_cutoff is 5.0 Pa"), (dict(floor="wood"), "floor is 'wood': give stick, slip or"),
     (dict(floor="-0.1"), "floor is -0.1: give stick, slip or"), (dict(aspect=0.0), "aspect is 0.0: give a positive"),
     (dict(box=(1.0,)), "give 2 numbers"), (dict(box=(0.05, 1.0)), "box is 0.05,1 m: it must hold"),

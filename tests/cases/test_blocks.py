@@ -23,7 +23,8 @@ def test_soil_pushes_the_blocks_over(run, tmp_path, contact, deepest):
     """At rest until the soil comes, then to the right; the soil stays out of the blocks, less so with an outline."""
     with warnings.catch_warnings():
         warnings.filterwarnings("error", message=".*weak coupling")  # short enough for what it meets
-        (history,) = run(contact=contact, disc_E=2e7, animation=70 if contact == "points" else 0).values()
+        more = dict(disc_E=2e7, animation=70) if contact == "points" else {}
+        (history,) = run(contact=contact, **more).values()
     before = history["time"] < 0.07
     assert not history["push"][before].any() and np.abs(history["angle2"][before]).max() < 1e-3
     assert history["front"][before].max() < 0.12 and history["push"].max() > 1.0

@@ -20,23 +20,22 @@ def test_scattered_spheres(dem, n, size):
     assert many.particles()["x"][free] == pytest.approx((x + v * many.time)[free], rel=1e-12)
 
 
-def heap(dim, ejected):
-    """Layers of spheres that fall on each other, and one that flies away."""
+def heap(dim, far):
+    """Layers of spheres that fall on each other, and one that has flown ``far`` away [m]."""
     side = int(np.ceil(240 ** (1 / dim)))
     grid = np.stack(np.meshgrid(*[np.arange(side)] * dim, indexing="ij"), axis=-1).reshape(-1, dim)[:240]
     random = np.random.default_rng(5)
     x = 0.0205 * grid + 2e-4 * random.random(grid.shape)
     v = 0.3 * random.normal(size=x.shape)
-    x[0], v[0] = -1.0, -ejected
+    x[0], v[0] = -far, -1.0
     meet = Interaction(0.7, 0.3)
     return Scene(Spheres(x, v, 0.01, 2500.0), Wall.none(dim), Material(1e7, 0.3), None, meet, meet)
 
 
-@pytest.mark.filterwarnings("ignore:DEM time step")
-@pytest.mark.parametrize("ejected", [1.0, 1e7])
-def test_one_flies_away(both, dim, ejected):
+@pytest.mark.parametrize("far", [1.0, 1e5])
+def test_one_flies_away(both, dim, far):
     """The others collide as they do with the built-in back end."""
-    scene = heap(dim, ejected)
+    scene = heap(dim, far)
     ends = []
     for one in both(scene, 2e-5):
         for _ in range(5):
@@ -45,7 +44,7 @@ def test_one_flies_away(both, dim, ejected):
         one.close()
     a, b = ends
     assert b["x"][1:] == pytest.approx(a["x"][1:], abs=1e-9) and b["v"][1:] == pytest.approx(a["v"][1:], abs=1e-6)
-    assert b["x"][0, :dim] == pytest.approx(-1.0 - ejected * 0.01 * np.ones(dim), rel=1e-9)
+    assert b["x"][0, :dim] == pytest.approx(-(far + 0.01) * np.ones(dim), rel=1e-9)
     assert np.abs(b["v"][1:, :dim] - scene.spheres.v[1:]).max() > 0.1
 
 

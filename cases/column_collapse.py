@@ -198,7 +198,7 @@ class Flow:
 
     def pictures(self, name):
         """Of the points by speed at the times so far, for the ``Record``."""
-        return {f"{name}.png": lambda path: frames.draw(path, self._frames, "speed [m/s]")}
+        return {f"{name}.png": lambda path: frames.draw(path, self._frames, "speed [m/s]", walls=("-y", "-x", "-z"))}
 
 
 def compare(history, p):

@@ -106,3 +106,12 @@ def pyplot():
     import matplotlib.pyplot as plt
 
     return plt
+
+
+def ramp(name, most, below=0.0):
+    """Colours of the map ``name`` from -``below`` to ``most``, which a colour bar can show: ``to_rgba(values)``."""
+    pyplot()
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    return ScalarMappable(Normalize(-below, most), name)

@@ -51,8 +51,8 @@ def test_back_ends_agree_beyond_the_impact(run, liggghts):
 @pytest.mark.parametrize("keys, message", [
     (dict(at=0.05, contact="points"), r"cluster 1 \(its sphere \d+\) overlaps the wall by .* move it away"),
     (dict(at=0.05), r"cluster 1 \(its sphere \d+\) at .* lies inside the body"),
-    (dict(blocks=0), "blocks is 0 and spheres 8: give at least 1 block"),
-    (dict(phi=90.0), "friction_angle is 90.0 degrees: give at least 0 and less than 90"),
+    (dict(blocks=0), "blocks is 0: give a whole number of at least 1"),
+    (dict(phi=90.0), "phi is 90.0 degrees: the friction angle must be at least 0 and less than 90"),
     (dict(t_end=0.0505), "which is not a multiple of dt")])
 def test_what_is_said_about_wrong_keys(run, keys, message):
     with pytest.raises(ValueError, match=message):

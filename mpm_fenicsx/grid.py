@@ -31,7 +31,7 @@ INSIDE = 1e-12  # of a cell's size: points on a facet belong to both cells
 def check_inside(grid, x, what, origin=0.0):
     """ValueError for the first of the positions x [m], shape (n, D), that is not inside the grid; what: lies there;
     origin: of both, see ``frame``."""
-    outside = ~((x > grid.box.lower) & (x < grid.box.upper)).all(axis=1)
+    outside = ~((x >= grid.box.lower) & (x <= grid.box.upper)).all(axis=1)
     if outside.any():
         box = shifted(grid.box, origin) if np.any(origin) else grid.box
         raise ValueError(f"{what} lies at {x[outside][0] + origin} m, the grid covers {box.lower} to {box.upper} m: "

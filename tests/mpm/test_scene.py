@@ -90,8 +90,8 @@ def test_body_outside_the_grid():
 
 
 def test_boundary_particle_outside_the_grid():
-    with pytest.raises(ValueError, match=r"a boundary particle lies at \[0. 1.\] m, the grid covers .* enlarge"):
-        MPM(Grid(Box((-1.0, -1.0), (3.0, 1.0)), (8, 4)), body(), interface=Interface.top(BOX, 4))
+    with pytest.raises(ValueError, match=r"a boundary particle lies at \[0.  1.1\] m, the grid covers .* enlarge"):
+        MPM(Grid(Box((-1.0, -1.0), (3.0, 1.0)), (8, 4)), body(), interface=Interface.line((0.0, 1.1), (1.0, 1.1), 4))
 
 
 def test_unknown_inertia(make_mpm):

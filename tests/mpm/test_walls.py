@@ -139,3 +139,13 @@ def test_ranks_and_new_partitions_change_nothing_at_walls(tmp_path, request, run
     assert two[0]["ranks"] == 2 and two[0]["parts"] > 0 and one[0]["parts"] == one[0]["behind"] == two[0]["behind"] == 0
     for name in ("x", "v"):
         np.testing.assert_allclose(two[0][name], one[0][name], rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("lower", [0.0, 0.1, -0.3])
+def test_boundary_particles_may_lie_on_the_edge_of_the_grid(lower):
+    """On three of its sides, where rounding puts them a last digit out."""
+    grid = Grid(Box((lower, lower), (lower + 1.1, lower + 0.9)), (11, 9))
+    body = Body(Box((lower, lower), (lower + 1.1, lower + 0.5)), (11, 5), 2, LAWS["linear"](1e6, 0.3), 1000.0)
+    x = np.array([[lower, lower + 0.3], [lower + 1.1, lower + 0.3], [lower + 0.5, lower]])
+    solid = MPM(grid, body, interface=Interface(x, np.zeros((0, 2), int)))
+    np.testing.assert_allclose(solid.advance(1e-4)[0], x, rtol=0, atol=1e-12)

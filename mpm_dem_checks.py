@@ -26,7 +26,7 @@ def shown(value, plain=False):
     text = getattr(value, "__name__", None) or (str(value) if plain or not isinstance(value, (str, bytes))
                                                 else repr(value))
     text = " ".join(text.encode(errors="backslashreplace").decode().split())
-    return text if len(text) <= SHOWN else text[:SHOWN] + " …"
+    return text if len(text) <= SHOWN or isinstance(value, Path) else text[:SHOWN] + " …"
 
 
 def finite(name, value, unit="", rule="give a finite number"):
@@ -86,8 +86,8 @@ def _real(value):
 
 
 def counts(name, value, length, least=1):
-    """``length`` whole numbers, as tuple of int."""
-    given = _listed(value)
+    """``length`` whole numbers, as tuple of int; one may stand alone."""
+    given = (value,) if length == 1 and np.ndim(value) == 0 else _listed(value)
     if len(given) != length or not all(v >= least and v % 1.0 == 0.0 for v in map(_real, given)):
         if length > 1:
             refuse(name, value, f"give {length} whole numbers, each at least {least}")
@@ -231,10 +231,10 @@ def file(name, value):
     """Path of a file that can be read; not of a folder, pipe or device, which could be read for ever."""
     found = path(name, value)
     if not found.exists():
-        refuse(name, value, "this file does not exist, look at its name")
+        refuse(name, found, "this file does not exist, look at its name")
     if not found.is_file():
-        refuse(name, value, "this is a folder, pipe or device, give a file")
-    return found if os.access(found, os.R_OK) else refuse(name, value, "this file cannot be read, look at its owner")
+        refuse(name, found, "this is a folder, pipe or device, give a file")
+    return found if os.access(found, os.R_OK) else refuse(name, found, "this file cannot be read, look at its owner")
 
 
 def memory():

@@ -156,7 +156,8 @@ def test_interrupted_run_leaves_what_it_had(words, tmp_path):
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)
-    assert process.returncode == 130 and out.startswith("cells of ") and out.count("\n") == 1 and err.count("\n") == 1 and err.startswith("error: interrupted; ")
+    assert process.returncode == 130 and err.count("\n") == 1 and err.startswith("error: interrupted; ")
+    assert out.startswith("cells of ") and out.count("\n") == 1
     report = json.loads((tmp_path / "report.json").read_text())
     assert report["error"].startswith("KeyboardInterrupt") and report["windows"] == len(read(history)["time"]) > 0
 
@@ -164,7 +165,8 @@ def test_interrupted_run_leaves_what_it_had(words, tmp_path):
 def test_option_that_diverges_and_option_that_nobody_used(words, tmp_path):
     done = script(*words("-mpm_snes_max_it 1 -mpm_snes_atol 0 -mpm_snes_rtol 1e-15"))
     assert done.returncode == 1 and done.stdout.count("\n") == 1 and done.stderr.count("\n") == 1, done.stderr
-    assert done.stderr.startswith("error: Newton's method diverged in step 1, t = 4e-06 s") and "try" in done.stderr
+    assert done.stderr.startswith("error: Newton's method diverged in step 1, t = 2.5e-07 s"), "the step halved four times"
+    assert "steps down to 2.5e-07 s did not help: too many iterations, try " in done.stderr
     assert json.loads((tmp_path / "report.json").read_text())["error"].startswith("MPMDiverged: ")
     assert len(read(tmp_path / "history.csv")["time"]) == 0
     done = script(*words("-mpm_snes_rtoll 1 t_end=4e-6"))

@@ -214,7 +214,7 @@ def test_files_that_do_not_fit(tmp_path, dim, blocks, words):
 def test_files_that_cannot_be_read(tmp_path, name, text):
     if text is not None:
         (tmp_path / name).write_text(text)
-    with pytest.raises(ValueError, match=f"{name} (cannot be read as a mesh|holds no cells).*give a|{name}: this file does"):
+    with pytest.raises(ValueError, match=f"{name} (cannot be read as a mesh|holds no cells).*give a|{name}: this file does not exist"):
         read_mesh(tmp_path / name, 2)
 
 

@@ -71,7 +71,7 @@ def test_around_leaves_sides_open(open_sides, ends, feet):
 
 @pytest.mark.parametrize("options, text", [
     (dict(open_sides=("x-", "x+")), "the open sides are x-, x\\+: the others must hang together"),
-    (dict(open_sides=("x-", "x+", "y-", "y+")), "must hang together"), (dict(open_sides=("z-",)), "no side 'z-'"),
+    (dict(open_sides=("x-", "x+", "y-", "y+")), "must hang together"), (dict(open_sides=("z-",)), "side of the outline is 'z-': choose one of"),
     (dict(floor="y-"), "the floor is side 'y-'"), (dict(inset=-1.0), "inset is -1.0 body cells"),
     (dict(inset=6.0), "inset is 6.0 body cells"), (dict(spacing=0.0), "spacing is 0.0 m: give a positive number"),
     (dict(longest=0.4), "longest 0.4")])

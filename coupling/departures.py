@@ -22,7 +22,8 @@ class Departures:
 
     def __init__(self, solid, grains, axes="xyz"):
         sides = {"solid": solid, "grains": grains}
-        self._sides = {side: partition for side, partition in sides.items() if partition is not None and lets_go(partition)}
+        self._sides = {side: partition for side, partition in sides.items()
+                       if partition is not None and lets_go(partition)}
         self._axes, self.columns = {}, {}
         for side, partition in self._sides.items():
             self._axes[side] = axes[:len(partition.removed["momentum"])]

@@ -12,8 +12,8 @@ from .scene import Interaction, Material, Scene, Spheres, Wall
 from .sizes import check_size
 from .window import longest_window
 
-__all__ = ["BODY", "Cluster", "DEM", "Interaction", "Material", "PARTICLE", "Scene", "Spheres", "Wall", "check_size", "check_start",
-           "contact_energy", "critical_step", "kinetic_energy", "longest_window", "open_dem", "potential_energy",
+__all__ = ["BODY", "Cluster", "DEM", "Interaction", "Material", "PARTICLE", "Scene", "Spheres", "Wall", "check_size",
+           "check_start", "contact_energy", "critical_step", "kinetic_energy", "longest_window", "open_dem", "potential_energy",
            "warn_if_window_too_long"]
 
 

@@ -11,8 +11,8 @@ from .states import while_open
 
 
 class Answers:
-    """The part of ``MPM`` that computes nothing new. Everything is collective but ``parts``, ``points``, ``held``, ``removed``,
-    ``origin`` and ``cauchy_stress``."""
+    """The part of ``MPM`` that computes nothing new. Everything is collective but ``parts``, ``points``, ``held``,
+    ``removed``, ``origin`` and ``cauchy_stress``."""
 
     @property
     def origin(self):

@@ -99,8 +99,8 @@ class Background:
         rank, number = self.search.assign(points.x)
         if (rank < 0).any():
             p = np.argmin(rank)
-            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p] + self.origin} m, outside the grid: enlarge the grid "
-                             "or shorten the surface")
+            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p] + self.origin} m, outside the grid: "
+                             "enlarge the grid or shorten the surface")
         mine = rank == self.comm.rank
         points.take(mine)
         points.cell[:] = self.search.local(number[mine])

@@ -137,8 +137,8 @@ class Mesh:
         """The cells of one named group as a mesh of its own, with what it has of the surfaces; ValueError lists the
         groups that exist."""
         if group not in self.groups:
-            raise ValueError(f"the mesh has no group of cells {group!r}; it has {', '.join(sorted(self.groups)) or 'none'}: look "
-                             "at the name")
+            raise ValueError(f"the mesh has no group of cells {group!r}; it has "
+                             f"{', '.join(sorted(self.groups)) or 'none'}: look at the name")
         used, cells = np.unique(self.cells[self.groups[group]], return_inverse=True)
         number = np.full(len(self.vertices), -1)
         number[used] = np.arange(len(used))
@@ -148,8 +148,8 @@ class Mesh:
 
     def _surface(self, name):
         if name not in self.surfaces:
-            raise ValueError(f"the mesh has no surface {name!r}; it has {', '.join(sorted(self.surfaces)) or 'none'}: look "
-                             "at the name")
+            raise ValueError(f"the mesh has no surface {name!r}; it has "
+                             f"{', '.join(sorted(self.surfaces)) or 'none'}: look at the name")
         return np.asarray(self.surfaces[name])
 
     def on_surface(self, name):

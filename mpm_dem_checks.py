@@ -87,7 +87,7 @@ def _real(value):
 
 def counts(name, value, length, least=1):
     """``length`` whole numbers, as tuple of int; one may stand alone."""
-    given = (value,) if length == 1 and np.ndim(value) == 0 else _listed(value)
+    given = (value,) if length == 1 and not math.isnan(_real(value)) else _listed(value)
     if len(given) != length or not all(v >= least and v % 1.0 == 0.0 for v in map(_real, given)):
         if length > 1:
             refuse(name, value, f"give {length} whole numbers, each at least {least}")

@@ -2,6 +2,7 @@
 import mpm_dem_checks as check
 
 GROW_AFTER = 4  # good steps since the last that was given up
+RULE = "give an error from 0 to 1, as a part of the largest force, or none for windows of one length"
 
 
 class StepControl:
@@ -14,7 +15,7 @@ class StepControl:
     def __init__(self, most, tolerance=None):
         most = check.count("most steps of a window", most)
         if tolerance is not None:
-            check.not_negative("adapt", tolerance, rule="give an error of at least 0, or none for windows of one length")
+            tolerance = check.between("adapt", check.not_negative("adapt", tolerance, rule=RULE), 0, 1, rule=RULE)
         self.most, self.size, self._tolerance, self._good = most, most, tolerance, 0
 
     @property

@@ -7,7 +7,7 @@ import mpm_dem_checks as check
 
 from .control import StepControl
 from .gain import Gain
-from .iterate import Iterated, NotConverged
+from .iterate import MOST_REPETITIONS, Iterated, NotConverged
 from .relaxation import RELAXATIONS
 from .resampling import resample
 from .trend import Trend
@@ -43,8 +43,8 @@ def couple(solid, grains, mapping, *, dt, t_end, substeps=1, iterate=0, tol=1e-4
 
     iterate: how often a window may be repeated until both sides agree to ``tol``, with the relaxation named ``relax``,
     see ``Iterated``; 0 for weak coupling, see ``Weak``. adapt: None for windows of one length; 0 halves those that fail
-    (ArithmeticError), down to one DEM step, and grows back; above, the change of the force in a window against its
-    extrapolation, relative to the largest so far, stays near it, and ``dt`` is the longest.
+    (ArithmeticError), down to one DEM step, and grows back; above, up to 1, the change of the force in a window against
+    its extrapolation, relative to the largest so far, stays near it, and ``dt`` is the longest.
 
     ``on_window`` are called with each ``Window``; those with a method ``begin`` are told before the first one, when all
     keywords have been checked. A run that stopped goes on bit for bit from the states of both
@@ -136,7 +136,8 @@ def _check(dt, inner, substeps, iterate, tol, relax, particles):
     """ValueError for keywords that make no sense, and for more work in a window than anybody waits for."""
     if abs(substeps * inner - dt) > 1e-9 * dt:
         raise ValueError(f"{substeps} substeps of the DEM's {inner} s do not make a window of {dt} s: let them fit")
-    check.count("iterate", iterate, 0, rule="give the most repetitions of a window, or 0 for weak coupling")
+    check.count("iterate", iterate, 0, MOST_REPETITIONS,
+                "give the most repetitions of a window, or 0 for weak coupling")
     check.between("tol", tol, 0, 1, rule="give a part of the force between 0 and 1, such as 1e-4", ends="()")
     check.choice("relax", relax, tuple(RELAXATIONS))
     work = substeps * max(particles, 1) * WORK_PER_PARTICLE

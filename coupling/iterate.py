@@ -6,6 +6,8 @@ import numpy as np
 from .relaxation import RELAXATIONS, norm
 from .window import Clock, Window, check_finite, energy_of_dent
 
+MOST_REPETITIONS = 1000  # of a window: what has not converged by then does not
+
 
 class NotConverged(RuntimeError, ArithmeticError):
     """The iteration of a window did not converge."""
@@ -92,7 +94,9 @@ class Iterated:
         return moved, dict(wall_x=wall_x, wall_v=wall_v, wall_force=wall_force, x=x, v=v)
 
     def _complaint(self, number, time, off, scale):
+        most = 2 * self._most
+        more = f"more repetitions (iterate={most}), " if most <= MOST_REPETITIONS else ""
         return (f"the coupling did not converge in window {number}, which ends at t = {time:.6g} s: after {self._most} "
                 f"repetitions the forces of both sides still differ by {off:.3g} N, {off / scale:.2g} of their scale "
-                f"(tol={self._tol:g}): take more repetitions (iterate={2 * self._most}), a smaller dt, or shorter "
+                f"(tol={self._tol:g}): take {more}a smaller dt, or shorter "
                 "windows where they are needed (adapt=0)")

@@ -206,7 +206,9 @@ def test_errors_of_the_scene_are_not_repeated():
 @pytest.mark.parametrize("keys, text", [
     ({"iterate": -1}, "iterate is -1: "), ({"iterate": 1.5}, "iterate is 1.5: "), ({"tol": 0.0}, "tol is 0.0: "),
     ({"tol": 1.0}, "tol is 1.0: "), ({"tol": np.nan}, "tol is nan: "), ({"adapt": -0.1}, "adapt is -0.1: "),
-    ({"adapt": np.nan}, "adapt is nan: "), ({"relax": "newton"}, "relax is 'newton': choose one of aitken, constant, iqn")])
+    ({"adapt": np.nan}, "adapt is nan: "), ({"adapt": 1.5}, "adapt is 1.5: give an error from 0 to 1, as a part of"),
+    ({"iterate": 1001}, "iterate is 1001: .* at most 1000"),
+    ({"relax": "newton"}, "relax is 'newton': choose one of aitken, constant, iqn")])
 def test_refuses(keys, text):
     with pytest.raises(ValueError, match=text):
         run(20, **keys)

@@ -53,3 +53,15 @@ def in_space(array):
     out = np.zeros((len(array), 3))
     out[:, :np.shape(array)[1]] = array
     return out
+
+
+def pair(key, known):
+    """A key of ``Scene.interactions``, two names of materials out of ``known`` or a set of them, as frozenset."""
+    names = key if isinstance(key, (tuple, frozenset)) else ()
+    right = len(names) == 2 or (len(names) == 1 and isinstance(names, frozenset))
+    if not right or not all(isinstance(name, str) for name in names):
+        check.refuse("a key of interactions", key, "give a pair of names of materials, such as ('wood', 'spheres')")
+    for name in sorted(set(names) - known):
+        raise ValueError(f"interactions say how {' and '.join(sorted(names))} meet, and the scene has no material "
+                         f"{name!r}: give names out of {', '.join(sorted(known))}")
+    return frozenset(names)

@@ -5,7 +5,7 @@ import numpy as np
 
 import mpm_dem_checks as check
 
-from .arrays import finite, per_sphere, rows
+from .arrays import finite, pair, per_sphere, rows
 from .clusters import Cluster
 from .outflow import read_domain, read_ways
 
@@ -213,10 +213,11 @@ class Scene:
 
     def _all_interactions(self):
         known = {frozenset((BALLS, BALLS)): self.between, frozenset((BALLS, WALL)): self.at_wall}
-        known.update({frozenset(pair): meet for pair, meet in self.interactions.items()})
-        for pair in self.pairs() + self.wall_pairs():
-            if frozenset(pair) not in known:
-                raise ValueError(f"no interaction says how {pair[0]!r} meets {pair[1]!r}: add one for this pair")
+        names = {BALLS, WALL, *self.materials}
+        known.update({pair(key, names): meet for key, meet in self.interactions.items()})
+        for a, b in self.pairs() + self.wall_pairs():
+            if frozenset((a, b)) not in known:
+                raise ValueError(f"no interaction says how {a!r} meets {b!r}: add one for this pair")
         return known
 
     def pairs(self):

@@ -39,6 +39,11 @@ def scene(*clusters, **more):
      r"there is no material 'glass' in the scene: it has \['spheres', 'wall'\]"),
     (lambda: scene(block(material="oak"), materials={"oak": WOOD}),
      "no interaction says how 'oak' meets 'wall': add one"),
+    (lambda: scene(block(), interactions={("spheres", "wal"): Interaction(0.3)}),
+     "interactions say how spheres and wal meet, and the scene has no material 'wal': give names out of spheres, wall"),
+    *((lambda key=key: scene(block(), interactions={key: Interaction(0.3)}),
+       "a key of interactions is .*: give a pair of names of materials, such as") for key in
+      ("wall", ("wall",), ("wall", "wall", "spheres"), ("wall", 3), 3, frozenset())),
     (lambda: scene(Cluster([[0, 0, 0]], 0.1, (0, 0, 0), 1.0, [1, 1, 1])), r"dimensions \[2, 3\]: use one dimension"),
 ])
 def test_nonsense_values(make, message):

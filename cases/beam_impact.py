@@ -91,11 +91,10 @@ def strike(case, compare, modes=50, **keys):
     p = SimpleNamespace(**{**PLAIN, **keys})
     windows = count_windows(p.t_end, p.dt, p.substeps)
     check.not_negative("picture", p.picture)
-    if p.rho_sphere is not None:
-        check.positive("rho_sphere", p.rho_sphere, "kg/m^3")
+    check.not_negative("gap", p.gap, "m")
     if p.wall_segments is not None:
         check.counts("wall_segments", p.wall_segments, p.dim - 1)
-    rho_sphere = p.rho if p.rho_sphere is None else p.rho_sphere
+    rho_sphere = p.rho if p.rho_sphere is None else check.positive("rho_sphere", p.rho_sphere, "kg/m^3")
     reference = analytic.impact(p.length, HEIGHT, WIDTH, p.radius, p.v0, p.E, p.nu, p.rho, p.t_end, modes=modes,
                                 sphere=(p.E, p.nu, rho_sphere))
     grid, beam, supports, interface = solid_scene(p)
@@ -158,7 +157,8 @@ def background(box, cells, h, cell):
     if cells is None:
         check.between("h", h, 0, HEIGHT, "m",
                       f"the cell size must lie between 0 and the beam's height of {HEIGHT} m", "(]")
-        columns = np.rint(size / h).astype(int)
+        check.positive("h", h, "m")
+        columns = np.rint(size / h)  # floats: of tiny cells there are more than an integer counts
         margin, cells = size / columns, columns + 2
         cells[1] = round(3 * HEIGHT / h)
     lower, upper = np.array(box.lower), np.array(box.upper)

@@ -102,6 +102,9 @@ def check_blocks(p):
     check.numbers("block", p.block, 2, "m", check.positive)
     check.numbers("box", p.box, 2, "m", check.positive)
     check.not_negative("at", p.at, "m")
+    mass = WOOD_RHO * p.depth * math.prod(p.block)
+    for name, value, unit in (("mass", mass, "kg"), ("inertia", mass * math.hypot(*p.block)**2 / 12, "kg m^2")):
+        check.positive(f"{name} of a block (block, depth)", value, unit)
     radius = 0.5 * max(p.block) / p.spheres
     limit = min(critical_step(Scene(Spheres([[0.0, 0.0]], [[0.0, 0.0]], radius, WOOD_RHO), material=WOOD)))
     if p.dt / p.substeps > 100.0 * limit:  # the scene itself is looked at more closely, but takes time to build

@@ -1,4 +1,8 @@
 """Meshes and points from files that meshio reads: Gmsh, VTK, Abaqus and others."""
+import contextlib
+import io
+import sys
+
 import numpy as np
 
 import mpm_dem_checks as check
@@ -63,14 +67,26 @@ def _read(path):
     import meshio  # slow to import, and few scenes read files
 
     path = check.file("path of the mesh", path)
+    said = io.StringIO()  # of its readers, which print what is wrong, and leave Python without a reason
     try:
-        return meshio.read(path), path
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            data = meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio's readers fail in many ways, some by leaving Python
         if "gmsh:physical" in str(error):
             raise ValueError(f"in {path} some elements belong to a physical group and others to none, which meshio cannot "
                              "read: let Gmsh save the elements of groups alone (Mesh.SaveAll = 0)") from None
-        raise ValueError(f"{path} cannot be read as a mesh ({type(error).__name__}: {error}): give a file that meshio "
+        raise ValueError(f"{path} cannot be read as a mesh ({_reason(error, said.getvalue())}): give a file that meshio "
                          "knows") from None
+    print(said.getvalue(), end="", file=sys.stderr)
+    return data, path
+
+
+def _reason(error, said):
+    """Why a reader of meshio failed with the ``error``, after it had printed the text ``said``."""
+    if not isinstance(error, SystemExit):
+        return f"{type(error).__name__}: {error}"
+    lines = [line for line in said.splitlines() if line.strip() and not line.startswith("Error: Couldn't read")]
+    return check.shown(lines[0], plain=True) if lines else "it is not of the format that its ending says"
 
 
 def _kind(data, path, dim):

@@ -210,12 +210,14 @@ def test_files_that_do_not_fit(tmp_path, dim, blocks, words):
 
 @pytest.mark.parametrize("name, text", [("missing.msh", None), ("empty.msh", ""), ("rubbish.msh", "hello\nworld\n"),
                                         ("cut.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n7\n1 0 0"),
-                                        ("mesh.unknown", "1 2 3")])
-def test_files_that_cannot_be_read(tmp_path, name, text):
+                                        ("mesh.unknown", "1 2 3"), ("noise.vtk", "noise\n")])
+def test_files_that_cannot_be_read(tmp_path, name, text, capfd):
+    """In one sentence: what the reader prints is part of it, or nowhere."""
     if text is not None:
         (tmp_path / name).write_text(text)
     with pytest.raises(ValueError, match=f"{name} (cannot be read as a mesh|holds no cells).*give a|{name}: this file does not exist"):
         read_mesh(tmp_path / name, 2)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_groups_that_are_missing_are_named_with_those_that_exist(file):

@@ -13,6 +13,7 @@ import io
 import os
 import re
 import resource
+import shutil
 import signal
 import sys
 import tempfile
@@ -280,6 +281,7 @@ def run(every=1, first=0, show=False, limit=MEMORY):
                 print(f"{number} {label}\n    {what}".encode(errors="backslashreplace").decode(), flush=True)
     finally:
         os.chdir(before[0])
+        shutil.rmtree(folder, ignore_errors=True)
         sys.argv = before[1]
         os.environ["HOME"] = before[2] or ""
         resource.setrlimit(resource.RLIMIT_AS, (resource.getrlimit(resource.RLIMIT_AS)[1],) * 2)

@@ -270,7 +270,7 @@ def run(every=1, first=0, show=False, limit=MEMORY):
     resource.setrlimit(resource.RLIMIT_AS, (int(limit), resource.getrlimit(resource.RLIMIT_AS)[1]))
     try:
         for number, (label, attempt) in enumerate(attempts(folder)):
-            if number < first or number % every:
+            if number < first or (number - first) % every:
                 continue
             made += 1
             if show:

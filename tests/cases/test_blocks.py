@@ -78,9 +78,13 @@ def test_grid_too_low_names_point_and_time_and_keeps_the_results(run, tmp_path):
 @pytest.mark.parametrize("contact", ["points", "outline"])
 def test_paper(blocks, tmp_path, contact):
     """Cells of 1 cm: what the paper tells of the second block and of the place of the top one; the turning of the top
-    block is sensitive, see docs/blocks.md, and no part of this."""
-    (history,) = blocks.main(contact=contact, out=str(tmp_path)).values()
-    here = {name: event["here"] for name, event in json.loads((tmp_path / "report.json").read_text())["events"].items()}
+    block is sensitive, see docs/blocks.md, and no part of this. How the blocks are hit by single points is chance: of
+    three soils 0.1 degrees apart the median."""
+    runs = []
+    for phi in (21.9, 22.0, 22.1):
+        blocks.main(contact=contact, phi=phi, out=str(tmp_path))
+        runs.append(json.loads((tmp_path / "report.json").read_text())["events"])
+    here = {name: np.median([events[name]["here"] for events in runs]) for name in runs[0]}
     assert here["arrival"] == pytest.approx(0.235, abs=0.01)
     assert here["floor2"] == pytest.approx(0.36, abs=0.02) and here["quarter2"] == pytest.approx(0.38, abs=0.03)
     assert here["left2"] == pytest.approx(0.355, abs=0.02)

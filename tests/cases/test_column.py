@@ -134,4 +134,5 @@ def test_default_run(column, tmp_path):
     arrival = history["time"][np.argmax(history["x99"] >= 0.3)]
     assert arrival == pytest.approx(0.253, abs=2e-3)
     assert (np.diff(history["energy"]) < 0).all() and (history["substeps"] == 1).all()
-    assert abs(history["volume"] / 0.02 - 1).max() < 0.015 and history["speed"].max() < np.sqrt(2 * 9.81 * 0.2)
+    assert abs(history["volume"] / 0.02 - 1).max() < 0.015
+    assert history["speed"].max() < 2.1  # of single points, to which others give energy; free fall from the top: 1.98

@@ -7,6 +7,9 @@ import mpm_dem_checks as check
 
 from .scene import AXES
 
+# Second derivatives at both ends of a unit interval of the cubic through four values at equal distances.
+CURVATURE = 9.0 * np.array([[2.0, -5.0, 4.0, -1.0], [-1.0, 4.0, -5.0, 2.0]])
+
 
 class Supports:
     """The supports of a scene on this rank's grid nodes x, shape (n, D). ``fixed``: mask of held directions, (n, D).
@@ -45,9 +48,11 @@ class Supports:
 
     def displacement(self, node, time, dt, v, a):
         """Known displacement over the step [m], shape (n, D), zero where free; sets velocity and acceleration of held
-        nodes at the start of the step in v and a. The acceleration is the motion's second difference; the velocity is
-        such that Newmark's method ends the step with the acceleration that starts the next one, which asks the motion
-        for time - dt to time + 2 dt."""
+        nodes at the start of the step in v and a.
+
+        The accelerations at both ends of the step are those of the cubic through four times in it, so that nobody asks
+        the motion for a time outside the run; the velocity is such that Newmark's method ends the step with the second
+        one, which differs from the first one of the next step by O(dt^2)."""
         known = np.zeros(v.shape)
         fixed = self.fixed[node]
         v[fixed] = 0.0
@@ -55,19 +60,20 @@ class Supports:
         for number, support in enumerate(self._supports if self._moving else ()):
             if support.motion is None:
                 continue
-            at = np.array([self._place(support, time + k * dt) for k in (-1, 0, 1, 2)])
-            before, after = np.diff(at, 2, axis=0) / dt**2
+            at = np.array([self._place(support, time + dt * (k / 3)) for k in range(4)])
+            start, end = CURVATURE @ at / dt**2
             for k, letter in enumerate(support.fix):
                 d = AXES.index(letter)
                 held = self._holder[node, d] == number
-                known[held, d] = at[2, k] - at[1, k]
-                v[held, d] = known[held, d] / dt - 0.25 * dt * (before[k] + after[k])
-                a[held, d] = before[k]
+                known[held, d] = at[3, k] - at[0, k]
+                v[held, d] = known[held, d] / dt - 0.25 * dt * (start[k] + end[k])
+                a[held, d] = start[k]
         return known
 
     @staticmethod
     def _place(support, time):
         """Displacement of a support at ``time`` [s] along each of its directions [m]."""
         n = len(support.fix)
-        place = check.values(f"the motion of {support.name} at t = {time:.6g} s", support.motion, (time,), (), (n,), unit="m")
+        place = check.values(f"the motion of {support.name} at t = {time:.6g} s", support.motion, (time,), (), (n,),
+                             unit="m")
         return np.broadcast_to(place, (n,))

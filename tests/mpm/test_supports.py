@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import Box, Grid, Support
+from mpm_fenicsx import Box, Grid, Support, newmark
 from mpm_fenicsx.boundary import Supports
 
 X = np.stack(np.meshgrid([0.0, 1.0, 2.0], [0.0, 1.0], indexing="ij"), -1).reshape(-1, 2)
@@ -36,6 +36,36 @@ def test_a_support_without_motion_stands_still():
     v, a = np.ones((2, *X.shape))
     assert not Supports([Support(left, "xy")], X).displacement(np.arange(len(X)), 1.0, 0.5, v, a).any()
     assert not v[left(X)].any() and not a[left(X)].any()
+
+
+def ends_of_steps(motion, dt, steps=8):
+    """Acceleration at the start of each step, and at its end by Newmark's method, of a support that moves along x."""
+    supports, pairs = Supports([Support(left, "x", motion)], X), []
+    for n in range(steps):
+        v, a = np.zeros((2, *X.shape))
+        known = supports.displacement(np.arange(len(X)), n * dt, dt, v, a)
+        pairs.append((a[0, 0], newmark.acceleration(known, v, a, dt)[0, 0]))
+    return np.array(pairs)
+
+
+def test_a_motion_is_asked_for_times_in_the_step_only():
+    """From rest with constant acceleration, which the cubic through four places in a step has exactly."""
+    asked = []
+    pairs = ends_of_steps(lambda t: asked.append(t) or 1.5 * t**2, 0.1)
+    np.testing.assert_allclose(pairs, 3.0, rtol=1e-10)
+    assert min(asked) == 0.0 and max(asked) <= 0.8 * (1 + 1e-15)
+    for n, times in enumerate(np.reshape(asked, (8, -1))):
+        assert 0.1 * n <= times.min() and times.max() <= 0.1 * n + 0.1
+
+
+def test_steps_end_with_the_acceleration_that_starts_the_next_one():
+    """To second order in the step, and both are the motion's own to that order."""
+    errors = []
+    for dt in (0.1, 0.05):
+        pairs = ends_of_steps(np.sin, dt, round(1 / dt))
+        exact = -np.sin(dt * np.arange(len(pairs)))
+        errors.append([abs(pairs[:-1, 1] - pairs[1:, 0]).max(), abs(pairs[:, 0] - exact).max()])
+    assert (np.divide(*errors) > 3.6).all() and max(errors[0]) < 3e-3
 
 
 def test_a_column_is_the_one_nearest_to_the_place():

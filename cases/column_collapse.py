@@ -112,11 +112,7 @@ def make_grid(p, size):
     cells = [max(math.ceil(length / each - 1e-9), n) for length, each, n in zip(box, h, counts)]
     for d in range(3 if p.open_side else 2)[:p.dim]:  # the flow needs a way out, the column must not touch the top
         cells[d] += cells[d] == counts[d]
-    below = p.floor not in ("stick", "slip")  # a floor of springs gives a little, and what sinks in needs a cell there
-    lower, upper = np.zeros(p.dim), np.array(cells) * h
-    lower[1] -= below * h[1]
-    cells[1] += below
-    return Grid(Box(tuple(lower), tuple(upper)), tuple(cells), p.cell)
+    return Grid(Box((0.0,) * p.dim, tuple(np.array(cells) * h)), tuple(cells), p.cell)
 
 
 def initial_stress(p):

@@ -21,6 +21,7 @@ from .migrate import Router
 from .outflow import Outflow, read_ways
 from .parts import Start, make_parts, warn_if_in_pieces
 from .scene_penalties import make_penalties
+from .room import room_at_walls
 from .sets import Set, Sets
 from .states import check_state, fingerprint, while_open
 from .step import PHASES, Step
@@ -70,10 +71,12 @@ class MPM(Answers):
         self._outflow = Outflow(read_ways(outflow, self.dim), self._grid, comm, self.gravity)
         self._bonds = Bonds(self._parts, comm, bonded)
         self._support_scene, self._solver = tuple(self._frame.enter(list(supports))), solver
+        penalties = self._frame.enter(list(penalties))
+        self._room = room_at_walls(self._grid, penalties)
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent = inertia != "lumped"
         self.kernels = compile_transfers(self.background)
-        self._make_conditions(*map(self._frame.enter, (interface, list(loads), list(penalties))),
+        self._make_conditions(*map(self._frame.enter, (interface, list(loads))), penalties,
                               Start(self._parts, self.gravity, body_force))
         self._fingerprint = fingerprint(self, self._support_scene, self._sets.names(), inertia)
         for part in self._parts:
@@ -201,7 +204,7 @@ class MPM(Answers):
     def _lay_out(self, filling):
         """Background grid, supports and routes for points at ``filling`` [m], shape (n, dim)."""
         averaged = any(part.body.f_bar for part in self._parts)
-        self.background = Background(self._grid, self.comm, filling, averaged, self.origin)
+        self.background = Background(self._grid, self.comm, filling, averaged, self.origin, self._room)
         self.supports = Supports(self._support_scene, self.background.x, self.steps > 0)
         self._router = Router(self.comm, self.background.neighbours)
         self._no_slot = np.full(len(self.background.cells), -1, np.int32)

@@ -18,8 +18,8 @@ NOWHERE = -1
 
 
 @njit(cache=True)
-def lattice_numbers(x, lower, h, counts, simplices, tolerance, number):
-    """Number of the lattice cell of each point into ``number``, NOWHERE outside by more than the ``tolerance`` [cells].
+def lattice_numbers(x, lower, h, counts, simplices, room, number):
+    """Number of the lattice cell of each point into ``number``, NOWHERE outside by more than ``room`` [cells], (D, 2).
     simplices: per box cell, 1 or D!; they are numbered by the permutation that sorts the local coordinates downwards.
     """
     D = x.shape[1]
@@ -30,9 +30,9 @@ def lattice_numbers(x, lower, h, counts, simplices, tolerance, number):
         for d in range(D):
             s = (x[p, d] - lower[d]) / h[d]
             i = int(np.floor(s))
-            if i == counts[d] and s <= counts[d] + tolerance:
+            if i == counts[d] and s <= counts[d] + room[d, 1]:
                 i -= 1  # the far edge belongs to the last cell
-            elif i == -1 and s >= -tolerance:
+            elif i == -1 and s >= -room[d, 0]:
                 i = 0
             if not 0 <= i < counts[d]:  # also catches NaN
                 c = NOWHERE
@@ -73,7 +73,7 @@ class LatticeSearch:
 
     def __init__(self, grid, background):
         self._lattice = (np.asarray(grid.box.lower, float), grid.box.size / grid.cells, np.asarray(grid.cells, np.int64),
-                         len(background.owner) // int(np.prod(grid.cells)), background.tolerance)
+                         len(background.owner) // int(np.prod(grid.cells)), background.room)
         self._rank, self._owner = background.comm.rank, background.owner
         self._local = np.full(len(background.owner), -1, np.int32)
         self._local[background.original_cell] = np.arange(len(background.cells))

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from petsc4py import PETSc
 
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Penalty
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Penalty, Support, mohr_coulomb
 from mpm_fenicsx.behind import BEHIND, FRONT, THROUGH, find_rim
 from mpm_fenicsx.refine import divide
 from mpm_fenicsx.step import Step
@@ -149,3 +149,22 @@ def test_boundary_particles_may_lie_on_the_edge_of_the_grid(lower):
     x = np.array([[lower, lower + 0.3], [lower + 1.1, lower + 0.3], [lower + 0.5, lower]])
     solid = MPM(grid, body, interface=Interface(x, np.zeros((0, 2), int)))
     np.testing.assert_allclose(solid.advance(1e-4)[0], x, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("cell", ["quadrilateral", "triangle"])
+def test_a_floor_that_gives_may_lie_on_the_edge_of_the_grid(cell):
+    """Soil sinks into the springs of its floor, on any ranks and with any number of cells beside it; the same with a
+    layer of cells below. What misses the floor by more has left the grid."""
+    x, deepest = [], []
+    for below in (0, 1):
+        grid = Grid(Box((0.0, -0.1 * below), (0.8, 0.4)), (8, 4 + below), cell)
+        soil = Body(Box((0.0, 0.0), (0.3, 0.3)), (6, 6), 4 if cell == "quadrilateral" else 12,
+                    mohr_coulomb(1e5, 0.3, 30.0, 0.0, 0.0), 1500.0, cell=cell)
+        floor = GridWall(lambda x: abs(x[:, 1]) < 1e-9, "+y", friction=0.4, stiffness=6e5)
+        solid = MPM(grid, soil, [Support(lambda x: x[:, 0] < 1e-9, "x")], penalties=[floor], gravity=(0, -9.81),
+                    inertia="lumped")
+        lowest = [solid.advance(2e-3) and solid.points.x[:, 1].min() for _ in range(100)]
+        x.append(solid.points.x.copy())
+        deepest.append(min(lowest))
+    assert -0.01 < deepest[0] < -1e-3  # a tenth of a cell at most
+    assert abs(x[0] - x[1]).max() < 0.02 and abs(x[0] - x[1]).mean() < 1e-3

@@ -60,19 +60,13 @@ def need_liggghts():
 
 
 @pytest.fixture
-def start_ranks():
-    """``start_ranks(n, *words)``: a Python process with these words on each of n ranks, as a ``Popen``. Without mpirun
-    the test is skipped, or fails when mpi is required."""
-    if shutil.which("mpirun") is None:
-        (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
-    # Without what MPI tells the children of this process, or of the one that started it to run tests side by side.
-    env = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_", "PMI_"))}
-    env.update(PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1")
+def start_process():
+    """``start_process(command, env, …)``: a process with its output in pipes; killed at the end."""
     started = []
 
-    def start(n, *words):
-        command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(n), sys.executable, *map(str, words)]
-        started.append(subprocess.Popen(command, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+    def start(command, env, **keys):
+        streams = dict(stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        started.append(subprocess.Popen(command, env=env, **{**streams, **keys}))
         return started[-1]
 
     yield start
@@ -80,6 +74,23 @@ def start_ranks():
         if process.poll() is None:
             process.kill()
             process.communicate()
+
+
+@pytest.fixture
+def start_ranks(start_process):
+    """``start_ranks(n, *words)``: a Python process with these words on each of n ranks, as a ``Popen``. Without mpirun
+    the test is skipped, or fails when mpi is required."""
+    if shutil.which("mpirun") is None:
+        (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
+    # Without what MPI tells the children of this process, or of the one that started it to run tests side by side.
+    env = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_", "PMI_"))}
+    env.update(PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1")
+
+    def start(n, *words):
+        command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(n), sys.executable, *map(str, words)]
+        return start_process(command, env)
+
+    return start
 
 
 @pytest.fixture

@@ -18,21 +18,13 @@ LONG = "dt=5e-9 substeps=1 paraview=20 picture=1"  # minutes, if nobody ends it
 
 
 @pytest.fixture
-def start(words):
+def start(words, start_process):
     """``start("key=value …")``: the coarse beam as a process of its own; killed at the end."""
-    started = []
-
     def begin(more="", petsc="", **keys):
         env = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1", "PETSC_OPTIONS": petsc}
-        started.append(subprocess.Popen([sys.executable, ROOT / "cases/beam_impact.py", *words(more)], env=env,
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **keys))
-        return started[-1]
+        return start_process([sys.executable, ROOT / "cases/beam_impact.py", *words(more)], env, **keys)
 
-    yield begin
-    for process in started:
-        if process.poll() is None:
-            process.kill()
-        process.communicate()
+    return begin
 
 
 def wait_for(condition, process):

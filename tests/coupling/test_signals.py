@@ -19,22 +19,14 @@ LONG = "t_end=1000 pause=0.001"
 
 
 @pytest.fixture
-def start(tmp_path):
+def start(tmp_path, start_process):
     """``start("key=value …")``: the toy case as a process of its own, results in ``tmp_path/out``."""
-    started = []
-
     def begin(more="", **keys):
         words = [sys.executable, ROOT / "tests/coupling/toy_case.py", *more.split()]
         words += [] if "out=" in more else [f"out={tmp_path / 'out'}"]
-        streams = dict(stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        started.append(subprocess.Popen(words, env={**os.environ, "PYTHONPATH": str(ROOT)}, **{**streams, **keys}))
-        return started[-1]
+        return start_process(words, {**os.environ, "PYTHONPATH": str(ROOT)}, **keys)
 
-    yield begin
-    for process in started:
-        if process.poll() is None:
-            process.kill()
-        process.communicate()
+    return begin
 
 
 def wait_for_rows(process, folder):

@@ -9,13 +9,13 @@ from .conditions import GridWall
 from .mesh import lattice
 from .scene import Grid
 
-ROOM = 0.1  # of a cell
-ON = 1e-6  # of a cell: a wall as near as that to the edge lies on it
+ROOM = 0.1  # of a cell; a wall as near as that to the edge needs it too
 
 
 def room_at_walls(grid, penalties):
     """Room below and above the grid along each axis [cells], shape (D, 2): 0, and ``ROOM`` where a wall of the
-    ``Penalty`` and ``GridWall`` records lies. None for a ``Mesh``, which has no sides."""
+    ``Penalty`` and ``GridWall`` records lies. None for a ``Mesh``, which has no sides: give it a layer of cells behind
+    a wall that gives."""
     if not isinstance(grid, Grid):
         return None
     room, h = np.zeros((grid.dim, 2)), grid.box.size / grid.cells
@@ -27,7 +27,7 @@ def room_at_walls(grid, penalties):
             continue
         for d in range(grid.dim):
             for side, (edge, inward) in enumerate(((grid.box.lower[d], 1.0), (grid.box.upper[d], -1.0))):
-                on = np.abs(x[:, d] - edge) < ON * h[d]
+                on = np.abs(x[:, d] - edge) < ROOM * h[d]
                 if condition.normal is not None:
                     on &= inward * condition.normal[:, d] > 0.5
                 if np.count_nonzero(on) >= grid.dim:  # fewer span no piece of that side

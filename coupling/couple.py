@@ -1,8 +1,6 @@
 """The partitioned loop: windows of an MPM step and several DEM steps, weakly coupled or iterated."""
 from typing import NamedTuple
 
-import numpy as np
-
 import mpm_dem_checks as check
 
 from .control import StepControl

@@ -2,8 +2,6 @@
 import time
 from pathlib import Path
 
-import numpy as np
-
 from .lines import Lines
 from .rows import Rows
 

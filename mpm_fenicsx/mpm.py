@@ -10,7 +10,7 @@ from .behind import watch
 from .bonds import Bonds
 from .boundary import Supports
 from .boundary_particles import BoundaryParticles, near_mass
-from .errors import MPMDiverged, MPMError
+from .errors import MPMError
 from .frame import Frame
 from .ghost import Facets
 from .grid import Background, check_inside

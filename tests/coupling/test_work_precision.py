@@ -185,3 +185,15 @@ def test_others_beside_the_case(pendulum, tmp_path):
     assert "error in force of others's best runs (50.00%) the case is" in text
     report = json.loads((out / "runs/run/report.json").read_text())
     assert 0 < float(table[0]["window_s"]) < float(table[0]["wall_s"]) and report["window_cpu_s"] > 0
+
+
+@pytest.mark.parametrize("error, status, says", [
+    (cli.UsageError("no such key"), 2, "error: no such key"), (ValueError("no such place"), 1, "error: no such place"),
+    (KeyboardInterrupt(), 130, "interrupted; the same command goes on from here")])
+def test_a_tool_ends_with_one_sentence_and_its_status(capsys, error, status, says):
+    def main(words):
+        raise error
+
+    with pytest.raises(SystemExit) as ended:
+        sweep.end(main)
+    assert ended.value.code == status and capsys.readouterr().err == says + "\n"

@@ -1,12 +1,9 @@
 """From the words of the command line to typed keyword arguments, and from errors to one sentence."""
 import os
-import shutil
 import signal
-import subprocess
 import sys
 import time
 import warnings
-from pathlib import Path
 from typing import Literal, Optional, Tuple
 
 import pytest
@@ -143,10 +140,8 @@ def test_a_warning_is_one_line(monkeypatch, capsys):
 @pytest.mark.mpi
 @pytest.mark.parametrize("rank, line", [("0", "error: only here"), ("1", "error on rank 1: only here"),
                                         ("2", "error: only here")])
-def test_an_error_on_one_rank_ends_all(tmp_path, rank, line):
+def test_an_error_on_one_rank_ends_all(run_ranks, tmp_path, rank, line):
     """The others wait for it: they are aborted after some seconds. Rank "2" means that all have the error."""
-    if shutil.which("mpirun") is None:
-        (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
     (tmp_path / "case.py").write_text("""
 from coupling import cli
 
@@ -159,9 +154,7 @@ def main(rank: int = 0):
 cli.PATIENCE = 0.5
 cli.run(main)
 """)
-    command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "2", sys.executable, tmp_path / "case.py"]
-    done = subprocess.run([*command, f"rank={rank}"], capture_output=True, text=True, timeout=60,
-                          env={**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[1])})
+    done = run_ranks(2, tmp_path / "case.py", f"rank={rank}")
     assert done.returncode == 1 and "never" not in done.stdout
     assert [shown for shown in done.stderr.splitlines() if "only here" in shown] == [line]
     assert rank != "2" or "MPI_ABORT" not in done.stderr

@@ -1,9 +1,5 @@
 """The sphere on the beam: pinned numbers, variants, balance, states, files; against Timoshenko's beam."""
 import json
-import os
-import shutil
-import subprocess
-import sys
 from inspect import signature
 from pathlib import Path
 
@@ -250,15 +246,10 @@ def test_grid_by_size_has_columns_at_the_ends(case):
 
 
 @pytest.mark.mpi
-def test_two_ranks_give_the_same(run, words, backend, tmp_path):
+def test_two_ranks_give_the_same(run, run_ranks, words, backend, tmp_path):
     """Only the order of the sums differs: measured at most 7e-12 of the largest value, on three ranks too."""
-    if shutil.which("mpirun") is None:
-        (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
     alone = only(run(dem=backend, t_end=1e-4))
-    command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", "2", sys.executable,
-               ROOT / "cases/beam_impact.py", *words(f"dem={backend} t_end=1e-4 paraview=10")]
-    env = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
-    done = subprocess.run(command, env=env, capture_output=True, text=True, timeout=120)
+    done = run_ranks(2, ROOT / "cases/beam_impact.py", *words(f"dem={backend} t_end=1e-4 paraview=10"))
     assert done.returncode == 0 and done.stdout.count("\n") == 6, done.stderr
     two = read(tmp_path / "history.csv")
     for name in FIRST:

@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parent
-KERNELS = "mpm_fenicsx", "mpm_fenicsx/laws", "dem_liggghts", "coupling"  # folders with compiled functions
+PACKAGES = "mpm_fenicsx", "dem_liggghts", "coupling"
 
 
 def writable(folder):
@@ -22,6 +22,12 @@ def writable(folder):
     while not folder.exists():
         folder = folder.parent
     return folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
+
+
+def folders():
+    """Of this project's packages, with those inside them: there lie compiled functions."""
+    inner = [path.parent for name in PACKAGES for path in (ROOT / name).glob("*/__init__.py")]
+    return [*(ROOT / name for name in PACKAGES), *inner]
 
 
 def home(variable, default):
@@ -45,7 +51,7 @@ def own_folder():
 
 def choose():
     """Set NUMBA_CACHE_DIR and MPLCONFIGDIR where nobody has and the usual places cannot be written."""
-    kernels = "NUMBA_CACHE_DIR" in os.environ or all(writable(ROOT / name / "__pycache__") for name in KERNELS)
+    kernels = "NUMBA_CACHE_DIR" in os.environ or all(writable(folder / "__pycache__") for folder in folders())
     if not (kernels or writable(home("XDG_CACHE_HOME", ".cache") / "numba")):
         os.environ["NUMBA_CACHE_DIR"] = str(own_folder())
         if "numba" in sys.modules:

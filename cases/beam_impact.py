@@ -13,9 +13,11 @@ import numpy as np
 from mpi4py import MPI
 
 import mpm_dem_checks as check
-from coupling import Record, analytic, cli, count_windows, couple, figure, linear, nearest, picture, report, spread
+from coupling import Record, analytic, cli, count_windows, couple, linear, nearest, spread
 from coupling.keys import of_iteration, refuse_unused
-from coupling.spread import dent_in_plane, dent_in_space
+from coupling.maps.spread import dent_in_plane, dent_in_space
+from coupling.pictures import figure, picture
+from coupling.records import report
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, open_dem
 from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, Interface, Support
 

@@ -1,9 +1,9 @@
 """What ``granular_blocks`` tells of its blocks: columns of the history, events beside those of the paper, figures."""
 import numpy as np
+from column_collapse import Flow
 from mpi4py import MPI
 
-from column_collapse import Flow
-from coupling import animation, figure, frames
+from coupling.pictures import animation, figure, frames
 from dem_liggghts import quaternion
 
 PLACE = dict(at=0.30, blocks=3, block=(0.02, 0.018), height=0.20, width=0.10)  # keys of the scene of the paper

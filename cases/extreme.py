@@ -21,10 +21,10 @@ from extreme_keys import ALONE, check_keys
 
 import mpm_dem_checks as check
 from coupling import Record, cli, couple, linear, spread
-from coupling.spread import dent_in_plane, dent_in_space
+from coupling.maps.spread import dent_in_plane, dent_in_space
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, critical_step, open_dem
 from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, Interface, Support
-from mpm_fenicsx.points import seed
+from mpm_fenicsx.points.points import seed
 
 DIMENSION = {  # powers of length, time and mass in the keys that have any
     **dict.fromkeys(("length", "height", "width", "radius", "h", "shift", "gap", "at", "spread"), (1, 0, 0)),

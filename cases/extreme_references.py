@@ -1,7 +1,9 @@
 """What must come out of the scenes of ``extreme.py``, and how far a run is from it."""
 import numpy as np
 
-from coupling import analytic, balance, report
+from coupling import analytic
+from coupling.ledger import balance
+from coupling.records import report
 
 
 def twin(keys):

@@ -11,12 +11,23 @@ from types import SimpleNamespace
 from typing import Literal, Optional, Tuple
 
 import column_collapse
-import mpm_dem_checks as check
 from beam_impact import SCHEME
 from blocks_history import Obstacles, draw, events, miss
+
+import mpm_dem_checks as check
 from coupling import Record, cli, count_windows, couple, nearest
 from coupling.keys import of_iteration, refuse_unused
-from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, check_size, critical_step, open_dem
+from dem_liggghts import (
+    Cluster,
+    Interaction,
+    Material,
+    Scene,
+    Spheres,
+    Wall,
+    check_size,
+    critical_step,
+    open_dem,
+)
 from mpm_fenicsx import SOLVERS, Interface, of_points
 
 PRESETS = {"paper": dict(h=0.005, dt=5e-5, substeps=5)}

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal, Optional, Tuple
 
 import beam_impact
+
 from coupling import analytic, cli
 from coupling.keys import refuse_unused
 from mpm_fenicsx import SOLVERS

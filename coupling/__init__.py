@@ -5,12 +5,12 @@ STARTED = perf_counter()  # the report's start-up time runs from here
 
 import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
 
-from .couple import NotConverged, Window, count_windows, couple  # noqa: E402
-from .history import History  # noqa: E402
-from .mapping import Mapping, linear, nearest  # noqa: E402
-from .march import march  # noqa: E402
-from .record import Record  # noqa: E402
-from .spread import spread  # noqa: E402
+from .loop.couple import NotConverged, Window, count_windows, couple  # noqa: E402
+from .loop.march import march  # noqa: E402
+from .maps.mapping import Mapping, linear, nearest  # noqa: E402
+from .maps.spread import spread  # noqa: E402
+from .records.history import History  # noqa: E402
+from .records.record import Record  # noqa: E402
 
 __all__ = ["History", "Mapping", "NotConverged", "Record", "STARTED", "Window", "count_windows", "couple", "linear",
            "march", "nearest", "spread"]

@@ -14,8 +14,8 @@ from mpi4py import MPI
 import mpm_dem_checks as check
 
 from . import signals
+from .records.writing import silence, tell
 from .signals import SIGNALS  # noqa: F401 - known by this name
-from .writing import silence, tell
 
 EXPECTED = (ValueError, RuntimeError, ImportError, ArithmeticError, OSError, MemoryError)  # anything else is a bug
 PATIENCE = 5.0  # [s] for ranks that share an error to arrive at their end

@@ -36,8 +36,10 @@ from typing import NamedTuple
 
 import mpm_dem_checks as check
 
-from . import cli, figure, report, sweep
-from .writing import tell
+from . import cli, sweep
+from .pictures import figure
+from .records import report
+from .records.writing import tell
 
 CLASSES = ("right", "inaccurate", "stopped", "wrong")
 ENERGY = 0.05

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from . import signals
 from .cli import EXPECTED, UsageError, once
-from .writing import tell
+from .records.writing import tell
 
 TUPLE = re.compile(r"-?[\d.]+(e[+-]?\d+)?(x-?[\d.]+(e[+-]?\d+)?)+")  # 62x13: one value of several numbers
 DONE = "run.json"  # last file of a finished run

@@ -26,9 +26,10 @@ from math import inf
 
 import mpm_dem_checks as check
 
-from . import cli, figure, peer, sweep
-from .report import table_row
-from .writing import tell
+from . import cli, peer, sweep
+from .pictures import figure
+from .records.report import table_row
+from .records.writing import tell
 
 OWN = ("out", "repeat", "timeout", "show", "overlay", "peer", "script", "peer_")
 

@@ -9,7 +9,6 @@ from .near import near_elements, near_spheres, nothing
 from .wall import COLUMNS, KIND, NEAREST, PAIR, RADIUS, SHARE, MovingWall
 from .wall_contacts import find_contacts
 
-
 _last = []  # the scene asked for last, and what ``_prepared`` made of it
 
 

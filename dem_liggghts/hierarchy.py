@@ -6,7 +6,20 @@ Geometry only, no contact law. All points have three components; a plane scene l
 import numpy as np
 
 from .compiled import compiled
-from .wall import COLUMNS, DISTANCE, FEATURE, JOINT, NEAREST, PAIR, POINT, RIM, SHARE, SIDE, WEIGHT, normal_and_angle
+from .wall import (
+    COLUMNS,
+    DISTANCE,
+    FEATURE,
+    JOINT,
+    NEAREST,
+    PAIR,
+    POINT,
+    RIM,
+    SHARE,
+    SIDE,
+    WEIGHT,
+    normal_and_angle,
+)
 
 COPLANAR = np.cos(np.radians(1.0))  # two contacts whose normals differ by less than this are one contact
 TINY = 1e-8  # distance, as a fraction of the radius, below which the element's own normal tells the direction

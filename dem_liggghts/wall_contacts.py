@@ -5,10 +5,35 @@ Geometry only, no contact law. All points have three components; a plane scene l
 import numpy as np
 
 from .compiled import compiled
-from .hierarchy import (COPLANAR, DROPPED, JOINED, before, double_hierarchy, drop_shared, follow, one_sided, outside,
-                        same_direction, share_out, without_dropped)
-from .wall import (DEPTH, DISTANCE, FEATURE, GROUP, PAIR, POINT, RADIUS, SHARE, SIDE, WEIGHT, closest, normal_and_angle,
-                   place)
+from .hierarchy import (
+    COPLANAR,
+    DROPPED,
+    JOINED,
+    before,
+    double_hierarchy,
+    drop_shared,
+    follow,
+    one_sided,
+    outside,
+    same_direction,
+    share_out,
+    without_dropped,
+)
+from .wall import (
+    DEPTH,
+    DISTANCE,
+    FEATURE,
+    GROUP,
+    PAIR,
+    POINT,
+    RADIUS,
+    SHARE,
+    SIDE,
+    WEIGHT,
+    closest,
+    normal_and_angle,
+    place,
+)
 
 
 @compiled

@@ -16,16 +16,16 @@ petsc4py.init(sys.argv)  # before dolfinx is imported: afterwards PETSc no longe
 
 import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
 
-from .conditions import GridWall, Load, Penalty  # noqa: E402
 from .errors import MPMDiverged, MPMError  # noqa: E402
-from .interface import Interface, Resampling  # noqa: E402
 from .laws import LAWS, drucker_prager, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
 from .mpm import MPM  # noqa: E402
-from .mesh import Box, Mesh  # noqa: E402
-from .meshfile import read_cloud, read_mesh  # noqa: E402
-from .points import of_points  # noqa: E402
-from .scene import Body, Cloud, Grid, Support  # noqa: E402
-from .solvers import SOLVERS  # noqa: E402
+from .points.points import of_points  # noqa: E402
+from .scene.bodies import Body, Cloud, Grid, Support  # noqa: E402
+from .scene.conditions import GridWall, Load, Penalty  # noqa: E402
+from .scene.interface import Interface, Resampling  # noqa: E402
+from .scene.mesh import Box, Mesh  # noqa: E402
+from .scene.meshfile import read_cloud, read_mesh  # noqa: E402
+from .solve.solvers import SOLVERS  # noqa: E402
 
 __all__ = ["Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "LAWS", "Load", "MPM", "MPMDiverged", "MPMError",
            "Mesh", "Penalty", "Resampling", "SOLVERS", "Support", "drucker_prager", "linear", "mohr_coulomb",

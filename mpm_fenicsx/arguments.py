@@ -1,12 +1,12 @@
 """What ``MPM`` is given: checked before anything is built."""
 import mpm_dem_checks as check
 
-from .conditions import GridWall, Load, Penalty
-from .ghost import INERTIA
-from .interface import Interface
-from .mesh import Mesh
-from .scene import Body, Grid, Support
-from .solvers import SOLVERS
+from .scene.bodies import Body, Grid, Support
+from .scene.conditions import GridWall, Load, Penalty
+from .scene.interface import Interface
+from .scene.mesh import Mesh
+from .solve.solvers import SOLVERS
+from .terms.ghost import INERTIA
 
 MOST_HALVINGS = 20  # of a step, into a millionth
 

@@ -4,27 +4,27 @@ from mpi4py import MPI
 
 import mpm_dem_checks as check
 
-from .answers import Answers
 from .arguments import check_arguments
-from .behind import watch
-from .bonds import Bonds
-from .boundary import Supports
-from .boundary_particles import BoundaryParticles, near_mass
 from .errors import MPMError
-from .frame import Frame
-from .ghost import Facets
-from .grid import Background, check_inside
-from .kernels import compile_transfers
-from .ladder import Ladder
-from .loads import SurfaceLoads
-from .migrate import Router
-from .outflow import Outflow, read_ways
-from .parts import Start, make_parts, warn_if_in_pieces
-from .scene_penalties import make_penalties
-from .room import room_at_walls
-from .sets import Set, Sets
-from .states import check_state, fingerprint, while_open
-from .step import PHASES, Step
+from .grid.background import Background, check_inside
+from .grid.supports import Supports
+from .output.answers import Answers
+from .output.states import check_state, fingerprint, while_open
+from .points.boundary_particles import BoundaryParticles, near_mass
+from .points.migrate import Router
+from .points.outflow import Outflow, read_ways
+from .points.sets import Set, Sets
+from .scene.frame import Frame
+from .scene.room import room_at_walls
+from .solve.ladder import Ladder
+from .solve.step import PHASES, Step
+from .terms.behind import watch
+from .terms.bonds import Bonds
+from .terms.ghost import Facets
+from .terms.kernels import compile_transfers
+from .terms.loads import SurfaceLoads
+from .terms.parts import Start, make_parts, warn_if_in_pieces
+from .terms.scene_penalties import make_penalties
 
 
 class MPM(Answers):

@@ -62,9 +62,27 @@ def test_names_that_differ_between_versions_are_in_one_file():
     assert users == {"compat.py"}, "import from dolfinx and ufl in compat.py, and from there elsewhere"
 
 
-@pytest.mark.parametrize("package", ["mpm_fenicsx", "dem_liggghts"])
-def test_scenes_are_plain_data(package):
-    assert imports(ROOT / package / "scene.py") <= {"dataclasses", "typing", "numpy", "math", LEAF}
+@pytest.mark.parametrize("file", ["mpm_fenicsx/scene/bodies.py", "dem_liggghts/scene.py"])
+def test_scenes_are_plain_data(file):
+    assert imports(ROOT / file) <= {"dataclasses", "typing", "numpy", "math", LEAF}
+
+
+FLOORS = {  # of the subpackages, from the ground up: each imports from those before it, and from files beside them
+    "mpm_fenicsx": ["laws", "scene", "basis", "grid", "points", "terms", "solve", "output"],
+    "coupling": ["ledger", "maps", "pictures", "loop", "records"]}
+
+
+@pytest.mark.parametrize("package", FLOORS)
+def test_subpackages_import_downwards(package):
+    for path in sources(package):
+        floor = path.relative_to(ROOT / package).parts[0]
+        if floor not in FLOORS[package]:
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.level == 2:
+                names = [node.module.split(".")[0]] if node.module else [alias.name for alias in node.names]
+                for name in set(names) & set(FLOORS[package]):
+                    assert FLOORS[package].index(name) < FLOORS[package].index(floor), (path, name)
 
 
 @pytest.mark.parametrize("module", [*PACKAGES, "mpm_fenicsx.laws"])

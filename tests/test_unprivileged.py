@@ -13,7 +13,7 @@ NOBODY = 65534
 CODE = """
 import os, coupling.analytic, dem_liggghts, mpm_fenicsx, numba, numpy, warnings
 from coupling import Record
-from coupling.figure import pyplot
+from coupling.pictures.figure import pyplot
 from dem_liggghts.rigid import turn_axes
 turn_axes(numpy.array([1.0, 0.0, 0.0, 0.0]), numpy.empty((3, 3)))  # compiles
 pyplot()
@@ -76,5 +76,5 @@ def test_a_folder_that_somebody_else_has_prepared_is_not_used(monkeypatch, tmp_p
 
 
 def test_a_folder_of_results_that_is_not_his_is_a_sentence(unprivileged):
-    done = unprivileged("-c", "from coupling.results import Results; Results('out', 'case')")
+    done = unprivileged("-c", "from coupling.records.results import Results; Results('out', 'case')")
     assert "out=out cannot be written (Permission denied): choose another folder" in done.stderr.splitlines()[-1]

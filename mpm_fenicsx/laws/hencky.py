@@ -26,7 +26,7 @@ import numpy as np
 from numba import njit
 
 from . import Law
-from .algebra import combine2, combine3, cofactor, determinant, from_axes2, from_axes3, symmetric2, symmetric3
+from .algebra import cofactor, combine2, combine3, determinant, from_axes2, from_axes3, symmetric2, symmetric3
 
 STATE = np.dtype([
     ("plastic", np.float64, (3, 3)),  # Cp^-1 - 1, zero at the start

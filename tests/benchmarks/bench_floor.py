@@ -21,7 +21,8 @@ from scipy.sparse.linalg import eigsh, splu
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
-from coupling import analytic, history, report, sweep  # noqa: E402
+from coupling import analytic, sweep  # noqa: E402
+from coupling.records import history, report  # noqa: E402
 
 H, W, V0, E, NU, RHO = 0.01, 0.01, 0.01, 215.82e9, 0.289, 7960.0
 

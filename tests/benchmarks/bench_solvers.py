@@ -35,13 +35,14 @@ EVENTS = {"factor": ("PCSetUp", "PCSetUpOnBlocks"), "solve": ("KSPSolve",)}
 def measure(script, words, out):
     """In a process of its own: run the case and write what its solver did."""
     sys.path[:0] = [str(ROOT), str(ROOT / "cases")]
-    import mpm_fenicsx  # noqa: F401  PETSc hears the options
     from petsc4py import PETSc
+
+    import mpm_fenicsx  # noqa: F401  PETSc hears the options
 
     PETSc.Log.begin()
     from coupling import cli
-    from mpm_fenicsx.snes import Newton
-    from mpm_fenicsx.step import Step
+    from mpm_fenicsx.solve.snes import Newton
+    from mpm_fenicsx.solve.step import Step
 
     done = {"solves": 0, "linear": 0, "factors": 0}
     run, tangent = Newton._run, Step.tangent

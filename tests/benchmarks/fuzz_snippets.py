@@ -6,11 +6,30 @@ from types import SimpleNamespace
 import numpy as np
 
 from coupling import count_windows, couple, linear, march, nearest
-from coupling.control import StepControl
+from coupling.loop.control import StepControl
 from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, longest_window, open_dem
-from mpm_fenicsx import (LAWS, MPM, Body, Box, Cloud, Grid, GridWall, Interface, Load, Mesh, Penalty, Resampling,
-                         Support, drucker_prager, linear as hooke, mohr_coulomb, of_points, read_cloud, read_mesh,
-                         von_mises)
+from mpm_fenicsx import (
+    LAWS,
+    MPM,
+    Body,
+    Box,
+    Cloud,
+    Grid,
+    GridWall,
+    Interface,
+    Load,
+    Mesh,
+    Penalty,
+    Resampling,
+    Support,
+    drucker_prager,
+    mohr_coulomb,
+    of_points,
+    read_cloud,
+    read_mesh,
+    von_mises,
+)
+from mpm_fenicsx import linear as hooke
 
 NAN, INF = np.nan, np.inf
 NO_NUMBER = [NAN, INF, "1", None, 1j, [1.0, 2.0], True, {}]

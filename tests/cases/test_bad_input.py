@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from coupling import cli
-from coupling.history import read
+from coupling.records.history import read
 
 ROOT = Path(__file__).parents[2]
 

@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 
-from coupling import balance
+from coupling.ledger import balance
 
 COARSE = dict(dim=3, h=5e-3, body=(62, 4, 4), segments=(31, 4), dt=4e-6, substeps=80, t_end=2e-4)
 TETRAHEDRA = dict(cell="tetrahedron", points=1)

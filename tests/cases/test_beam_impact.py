@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import coupling
-from coupling import manifest
-from coupling.history import read
+from coupling.records import manifest
+from coupling.records.history import read
 
 ROOT = Path(__file__).parents[2]
 FIRST = ["time", "force", "u_beam", "u_sphere", "v_sphere"]

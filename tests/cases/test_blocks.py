@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from coupling.history import read
+from coupling.records.history import read
 
 CASES = Path(__file__).parents[2] / "cases"
 COARSE = dict(h=0.02, dt=1e-3, substeps=50, t_end=0.14, at=0.12, box=(0.3, 0.4), restitution=0.3)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from coupling.history import read
+from coupling.records.history import read
 from mpm_fenicsx import MPMError
 
 ROOT = Path(__file__).parents[2]

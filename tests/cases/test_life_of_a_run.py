@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from coupling import manifest, progress
-from coupling.history import read
+from coupling.records import manifest, progress
+from coupling.records.history import read
 
 ROOT = Path(__file__).parents[2]
 LONG = "dt=5e-9 substeps=1 paraview=20 picture=1"  # minutes, if nobody ends it

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from coupling import couple, nearest
-from coupling.balance import Ledger
+from coupling.ledger.balance import Ledger
 from dem_liggghts import Cluster, Interaction, Material, Scene, Wall, open_dem
 from mpm_fenicsx import MPM, Body, Box, Grid, Interface, Support, mohr_coulomb
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from coupling.history import read
+from coupling.records.history import read
 
 SCRIPT = Path(__file__).parents[2] / "cases/beam_impact.py"
 WINDOWS = 400

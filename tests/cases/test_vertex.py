@@ -1,7 +1,7 @@
 """A sphere at rest exactly over a vertex of the wall that it has dented: the iterated coupling converges."""
 import pytest
 
-from coupling.history import read
+from coupling.records.history import read
 
 BED = dict(scene="rest", length=0.04, height=0.02, E=1e6, E_ball=1e6, rho=2000.0, gravity=10.0, h=2e-3, cfl=10.0,
            windows=60, iterate=20)

@@ -4,8 +4,8 @@ import warnings
 import numpy as np
 import pytest
 
-from coupling.balance import Unstable
-from coupling.history import read
+from coupling.ledger.balance import Unstable
+from coupling.records.history import read
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, longest_window
 
 BED = dict(scene="rest", length=0.04, height=0.02, E=1e6, gravity=9.81, inertia="lumped", windows=120)

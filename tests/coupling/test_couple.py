@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from coupling import count_windows, couple
-from coupling.balance import COLUMNS, Ledger
+from coupling.ledger.balance import COLUMNS, Ledger
 from tests.coupling.toys import BALL, COPY, INNER, SPEED, T_END, WEIGHT, Ball, Oscillator, exact
 
 

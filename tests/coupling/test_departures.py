@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from coupling import couple, nearest
-from coupling.balance import Ledger
-from coupling.departures import Departures, left, lets_go
+from coupling.ledger.balance import Ledger
+from coupling.ledger.departures import Departures, left, lets_go
 from dem_liggghts import Material, Scene, Spheres, Wall, open_dem
 from mpm_fenicsx import MPM, Body, Box, Cloud, Grid, Interface, linear
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from coupling import couple, march
-from coupling.balance import Unstable
-from coupling.gain import EVERY, Gain
-
+from coupling.ledger.balance import Unstable
+from coupling.ledger.gain import EVERY, Gain
 from tests.coupling.toys import COPY, INNER, Ball, Oscillator
 
 

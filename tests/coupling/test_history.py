@@ -6,8 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from coupling import History, report, rows
-from coupling.history import read
+from coupling import History
+from coupling.records import report, rows
+from coupling.records.history import read
 
 COLUMNS = {"time": ("s", "end of the window"), "force": ("N", "on the\nsphere")}
 

@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from coupling import NotConverged, couple
-from coupling.balance import COLUMNS, Ledger
-from coupling.relaxation import RELAXATIONS
+from coupling.ledger.balance import COLUMNS, Ledger
+from coupling.loop.relaxation import RELAXATIONS
 from tests.coupling.toys import COPY, INNER, T_END, Ball, Oscillator, exact
 
 LIGHT, STIFF = 1e-3, 1e4  # an oscillator much lighter than the ball, and a contact much stiffer than its spring

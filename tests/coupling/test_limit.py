@@ -4,7 +4,8 @@ import warnings
 import numpy as np
 import pytest
 
-from coupling import couple, limit
+from coupling import couple
+from coupling.ledger import limit
 from tests.coupling.toys import COPY, INNER, Ball, Oscillator
 
 MASS, BALL, STIFFNESS = 0.5, 100.0, 40.0  # of the wall point, of the ball that lies on it, of their contact

@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from coupling import couple, nearest
-from coupling.balance import Ledger, impulse_error
-from coupling.momentum import Momentum, rotation, turning
+from coupling.ledger.balance import Ledger, impulse_error
+from coupling.ledger.momentum import Momentum, rotation, turning
 from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, quaternion
 from tests.coupling.toys import INNER, Ball, Oscillator
 

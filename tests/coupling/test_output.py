@@ -9,8 +9,9 @@ import meshio
 import numpy as np
 import pytest
 
-from coupling import figure, report
-from coupling.paraview import Series
+from coupling.pictures import figure
+from coupling.records import report
+from coupling.records.paraview import Series
 
 
 def test_series_is_read_back(tmp_path):

@@ -2,8 +2,8 @@
 import numpy as np
 import pytest
 
-from coupling import frames, picture
-from coupling.perspective import FINE, Camera, Canvas, edges_of
+from coupling.pictures import frames, picture
+from coupling.pictures.perspective import FINE, Camera, Canvas, edges_of
 
 
 @pytest.mark.parametrize("dim", [2, 3])

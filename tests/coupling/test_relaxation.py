@@ -2,8 +2,8 @@
 import numpy as np
 import pytest
 
-from coupling.control import StepControl
-from coupling.relaxation import RELAXATIONS, Aitken, Constant, Quasi, norm
+from coupling.loop.control import StepControl
+from coupling.loop.relaxation import RELAXATIONS, Aitken, Constant, Quasi, norm
 
 RATIO = np.array([0.1, 3.0, 100.0])  # added mass ratios: eigenvalues of -dr/dF less 1
 TURN = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from coupling import manifest, results
-from coupling.results import Results
-from coupling.writing import OutputError
+from coupling.records import manifest, results
+from coupling.records.results import Results
+from coupling.records.writing import OutputError
 
 ROOT = Path(__file__).parents[2]
 FIRST, LATER = ("history.csv", "report.json", "old.png"), "old_1.vtu"
@@ -155,7 +155,7 @@ def test_killed_at_any_point_a_folder_has_files_of_one_run(tmp_path):
 
 def test_a_folder_belongs_to_one_run_at_a_time(tmp_path):
     """Until its process is dead, however it dies."""
-    code = ("import sys, time; from coupling.results import Results; run = Results(sys.argv[1], 'case');"
+    code = ("import sys, time; from coupling.records.results import Results; run = Results(sys.argv[1], 'case');"
             "print('here', flush=True); time.sleep(60)")
     holder = subprocess.Popen([sys.executable, "-c", code, tmp_path], stdout=subprocess.PIPE, text=True,
                               env={**os.environ, "PYTHONPATH": str(ROOT)})

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from coupling import manifest, signals
-from coupling.history import read
+from coupling import signals
+from coupling.records import manifest
+from coupling.records.history import read
 
 ROOT = Path(__file__).parents[2]
 LONG = "t_end=1000 pause=0.001"

@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from coupling import couple, linear, nearest, spread
-from coupling.balance import Ledger
-from coupling.spread import dent_in_plane, dent_in_space
+from coupling.ledger.balance import Ledger
+from coupling.maps.spread import dent_in_plane, dent_in_space
 from tests.coupling.toys import INNER, Ball, Oscillator
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from coupling import balance, cli, stability, sweep
+from coupling import cli, stability, sweep
+from coupling.ledger import balance
 
 CASE = '''
 import json, os, sys, time

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from coupling import cli, figure, sweep, work_precision
+from coupling import cli, sweep, work_precision
+from coupling.pictures import figure
 
 CASES = Path(__file__).parents[2] / "cases"
 PENDULUM = '''

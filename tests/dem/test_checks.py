@@ -5,8 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dem_liggghts import (Cluster, Interaction, Material, Scene, Spheres, Wall, check_start, contact_energy,
-                          critical_step, longest_window, open_dem, warn_if_window_too_long)
+from dem_liggghts import (
+    Cluster,
+    Interaction,
+    Material,
+    Scene,
+    Spheres,
+    Wall,
+    check_start,
+    contact_energy,
+    critical_step,
+    longest_window,
+    open_dem,
+    warn_if_window_too_long,
+)
 from dem_liggghts.damping import damping_ratio
 
 STEEL = Material(2.1e11, 0.3)

@@ -7,9 +7,8 @@ from petsc4py import PETSc
 
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Mesh
 from mpm_fenicsx.laws import bound, kernels
-from mpm_fenicsx.mesh import lattice
-from mpm_fenicsx.stress_state import point_functions
-
+from mpm_fenicsx.laws.stress_state import point_functions
+from mpm_fenicsx.scene.mesh import lattice
 
 TOO_STRONG_TO_YIELD = {"mohr_coulomb": dict(friction_angle=30.0, cohesion=1e9),
                        "drucker_prager": dict(friction_angle=30.0, cohesion=1e9),

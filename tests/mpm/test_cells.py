@@ -4,9 +4,9 @@ import pytest
 from mpi4py import MPI as mpi
 
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Mesh, Support, linear, neo_hooke
-from mpm_fenicsx.grid import Background, whole_mesh
-from mpm_fenicsx.points import Points, gauss_rule
-from mpm_fenicsx.shape import reference
+from mpm_fenicsx.basis.shape import reference
+from mpm_fenicsx.grid.background import Background, whole_mesh
+from mpm_fenicsx.points.points import Points, gauss_rule
 from mpm_fenicsx.specialise import specialise
 
 POINTS = {"quadrilateral": 2, "triangle": 3, "hexahedron": 2, "tetrahedron": 4}

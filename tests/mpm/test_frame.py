@@ -5,13 +5,27 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from mpm_fenicsx import (MPM, Body, Box, Grid, GridWall, Interface, Load, Mesh, MPMError, Penalty, Resampling, Support,
-                         linear, mohr_coulomb)
-from mpm_fenicsx.frame import Frame, find_origin, shifted
-from mpm_fenicsx.geostatic import at_rest
-from mpm_fenicsx.grid import Background
-from mpm_fenicsx.mesh import lattice
-from mpm_fenicsx.points import Points
+from mpm_fenicsx import (
+    MPM,
+    Body,
+    Box,
+    Grid,
+    GridWall,
+    Interface,
+    Load,
+    Mesh,
+    MPMError,
+    Penalty,
+    Resampling,
+    Support,
+    linear,
+    mohr_coulomb,
+)
+from mpm_fenicsx.grid.background import Background
+from mpm_fenicsx.points.points import Points
+from mpm_fenicsx.scene.frame import Frame, find_origin, shifted
+from mpm_fenicsx.scene.geostatic import at_rest
+from mpm_fenicsx.scene.mesh import lattice
 
 MAP = np.array([4.5e5, 5.2e6, 1.2e3])  # [m], easting, northing, height
 ULP = np.spacing(5.2e6)

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, Support
-from mpm_fenicsx.ghost import add_residual
+from mpm_fenicsx.terms.ghost import add_residual
 
 SOIL = LAWS["mohr_coulomb"](5e4, 0.4, 22.0)
 SIDES = {"quadrilateral": 2, "triangle": 2, "hexahedron": 3, "tetrahedron": 3}

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from petsc4py import PETSc
 
-from mpm_fenicsx import options
+from mpm_fenicsx.solve import options
 
 ROOT = Path(__file__).parents[2]
 
@@ -73,7 +73,7 @@ def test_options_are_known_wherever_they_come_from(tmp_path):
     (tmp_path / ".petscrc").write_text("-mpm_snes_stol 1e-20\n-mpm_nonsense 3\n-other 4\n")
     code = """
 import os
-from mpm_fenicsx import options
+from mpm_fenicsx.solve import options
 from petsc4py import PETSc
 PETSc.Options("mpm_")["pc_hypre_type"] = options.solvers._put_in["pc_hypre_type"] = "boomeramg"
 snes = PETSc.SNES().create()

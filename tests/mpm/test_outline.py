@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from mpm_fenicsx import Body, Box, Cloud, Interface, Resampling, linear
-from mpm_fenicsx.outline import resample
+from mpm_fenicsx.points.outline import resample
 
 S = 0.1  # spacing
 RULE = Resampling(S)

@@ -47,7 +47,7 @@ CROSSING = """
 import sys
 import numpy as np
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Mesh
-from mpm_fenicsx.grid import whole_mesh
+from mpm_fenicsx.grid.background import whole_mesh
 _, path, mesh = sys.argv
 grid = Grid(Box((0, 0), (8, 2)), (32, 8), "quadrilateral" if mesh == "lattice" else "triangle")
 if mesh != "lattice":

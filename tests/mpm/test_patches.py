@@ -3,9 +3,9 @@ import numpy as np
 import pytest
 
 from mpm_fenicsx import Box, Grid, Mesh
-from mpm_fenicsx.mesh import lattice
-from mpm_fenicsx.partition import bisect
-from mpm_fenicsx.patches import patches
+from mpm_fenicsx.grid.partition import bisect
+from mpm_fenicsx.grid.patches import patches
+from mpm_fenicsx.scene.mesh import lattice
 
 SIMPLICES = {"triangle": (4, 3), "tetrahedron": (4, 3, 2)}
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import LAWS, Box, Grid, GridWall, Interface, Load, Mesh, MPMError, Penalty, Support, springs
-from mpm_fenicsx.mesh import lattice
+from mpm_fenicsx import LAWS, Box, Grid, GridWall, Interface, Load, Mesh, MPMError, Penalty, Support
+from mpm_fenicsx.scene.mesh import lattice
 from mpm_fenicsx.specialise import specialise
+from mpm_fenicsx.terms import springs
 
 G = 9.81
 DT = 2e-3

@@ -11,8 +11,15 @@ from mpm_fenicsx import drucker_prager, mohr_coulomb, von_mises
 from mpm_fenicsx.laws import kernels
 from mpm_fenicsx.laws.drucker_prager import CONE
 from mpm_fenicsx.laws.hencky import ELASTIC, OPEN
-from mpm_fenicsx.laws.mohr_coulomb import (COMPRESSION_EDGE, CORNER, EXTENSION_EDGE, SHEAR, SHEAR_TENSION, TENSION,
-                                           TENSION_EDGE)
+from mpm_fenicsx.laws.mohr_coulomb import (
+    COMPRESSION_EDGE,
+    CORNER,
+    EXTENSION_EDGE,
+    SHEAR,
+    SHEAR_TENSION,
+    TENSION,
+    TENSION_EDGE,
+)
 from mpm_fenicsx.laws.von_mises import FLOW
 from mpm_fenicsx.specialise import specialise
 

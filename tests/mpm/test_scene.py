@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mpm_fenicsx import MPM, Body, Box, Grid, Interface, MPMDiverged, MPMError, linear, neo_hooke
-from mpm_fenicsx.points import gauss_rule, seed
+from mpm_fenicsx.points.points import gauss_rule, seed
 
 LAW, BOX = linear(1e3, 0.3), Box((0.0, 0.0), (2.0, 1.0))
 RULES = [("quadrilateral", n) for n in range(1, 7)] + [("triangle", n) for n in (1, 3, 6, 7, 12)]

@@ -4,9 +4,9 @@ import pytest
 from mpi4py import MPI
 
 from mpm_fenicsx import MPM, Body, Box, Grid, Mesh, MPMError, linear
-from mpm_fenicsx.grid import Background, whole_mesh
-from mpm_fenicsx.partition import bisect
-from mpm_fenicsx.points import Points
+from mpm_fenicsx.grid.background import Background, whole_mesh
+from mpm_fenicsx.grid.partition import bisect
+from mpm_fenicsx.points.points import Points
 
 BOX = Box((0.0, 0.0), (4.0, 2.0))
 

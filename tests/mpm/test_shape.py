@@ -3,7 +3,7 @@ import basix
 import numpy as np
 import pytest
 
-from mpm_fenicsx.shape import cell_maps, reference, shapes
+from mpm_fenicsx.basis.shape import cell_maps, reference, shapes
 from mpm_fenicsx.specialise import specialise
 
 EPS = np.finfo(float).eps

@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 from petsc4py import PETSc
 
-from mpm_fenicsx import SOLVERS, drucker_prager, solvers
+from mpm_fenicsx import SOLVERS, drucker_prager
+from mpm_fenicsx.solve import solvers
 
 BLOCK = dict(h=0.25, margin=1, gravity=(0.0, -1.0), velocity=(0.0, -0.1))
 SOIL = dict(law=drucker_prager(1e3, 0.3, friction_angle=30.0, cohesion=1e9), inertia="lumped")

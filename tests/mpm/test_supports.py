@@ -2,8 +2,9 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import Box, Grid, Support, newmark
-from mpm_fenicsx.boundary import Supports
+from mpm_fenicsx import Box, Grid, Support
+from mpm_fenicsx.grid.supports import Supports
+from mpm_fenicsx.solve import newmark
 
 X = np.stack(np.meshgrid([0.0, 1.0, 2.0], [0.0, 1.0], indexing="ij"), -1).reshape(-1, 2)
 

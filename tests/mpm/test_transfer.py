@@ -2,9 +2,10 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import Box, Grid, transfer
-from mpm_fenicsx.grid import whole_mesh
-from mpm_fenicsx.shape import cell_maps, reference, shapes
+from mpm_fenicsx import Box, Grid
+from mpm_fenicsx.basis.shape import cell_maps, reference, shapes
+from mpm_fenicsx.grid.background import whole_mesh
+from mpm_fenicsx.points import transfer
 from mpm_fenicsx.specialise import specialise
 
 EPS = np.finfo(float).eps

@@ -6,10 +6,10 @@ import pytest
 from petsc4py import PETSc
 
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Penalty, Support, mohr_coulomb
-from mpm_fenicsx.behind import BEHIND, FRONT, THROUGH, find_rim
-from mpm_fenicsx.refine import divide
-from mpm_fenicsx.step import Step
-from mpm_fenicsx.surface import normal_areas
+from mpm_fenicsx.points.surface import normal_areas
+from mpm_fenicsx.scene.refine import divide
+from mpm_fenicsx.solve.step import Step
+from mpm_fenicsx.terms.behind import BEHIND, FRONT, THROUGH, find_rim
 
 SOIL = LAWS["mohr_coulomb"](2e5, 0.3, 20.0, 0.0, 0.0)
 

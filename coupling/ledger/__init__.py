@@ -1,0 +1,1 @@
+"""Momentum and energy exchanged at the interface, and what leaves the scene."""

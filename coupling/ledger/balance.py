@@ -1,0 +1,110 @@
+"""Ledger of impulse and energy over the interface, window by window."""
+import numpy as np
+
+from .departures import left
+from .limit import work_on_wall
+from .momentum import AXES, Momentum, turning
+
+COLUMNS = {
+    "impulse_grains": ("N s", "vertical impulse of the interface on the particles since the start: their change of "
+                              "momentum less gravity's share"),
+    "impulse_solid": ("N s", "vertical impulse of the interface on the solid's grid nodes since the start; the sum "
+                             "with impulse_grains is round-off, unless particles touch what is at rest"),
+    "work_wall": ("J", "work of the exchanged force on the wall since the start, in windows and jumps between them"),
+    "work_solid": ("J", "work of the exchanged force along the path of the interface, since the start"),
+    "energy_grains": ("J", "energy of the particles and their contacts"),
+    "energy_solid": ("J", "energy of the solid"),
+    "interface_error": ("1", "energy that the staggered scheme has made at the interface, work_solid - work_wall, "
+                             "relative to the largest energy so far"),
+    "energy_error": ("1", "change of the total energy, with what left, relative to the largest energy so far; of a "
+                          "closed system without damping, friction and moving supports: the error"),
+}
+VERTICAL = 1  # axis: y is up in a plane as in space
+LINEAR = {"grains": "impulse of the interface on the particles along {} since the start",
+          "solid": "impulse of the interface on the solid's grid nodes along {} since the start"}
+ANGULAR = {"grains": "impulse about the {} axis of the interface on the particles since the start: their change of "
+                     "angular momentum less gravity's share",
+           "solid": "the same on the solid; the sum with that of the grains falls with the square of the window"}
+
+MADE = 0.25  # energy out of nothing, relative to the largest so far, beyond which a closed system is stopped
+
+
+class Unstable(RuntimeError):
+    """A closed system has gained energy."""
+
+
+def columns(dim):
+    """Those of ``COLUMNS``, and the components of impulse and angular impulse in a scene of dimension ``dim``."""
+    more = {f"impulse_{side}_{AXES[k]}": ("N s", text.format(AXES[k]))
+            for k in range(dim) if k != VERTICAL for side, text in LINEAR.items()}
+    more |= {f"angular_{side}_{axis}": ("N m s", text.format(axis))
+             for axis in AXES[-1 if dim == 2 else 0:] for side, text in ANGULAR.items()}
+    return {**COLUMNS, **more}
+
+
+def impulse_error(history):
+    """Largest sum of the impulses on grains and solid, in all components of a ``history`` with the ledger's columns,
+    relative to the largest impulse. It is round-off unless particles touch what is at rest."""
+    pairs = [(history[f"impulse_grains{axis}"], history[f"impulse_solid{axis}"])
+             for axis in ("", "_x", "_z") if f"impulse_grains{axis}" in history.columns]
+    largest = max(np.abs(taken).max(initial=0.0) for _, taken in pairs)
+    return float(max(np.abs(given + taken).max(initial=0.0) for given, taken in pairs) / (largest or 1.0))
+
+
+class Ledger:
+    """Books what the interface exchanges; call it with each ``Window``. The entries are those of ``columns``.
+
+    gravity: on the particles [m/s^2], upward, or all components, shape (dim,).
+    """
+
+    def __init__(self, solid, grains, gravity=0.0):
+        self._solid, self._grains = solid, grains
+        dim = solid.surface()[0].shape[1]
+        self.columns, self._axes = columns(dim), AXES[:dim]
+        pull = np.asarray(gravity, float)
+        self._about = getattr(solid, "origin", 0.0)  # far from zero moments about zero would be round-off
+        self._momentum = Momentum(grains, pull if pull.ndim else pull * np.eye(dim)[VERTICAL], solid.time, self._about)
+        self._last = None
+        self._impulse, self._angular = np.zeros(dim), np.zeros(1 if dim == 2 else 3)
+        self._work_wall = self._work_solid = 0.0
+        parts = self._energies()
+        self._start, self._scale = sum(parts), max(map(abs, parts))
+
+    def _energies(self):
+        return sum(self._grains.energy().values()), sum(self._solid.energy().values())
+
+    def __call__(self, window):
+        """Entries after this window, name → number."""
+        self._work_wall += work_on_wall(window, self._last)
+        self._last = window
+        self._work_solid += float(np.vdot(window.force, window.moved))
+        grains, solid = self._energies()
+        gone = float(left(self._grains, "energy") + left(self._solid, "energy"))
+        self._scale = max(self._scale, abs(grains), abs(solid))
+        scale = self._scale or 1.0  # nothing has moved yet
+        return {**self._impulses(window), "work_wall": self._work_wall,
+                "work_solid": self._work_solid, "energy_grains": grains, "energy_solid": solid,
+                "interface_error": (self._work_solid - self._work_wall) / scale,
+                "energy_error": (grains + solid + gone - window.twice - self._start) / scale}
+
+    def _impulses(self, window):
+        """Linear and angular, on both sides."""
+        self._impulse += self._solid.applied * window.dt
+        self._angular += turning(window.x - self._about - 0.5 * window.moved, window.force) * window.dt
+        linear, angular = self._momentum.gained(window.particles, window.time)
+        found = {}
+        for side, impulse, turned in (("grains", linear, angular), ("solid", self._impulse, self._angular)):
+            for axis, value in zip(self._axes, impulse):
+                found[f"impulse_{side}" + ("" if axis == AXES[VERTICAL] else f"_{axis}")] = float(value)
+            for axis, value in zip(AXES[-len(turned):], turned):
+                found[f"angular_{side}_{axis}"] = float(value)
+        return found
+
+
+def check_closed(entries, time):
+    """Raise Unstable when a ledger's ``entries`` at ``time`` [s] show more energy than a closed system can have."""
+    total, interface = entries["energy_error"], entries["interface_error"]
+    if max(total, interface) > MADE:
+        raise Unstable(f"the coupled run has gained energy until t = {time:.6g} s, {total:.0%} of the largest so far, "
+                       f"{interface:.0%} at the interface: it is unstable or far too coarse, repeat the windows "
+                       "(iterate=20) or take a smaller dt, 10 or more to a contact")

@@ -1,0 +1,1 @@
+"""The coupling loop: windows, schemes, relaxation, length of the windows."""

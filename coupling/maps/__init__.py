@@ -1,0 +1,1 @@
+"""Maps between the interface of the solid and the wall of the grains."""

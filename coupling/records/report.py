@@ -1,0 +1,102 @@
+"""report.json: what was run, how long it took and how far it is from the reference."""
+import json
+import platform
+import resource
+import sys
+from pathlib import Path
+from time import perf_counter, process_time
+
+import numpy as np
+
+from .. import STARTED
+from .rows import Rows
+from .writing import replace_text
+
+MODULES = ("numpy", "scipy", "numba", "mpi4py", "petsc4py", "dolfinx")
+
+
+class Timing:
+    """Seconds per window and phase. Make it before the first window, call it at the end of each. folder: of the rows on
+    disk, see ``rows``."""
+
+    began = STARTED  # of this run: the first one includes the import, a later one starts where the last one ended
+
+    def __init__(self, solid, folder=None):
+        self._solid, self._last, self._folder = solid, perf_counter(), folder
+        self._before = dict(solid.phases)
+        self.startup, self._cpu, self.cpu = self._last - self.began, process_time(), 0.0
+        self.spent, self.names, self.rows = 0.0, (), None  # names: of the phases, rows: of window and phases
+
+    def __call__(self, window):
+        phases = {name: total - self._before[name] for name, total in self._solid.phases.items()}
+        phases |= {name: seconds for name, seconds in window.seconds.items() if name != "MPM"}
+        phases["rest"] = window.seconds["MPM"] - sum(phases[name] for name in self._before)
+        now, self.cpu = perf_counter(), process_time() - self._cpu
+        phases["output"] = now - self._last - sum(window.seconds.values())
+        if self.rows is None:
+            self.names, self.rows = tuple(phases), Rows(1 + len(phases), self._folder)
+        self.rows.add([now - self._last, *(phases[name] for name in self.names)])
+        self.spent += now - self._last
+        self._before, self._last = dict(self._solid.phases), now
+
+    def total(self):
+        """Seconds of this run so far."""
+        return perf_counter() - self.began
+
+    def figures(self):
+        """The entries of report.json that are times."""
+        times = {"wall_s": round(self.total(), 3), "startup_s": round(self.startup, 3),
+                 "window_s": round(self.spent, 4), "window_cpu_s": round(self.cpu, 4),
+                 "window_ms": None, "phases_ms": {}}
+        if self.rows:
+            ms = 1e3 * self.rows.column(0)
+            times["window_ms"] = {"median": round(float(np.median(ms)), 4),
+                                  "p90": round(float(np.quantile(ms, 0.9)), 4)}
+            times["phases_ms"] = {name: round(1e3 * float(np.median(self.rows.column(k))), 4)
+                                  for k, name in enumerate(self.names, 1)}
+        return times
+
+    def end(self):
+        """The next run of this process starts now."""
+        Timing.began = perf_counter()
+
+
+def resolution(cell_size, points_per_cell, explicit_limit):
+    """One line of how fine a scene is, see ``partition.BookedSolid``."""
+    least, mean, most = points_per_cell
+    limit = "" if explicit_limit is None else f", explicit limit of the time step {explicit_limit:.3g} s"
+    return (f"cells of {' x '.join(f'{size:.4g}' for size in cell_size)} m, {mean:.3g} points per filled cell "
+            f"({least} to {most}){limit}")
+
+
+def versions():
+    """Versions of what the run stands on, of the modules that are loaded."""
+    loaded = {name: sys.modules[name].__version__ for name in MODULES if name in sys.modules}
+    return {"python": platform.python_version(), **loaded}
+
+
+def peak_mb():
+    """Largest memory of this process so far [MB]."""
+    return round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1)
+
+
+def text(entries):
+    """Of report.json; numbers of numpy become plain ones."""
+    return json.dumps(entries, indent=1, default=lambda value: getattr(value, "tolist", value.__str__)()) + "\n"
+
+
+def write(path, entries):
+    """Write report.json, whole or not at all."""
+    replace_text(Path(path), text(entries))
+
+
+def table_row(cells):
+    """One line of a table in Markdown."""
+    return "| " + " | ".join(str(cell).replace("|", "/") for cell in cells) + " |"
+
+
+def relative_l2(values, reference, windows=1.0):
+    """Relative L2 difference of two curves on the same times, ``windows`` [s] apart (one number, or one for each time);
+    the difference itself where the reference is zero throughout."""
+    weight = np.sqrt(windows / np.max(windows))
+    return float(np.linalg.norm(weight * (np.asarray(values) - reference)) / (np.linalg.norm(weight * reference) or 1.0))

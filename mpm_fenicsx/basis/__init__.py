@@ -1,0 +1,1 @@
+"""Basis functions of the background cells at the material points."""

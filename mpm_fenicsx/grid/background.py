@@ -1,0 +1,125 @@
+"""The distributed background grid.
+
+No function space is made: the mesh's geometry already has nodes, cells and their index maps, and the form compiler
+stays out of the start.
+"""
+import numpy as np
+from mpi4py import MPI
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..basis.shape import cell_maps
+from ..scene.bodies import Grid
+from ..scene.frame import shifted
+from ..scene.mesh import lattice
+from . import compat
+from .partition import EMPTY_CELL, bisect, ghosts
+from .patches import patches
+from .search import LatticeSearch, WalkSearch
+
+
+def whole_mesh(grid):
+    """Vertices, shape (n, D), and cells, shape (m, K), of a ``Grid`` or a ``Mesh``."""
+    if isinstance(grid, Grid):
+        return lattice(grid.box, grid.cells, grid.cell)
+    return grid.vertices, grid.cells
+
+
+INSIDE = 1e-12  # of a cell's size: points on a facet belong to both cells
+
+
+def check_inside(grid, x, what, origin=0.0):
+    """ValueError for the first of the positions x [m], shape (n, D), that is not inside the grid; what: lies there;
+    origin: of both, see ``frame``."""
+    outside = ~((x >= grid.box.lower) & (x <= grid.box.upper)).all(axis=1)
+    if outside.any():
+        box = shifted(grid.box, origin) if np.any(origin) else grid.box
+        raise ValueError(f"{what} lies at {x[outside][0] + origin} m, the grid covers {box.lower} to {box.upper} m: "
+                         "enlarge the grid")
+
+
+class Background:
+    """Distributed background grid.
+
+    whole: vertices and cells of the whole grid; owner: rank of each of its cells; cells: nodes of this rank's cells,
+    shape (m, K), owned ones first, then ghosts; original_cell: (m,) their numbers in the whole; x: nodes [m], shape
+    (n, D), likewise; vertex_of: (n,) their numbers in the whole; h: (D,) size of a cell [m]; corner, inverse, affine:
+    see ``shape.cell_maps``; patch: patch of each cell of the whole grid, see ``patches``, or None; origin: of all these
+    coordinates in the user's [m], shape (D,); tolerance: by which a point may lie outside a cell, of the cell's size,
+    for the round-off in the user's coordinates. Collective.
+    """
+
+    def __init__(self, grid, comm, filling, averaged=False, origin=0.0, room=None):
+        """grid: ``Grid`` or ``Mesh``; filling: positions [m], shape (n, D), of what makes a cell expensive; each
+        rank may give its own share; averaged: whether F-bar needs patches, which then stay on one rank;
+        room: beyond the edge of a ``Grid`` [cells], shape (D, 2), see ``room``."""
+        self.grid, self.comm, self.dim = grid, comm, grid.box.dim
+        self.whole = vertices, cells = whole_mesh(grid)
+        centres = vertices[cells].mean(axis=1)
+        weights = EMPTY_CELL + self._points_per_cell(centres, filling)
+        self.patch = patches(grid, vertices, cells) if averaged else None
+        self.owner = bisect(centres, weights, comm.size, self.patch)
+        self.mesh = self._distribute(vertices, cells)
+        self.cell_map = self.mesh.topology.index_map(self.dim)
+        self.cells_owned = self.cell_map.size_local
+        self.node_map = self.mesh.geometry.index_map()
+        self.nodes_owned = self.node_map.size_local
+        self.x = np.ascontiguousarray(self.mesh.geometry.x[:, :self.dim])
+        self.cells = compat.geometry_cells(self.mesh, cells.shape[1])
+        self.corner, self.inverse, affine = cell_maps(self.x, self.cells)
+        self.affine = bool(comm.allreduce(affine, MPI.LAND))
+        self.original_cell = np.asarray(self.mesh.topology.original_cell_index)
+        self.vertex_of = np.empty(len(self.x), np.int64)
+        self.vertex_of[self.cells] = cells[self.original_cell]
+        sizes = np.ptp(vertices[cells], axis=1)
+        self.h, self.origin = sizes.mean(axis=0), np.broadcast_to(np.asarray(origin, float), (self.dim,))
+        self.tolerance = max(INSIDE, 8 * np.finfo(float).eps * np.abs(vertices + self.origin).max() / sizes.min())
+        self.room = np.maximum(np.zeros((self.dim, 2)) if room is None else room, self.tolerance)
+        self.search = LatticeSearch(grid, self) if isinstance(grid, Grid) else WalkSearch(self)
+        self.neighbours = self._ranks_around()
+
+    def _points_per_cell(self, centres, filling):
+        """Number of points near the middle of each cell of the whole grid, over all ranks; shape (cells,)."""
+        count = np.zeros(len(centres))
+        if self.comm.size > 1:
+            from scipy.spatial import cKDTree  # takes time to import, and one rank does not need it
+
+            nearest = cKDTree(centres).query(filling)[1] if len(filling) else np.zeros(0, int)
+            count = self.comm.allreduce(np.bincount(nearest, minlength=len(centres)).astype(float))
+        return count
+
+    def _distribute(self, vertices, cells):
+        """Every cell to its owner and, as a ghost, to all ranks that share one of its vertices."""
+        comm, n, m = self.comm, len(cells), len(vertices)
+        mine = slice(n * comm.rank // comm.size, n * (comm.rank + 1) // comm.size)
+        owners = ghosts(cells, m, self.owner, comm.size, mine)
+        part = vertices[m * comm.rank // comm.size:m * (comm.rank + 1) // comm.size]
+        return compat.create_mesh(comm, cells[mine].astype(np.int64), part, self.grid.cell, owners)
+
+    def keep_mine(self, points, names):
+        """Of points made alike on every rank, keep those in cells of this rank. names: what each belongs to."""
+        rank, number = self.search.assign(points.x)
+        if (rank < 0).any():
+            p = np.argmin(rank)
+            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p] + self.origin} m, outside the grid: "
+                             "enlarge the grid or shorten the surface")
+        mine = rank == self.comm.rank
+        points.take(mine)
+        points.cell[:] = self.search.local(number[mine])
+
+    def groups(self, cells):
+        """How many groups without common nodes the ``cells`` of all ranks make; known on the first rank. Collective."""
+        cells = self.comm.gather(self.original_cell[cells])
+        if cells is None:
+            return 0
+        nodes = self.whole[1][np.concatenate(cells)]
+        n, nodes = len(nodes), np.unique(nodes, return_inverse=True)[1].reshape(nodes.shape)
+        pairs = np.repeat(np.arange(n), nodes.shape[1]), n + nodes.ravel()
+        joined = coo_matrix((np.ones(nodes.size, bool), pairs), shape=(n + nodes.max() + 1,) * 2)
+        return connected_components(joined, directed=False)[0]
+
+    def _ranks_around(self):
+        """Ranks with which this one shares cells, in both directions alike."""
+        mine = set(np.concatenate([self.cell_map.owners, self.node_map.owners]).tolist()) - {self.comm.rank}
+        shared = self.comm.allgather(sorted(mine))
+        return sorted(mine | {rank for rank, others in enumerate(shared) if self.comm.rank in others})

@@ -1,0 +1,260 @@
+"""Search for the cell of a point: rounding on a lattice, a walk over neighbours on any other mesh.
+
+Both searches answer two questions. ``settle``: the local cell of the points of this rank, and whether any is not here.
+``destinations``: for all points, rank and rank-independent number of their cell; it is asked only when a point is not
+here, and it is collective.
+"""
+import numpy as np
+from mpi4py import MPI
+from numba import njit
+
+from ..basis.shape import reference
+from ..specialise import specialise
+from . import compat
+
+D, K = 2, 4  # fixed by specialise
+to_reference = None
+NOWHERE = -1
+
+
+@njit(cache=True)
+def lattice_numbers(x, lower, h, counts, simplices, room, number):
+    """Number of the lattice cell of each point into ``number``, NOWHERE outside by more than ``room`` [cells], (D, 2).
+    simplices: per box cell, 1 or D!; they are numbered by the permutation that sorts the local coordinates downwards.
+    """
+    D = x.shape[1]
+    f = np.zeros(3)
+    for p in range(len(x)):
+        c = 0
+        stride = 1
+        for d in range(D):
+            s = (x[p, d] - lower[d]) / h[d]
+            i = int(np.floor(s))
+            if i == counts[d] and s <= counts[d] + room[d, 1]:
+                i -= 1  # the far edge belongs to the last cell
+            elif i == -1 and s >= -room[d, 0]:
+                i = 0
+            if not 0 <= i < counts[d]:  # also catches NaN
+                c = NOWHERE
+                break
+            c += stride * i
+            stride *= counts[d]
+            f[d] = s - i
+        if c >= 0 and simplices > 1:
+            first = 1 if f[1] > f[0] else 0
+            if D == 3:
+                if f[2] > f[first]:
+                    first = 2
+                a, b = (1 if first == 0 else 0), (1 if first == 2 else 2)
+                first = 2 * first + (1 if f[b] > f[a] else 0)
+            c = simplices * c + first
+        number[p] = c
+
+
+@njit(cache=True)
+def settle_lattice(number, owner, local, slot, rank, cell):
+    """Local cell of each point from its number; whether any point is not of this rank, and whether any lies in a cell
+    without a row in ``slot``."""
+    away = 0
+    bare = 0
+    for p in range(len(number)):
+        c = number[p]
+        if c == NOWHERE or owner[c] != rank:
+            away = 1
+            continue
+        cell[p] = local[c]
+        if slot[cell[p]] < 0:
+            bare = 1
+    return away, bare
+
+
+class LatticeSearch:
+    """O(1) on the regular cells of a box, however far a point moved."""
+
+    def __init__(self, grid, background):
+        self._lattice = (np.asarray(grid.box.lower, float), grid.box.size / grid.cells, np.asarray(grid.cells, np.int64),
+                         len(background.owner) // int(np.prod(grid.cells)), background.room)
+        self._rank, self._owner = background.comm.rank, background.owner
+        self._local = np.full(len(background.owner), -1, np.int32)
+        self._local[background.original_cell] = np.arange(len(background.cells))
+
+    def _numbers(self, x):
+        number = np.empty(len(x), np.int64)
+        lattice_numbers(x, *self._lattice, number)
+        return number
+
+    def settle(self, points, slot):
+        """Fill ``points.cell``; returns whether any point is not here and whether any is in a cell outside ``slot``."""
+        return settle_lattice(self._numbers(points.x), self._owner, self._local, slot, self._rank, points.cell)
+
+    def assign(self, x):
+        """``destinations`` of positions x [m], shape (n, D), that are the same on every rank."""
+        number = self._numbers(x)
+        return np.where(number < 0, NOWHERE, self._owner[number]).astype(np.int32), number
+
+    def destinations(self, points):
+        """Rank (-1: outside the grid), shape (n,), and number of the cell, shape (n,), of every point."""
+        return self.assign(points.x)
+
+    relocate = destinations  # after a new partition the old cells mean nothing; here they never did
+
+    def local(self, number):
+        """Local cells of numbers that belong here."""
+        return self._local[number]
+
+
+def walk(x, cell, corner, inverse, neighbour, facet_of_lower, facet_of_upper, most, tolerance, found):
+    """Cell of each point by walking from ``cell`` over the facet that the point violates most.
+
+    neighbour: (cells, facets) cell behind each facet, -1 where this rank sees none; facet_of_*: (D + 1,) facet that
+    bounds each reference coordinate from below and above (of a simplex the last entry of the upper one is the facet
+    sum(xi) = 1); most: steps before giving up; tolerance: of a cell's size, by which it may lie outside. Fills ``found``
+    with the cell, or -1 when not reached.
+    """
+    xi = np.empty(D)
+    J, to_xi, value, gradient = np.empty((D, D)), np.empty((D, D)), np.empty(K), np.empty((K, D))
+    for p in range(len(x)):
+        c = cell[p]
+        reached = False
+        for _ in range(most):
+            if c < 0:
+                break
+            to_reference(p, c, x, corner, inverse, xi, J, to_xi, value, gradient)
+            far = xi[0] != xi[0]
+            for i in range(D if far else 0):  # Newton's method fails far away: the linear map tells the direction
+                xi[i] = 0.5
+                for j in range(D):
+                    for a in range(K):
+                        xi[i] += inverse[c, i, j] * (x[p, j] - corner[c, a, j]) / K
+            total, worst = 0.0, -tolerance
+            facet = -1
+            for i in range(D):
+                total += xi[i]
+                if xi[i] < worst:
+                    worst, facet = xi[i], facet_of_lower[i]
+                if K != D + 1 and 1.0 - xi[i] < worst:
+                    worst, facet = 1.0 - xi[i], facet_of_upper[i]
+            if K == D + 1 and 1.0 - total < worst:
+                facet = facet_of_upper[D]
+            if total != total:
+                break  # not a number: no place at all
+            if facet < 0:
+                reached = not far
+                break
+            c = neighbour[c, facet]
+        found[p] = c if reached else -1
+
+
+def holds(x, cell, corner, inverse, tolerance, answer):
+    """Whether each point lies in its cell, or outside by less than the ``tolerance`` of its size, into ``answer``."""
+    xi = np.empty(D)
+    J, to_xi, value, gradient = np.empty((D, D)), np.empty((D, D)), np.empty(K), np.empty((K, D))
+    for p in range(len(x)):
+        to_reference(p, cell[p], x, corner, inverse, xi, J, to_xi, value, gradient)
+        total = 0.0
+        inside = True
+        for i in range(D):
+            total += xi[i]
+            inside = inside and xi[i] >= -tolerance and (K == D + 1 or xi[i] <= 1.0 + tolerance)
+        answer[p] = inside and (K != D + 1 or total <= 1.0 + tolerance)
+
+
+class WalkSearch:
+    """On any mesh: from the last cell over neighbours; points that the walk lost, by bounding-box tree."""
+
+    longest_walk = 50
+
+    def __init__(self, background):
+        self._background = b = background
+        topology, dim = b.mesh.topology, b.dim
+        topology.create_connectivity(dim, dim - 1)
+        topology.create_connectivity(dim - 1, dim)
+        self._neighbour = _neighbours(topology, dim, len(b.cells))
+        size = dict(D=dim, K=b.cells.shape[1])
+        to_reference = specialise(reference, **size, AFFINE=b.affine)
+        self._walk, self._holds = (specialise(f, **size, to_reference=to_reference) for f in (walk, holds))
+        self._lower, self._upper = _facets_of_axes(dim, b.cells.shape[1])
+        self._number = b.cell_map.local_to_global(np.arange(len(b.cells), dtype=np.int32))
+        self._first = b.cell_map.local_range[0]
+        self._starts = np.array(b.comm.allgather(self._first))
+        self._owner = np.concatenate([np.full(b.cells_owned, b.comm.rank), b.cell_map.owners]).astype(np.int32)
+        self._tree = None
+
+    def _found(self, points):
+        b, found = self._background, np.empty(len(points), np.int32)
+        self._walk(points.x, points.cell, b.corner, b.inverse, self._neighbour, self._lower, self._upper,
+                   self.longest_walk, b.tolerance, found)
+        return found
+
+    def settle(self, points, slot):
+        """See ``LatticeSearch.settle``."""
+        found = self._found(points)
+        here = (found >= 0) & (found < self._background.cells_owned)
+        points.cell[here] = found[here]
+        return int(not here.all()), int((slot[found[here]] < 0).any())
+
+    def destinations(self, points):
+        """See ``LatticeSearch.destinations``; all ranks look in their trees for points that a walk lost."""
+        found = self._found(points)
+        rank, number = self._owner[found], self._number[found]  # of lost points these are overwritten below
+        return self._by_tree(points, np.flatnonzero(found < 0), rank, number)
+
+    def _by_tree(self, points, lost, rank, number):
+        """Put rank and number of the points ``lost`` in their places; every rank looks in its tree for all of them."""
+        comm = self._background.comm
+        everybody = comm.allgather(points.x[lost])
+        start = sum(len(part) for part in everybody[:comm.rank])
+        answers = self.assign(np.concatenate(everybody))
+        rank[lost], number[lost] = (values[start:start + len(lost)] for values in answers)
+        return rank, number
+
+    def relocate(self, points):
+        """``destinations`` when ``points.cell`` means nothing: by tree alone."""
+        return self._by_tree(points, np.arange(len(points)), np.zeros(len(points), np.int32),
+                             np.zeros(len(points), np.int64))
+
+    def assign(self, x):
+        """See ``LatticeSearch.assign``."""
+        mine = self._in_tree(x)
+        number = np.empty_like(mine)
+        self._background.comm.Allreduce(mine, number, MPI.MAX)
+        rank = np.searchsorted(self._starts, number, side="right") - 1
+        return np.where(number < 0, NOWHERE, rank).astype(np.int32), number
+
+    def _in_tree(self, x):
+        """Global number of an owned cell that holds each point x, shape (n, D), or -1."""
+        b, best = self._background, np.full(len(x), -1, np.int64)
+        if len(x) and b.cells_owned:
+            if self._tree is None:
+                self._tree = compat.cell_tree(b.mesh, np.arange(b.cells_owned), b.tolerance * b.h.max())
+            point, c = compat.candidates(self._tree, x)
+            inside = np.empty(len(point), np.bool_)
+            self._holds(x[point], c, b.corner, b.inverse, b.tolerance, inside)
+            np.maximum.at(best, point[inside], self._number[c[inside]])
+        return best
+
+    def local(self, number):
+        return (number - self._first).astype(np.int32)
+
+
+def _neighbours(topology, dim, cell_count):
+    """Cell behind each facet, shape (cells, facets): -1 where this rank sees none."""
+    facets = topology.connectivity(dim, dim - 1)
+    cells = topology.connectivity(dim - 1, dim)
+    of_cell = facets.array.reshape(cell_count, -1) if cell_count else np.zeros((0, dim + 1), np.int32)
+    first, count = cells.offsets[:-1], np.diff(cells.offsets)
+    pair = np.full((len(count), 2), -1, np.int32)
+    pair[:, 0] = cells.array[first]
+    two = count == 2
+    pair[two, 1] = cells.array[first[two] + 1]
+    both = pair[of_cell]
+    return np.where(both[..., 0] == np.arange(cell_count)[:, None], both[..., 1], both[..., 0]).astype(np.int32)
+
+
+def _facets_of_axes(dim, nodes_per_cell):
+    """Facet below and above each reference coordinate, in dolfinx's order of facets."""
+    if nodes_per_cell == dim + 1:  # facet i lies opposite vertex i
+        return np.arange(1, dim + 2), np.array([-1] * dim + [0])
+    if dim == 2:
+        return np.array([1, 0, -1]), np.array([2, 3, -1])
+    return np.array([2, 1, 0, -1]), np.array([3, 4, 5, -1])

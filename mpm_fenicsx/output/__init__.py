@@ -1,0 +1,1 @@
+"""What a run tells of its state: snapshots for ParaView, energies, entries of the report."""

@@ -1,0 +1,114 @@
+"""The interface's boundary particles: shared out over the ranks, put together in order, renewed where it flows."""
+from dataclasses import replace
+
+import numpy as np
+
+from ..collective import somewhere
+from ..errors import MPMError
+from . import outline, surface
+from .points import Points
+
+
+class BoundaryParticles:
+    """Those of ``interface``, an ``Interface`` or None, which is the one of now: ``x`` are the places of its particles
+    at the start, or what their parents make of them. ``points``: on this rank; at first all of them. Collective.
+
+    Raises ValueError for an interface of another dimension.
+    """
+
+    def __init__(self, comm, dim, interface, start):
+        """start: the bodies, see ``parts.Start``."""
+        x = np.zeros((0, dim)) if interface is None else np.array(interface.x, float)
+        if x.shape[1] != dim:
+            raise ValueError(f"the interface has {x.shape[1]} dimensions, the grid {dim}: give both the same")
+        self._comm, self._dim, self.interface, n = comm, dim, interface, len(x)
+        self.points = Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
+                             a=start.acceleration(x), force=np.zeros((n, dim)))
+
+    @property
+    def count(self):
+        """Particles on all ranks."""
+        return 0 if self.interface is None else len(self.interface.x)
+
+    @property
+    def resampled(self):
+        """Whether there is a rule by which they are renewed."""
+        return self.interface is not None and self.interface.resampling is not None
+
+    def attach(self):
+        """The order in which they are put together; needed whenever their number on a rank changes."""
+        if self._comm.size > 1:
+            numbers = self._comm.allgather(self.points.gid)
+            self._number, self._counts = np.concatenate(numbers), np.array([len(part) for part in numbers])
+
+    def whole(self, *names):
+        """Fields of shape (n, dim) of all particles in the order of the interface, the same on every rank."""
+        if self._comm.size == 1:
+            return [getattr(self.points, name).copy() for name in names]
+        mine = np.hstack([getattr(self.points, name) for name in names])
+        parts, ordered = np.empty((2, self.count, mine.shape[1]))
+        self._comm.Allgatherv(mine, [parts, self._counts * mine.shape[1]])
+        ordered[self._number] = parts
+        return [ordered[:, k:k + self._dim].copy() for k in range(0, mine.shape[1], self._dim)]
+
+    def everywhere(self, values):
+        """Values of this rank's particles in the order of the interface, of all on every rank."""
+        return surface.everywhere(self._comm, self.points.gid, values, self.count)
+
+    def stay_inside(self, box):
+        """Put particles that have left the box of the grid back on its side; returns whether there are any."""
+        inside = np.clip(self.points.x, box.lower, box.upper)
+        left = somewhere(self._comm, (inside != self.points.x).any())[0]
+        self.points.x[:] = inside
+        return left
+
+    def resample(self, has_mass, time, changed):
+        """Renew the particles by the rule, see ``outline.resample``; if that changes anything, ``points`` are all of
+        them on every rank again. Returns the ``outline.Change``, or None."""
+        x, v, a, force = self.whole("x", "v", "a", "force")
+        old = self.interface
+        change = outline.resample(x, old.elements, old.resampling, force.any(axis=1), has_mass, changed)
+        if change is not None:
+            if not len(change.x):
+                raise MPMError(f"nothing is left of the outline at t = {time:.6g} s: no boundary particle has a "
+                               "material point near it; give it a smaller spacing, or more inset")
+            n = len(change.x)
+            self.interface = replace(old, x=change.carry(np.asarray(old.x, float)), elements=change.elements)
+            self.points.restore(dict(gid=np.arange(n), cell=np.zeros(n, np.int32), x=change.x, v=change.carry(v),
+                                     a=change.carry(a), force=change.hand_on(force)))
+        return change
+
+    def get_state(self):
+        """What the rule changes besides the points, as name → array copy."""
+        if not self.resampled:
+            return {}
+        return {"interface.x": np.array(self.interface.x), "interface.elements": np.array(self.interface.elements)}
+
+    def set_state(self, state):
+        if self.resampled:
+            self.interface = replace(self.interface, x=state["interface.x"].copy(),
+                                     elements=state["interface.elements"].copy())
+
+
+REACHES = 1e-3  # share of a particle's basis on nodes with mass from which on it belongs to the body
+
+
+def near_mass(background, cover, parts, kernels):
+    """Function from places [m], shape (n, D), to the mask of those whose basis reaches nodes that carry mass, alike on
+    every rank. The points of ``parts`` are in their cells, and these in the ``cover``."""
+    comm, search, flags = background.comm, background.search, np.zeros((len(cover.node), 1))
+    for part in parts:
+        flags[cover.cells[np.unique(part.points.cell)], 0] = 1.0
+    cover.accumulate(flags)
+    active = (cover.slot >= 0)[:, None] & (flags[cover.cells, 0] > 0.0)
+
+    def has_mass(x):
+        rank, number = search.assign(x)
+        found, mine = np.zeros(len(x), np.int32), rank == comm.rank
+        cell, at = np.ascontiguousarray(search.local(number[mine]), np.int32), np.ascontiguousarray(x[mine])
+        N, G = np.empty((len(at), active.shape[1])), np.empty((len(at), *active.shape[1:], x.shape[1]))
+        kernels.shapes(cell, at, background.corner, background.inverse, N, G)
+        found[mine] = (N * active[cell]).sum(axis=1) > REACHES
+        return somewhere(comm, *found)
+
+    return has_mass

@@ -1,0 +1,154 @@
+"""What leaves the grid: it ends the run, stays at the edge at rest, or goes; what goes or stays is booked.
+
+A material point that is held or removed takes part no more: the books have its mass, momentum and energy, so that what
+is left plus what has left is what was there. Boundary particles cannot go, since the interface keeps its numbers: they
+stay at the edge, at rest, and what loads them reaches nobody.
+"""
+import numpy as np
+
+from ..collective import somewhere, total
+from ..errors import MPMError
+from ..scene.bodies import AXES, Grid
+from .points import Points
+
+WAYS = ("stop", "hold", "remove")
+BISECTIONS = 40  # to find an edge
+
+
+def read_ways(outflow, dim):
+    """Ways by axis and end, shape (dim, 2), of a word for all sides or a dict by side, such as {"+x": "remove"}, whose
+    other sides stop. Raises ValueError for another word or side."""
+    sides = [sign + axis for axis in AXES[:dim] for sign in "-+"]
+    given = outflow if isinstance(outflow, dict) else dict.fromkeys(sides, outflow)
+    for side, way in given.items():
+        if side not in sides:
+            raise ValueError(f"outflow has a side {side!r}: choose from {', '.join(sides)}")
+        if way not in WAYS:
+            raise ValueError(f"outflow is {way!r}{f' at {side}' if given is outflow else ''}: choose one of "
+                             f"{', '.join(WAYS)}")
+    return np.array([given.get(side, "stop") for side in sides]).reshape(dim, 2)
+
+
+class Outflow:
+    """For the ``ways`` of ``read_ways`` on ``grid``. ``active``: something may leave without an end of the run;
+    ``removed``: sums of what has been held or removed since the start, the same on every rank; ``held``: the material
+    points of this rank that are held, one ``Points`` for each body."""
+
+    def __init__(self, ways, grid, comm, gravity):
+        self._ways, self._grid, self._box, self._comm, self._gravity = ways, grid, grid.box, comm, gravity
+        self.active = bool((ways != "stop").any())
+        self.held = []
+        self._sums = np.zeros(3 + len(ways))  # count, mass, energy, momentum
+
+    @property
+    def removed(self):
+        """"count", "mass" [kg], "momentum" [kg m/s], shape (dim,), and "energy" [J]."""
+        count, mass, energy = self._sums[:3].tolist()
+        return {"count": int(count), "mass": mass, "momentum": self._sums[3:].copy(), "energy": energy}
+
+    def _way(self, points):
+        """What happens to each point that is outside the grid, shape (n,): by the side beyond which it is farthest, or
+        of a grid with holes to which it flies."""
+        low, high = np.asarray(self._box.lower) - points.x, points.x - np.asarray(self._box.upper)
+        beyond = np.stack([low, high], axis=2).reshape(len(points), self._ways.size)
+        flight = np.stack([-points.v, points.v], axis=2).reshape(len(points), self._ways.size)
+        side = np.argmax(np.where(beyond.max(axis=1, keepdims=True) > 0.0, beyond, flight), axis=1)
+        return np.where(np.isfinite(points.x).all(axis=1), self._ways.ravel()[side], "stop")
+
+    def of_material(self, part):
+        """For ``sets.Set``: what becomes of the points of ``part`` without a rank. None when all that leaves stops."""
+        if not self.active:
+            return None
+        points, held = part.points, Points(**{name: values[:0] for name, values in part.points.copy().items()})
+        self.held.append(held)
+
+        def leave(rank, number, search):
+            """Rank and number of the points that stay. Collective."""
+            way = np.where(rank < 0, self._way(points), "stay")
+            goes = (way == "hold") | (way == "remove")
+            self._book(part, np.flatnonzero(goes))
+            self._hold(points, held, way == "hold")
+            points.take(~goes)
+            return rank[~goes], number[~goes]
+
+        return leave
+
+    def _book(self, part, chosen):
+        p = part.points
+        self._sums += total(self._comm, [len(chosen), p.mass[chosen].sum(), sum(part.energies(self._gravity, chosen)),
+                                         *(p.mass[chosen] @ p.v[chosen])])
+
+    def _hold(self, points, held, mask):
+        for name in held.names:
+            setattr(held, name, np.concatenate([getattr(held, name), getattr(points, name)[mask]]))
+        np.clip(held.x, self._box.lower, self._box.upper, out=held.x)
+        held.v[:], held.a[:] = 0.0, 0.0
+
+    def of_boundary(self, points):
+        """The same for boundary particles, which get a field ``off``: they are at the edge for good."""
+        if not self.active:
+            return None
+        points.names = (*points.names, "off")
+        points.off = np.zeros(len(points), np.bool_)
+
+        def leave(rank, number, search):
+            outside = np.flatnonzero((rank < 0) & (self._way(points) != "stop"))
+            everybody = self._comm.allgather(points.x[outside])
+            start = sum(map(len, everybody[:self._comm.rank]))
+            mine, x = slice(start, start + len(outside)), edge(self._grid, np.concatenate(everybody), search)
+            points.x[outside] = x[mine]
+            rank[outside], number[outside] = (found[mine] for found in search.assign(x))
+            switch_off(points, outside)
+            return rank, number
+
+        return leave
+
+    def excuses(self, points, N):
+        """Boundary particles without a node of mass, in cells with basis values N, shape (n, K): once material has left
+        they are switched off, too. Returns the first that has lost its material otherwise, or -1. Collective."""
+        lost = ~points.off & (N.sum(axis=1) == 0.0)
+        if self._sums[0] and somewhere(self._comm, lost.any())[0]:
+            switch_off(points, np.flatnonzero(lost))
+            lost[:] = False
+        N[points.off] = 0.0
+        return int(np.argmax(lost)) if lost.any() else -1
+
+    def check_left(self, count, time):
+        """MPMError when of ``count`` points none is left."""
+        if count <= self._sums[0]:
+            raise MPMError(f"all {count} material points have left the grid at t = {time:.6g} s: enlarge it, or end the run "
+                           "earlier")
+
+    def get_state(self):
+        """As name → array copy."""
+        held = {f"held{n or ''}.{name}": values for n, points in enumerate(self.held)
+                for name, values in points.copy().items()}
+        return {"removed": self._sums.copy(), **held} if self.active else {}
+
+    def set_state(self, state):
+        if self.active:
+            self._sums = state["removed"].copy()
+            for n, points in enumerate(self.held):
+                points.restore({name: state[f"held{n or ''}.{name}"] for name in points.names})
+
+
+def edge(grid, x, search):
+    """Where the ways from the nearest cells' middles to the places x [m], shape (n, D), leave the grid; x: the same on
+    every rank. Collective."""
+    if isinstance(grid, Grid):
+        return np.clip(x, grid.box.lower, grid.box.upper)
+    from scipy.spatial import cKDTree  # takes time to import, and few scenes need it
+
+    middles = grid.vertices[grid.cells].mean(axis=1)
+    inside, outside = middles[cKDTree(middles).query(x)[1]] if len(x) else x.copy(), x.copy()
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (inside + outside)
+        there = search.assign(middle)[0] >= 0
+        inside[there], outside[~there] = middle[there], middle[~there]
+    return inside
+
+
+def switch_off(points, index):
+    """Boundary particles at the edge for good: at rest, and no more loads."""
+    points.off[index] = True
+    points.v[index], points.a[index] = 0.0, 0.0

@@ -1,0 +1,98 @@
+"""Material points and boundary particles as arrays, one array per field, and their seeding."""
+import basix
+import numpy as np
+
+import mpm_dem_checks as check
+
+from ..basis.shape import basis
+from ..scene.bodies import Body, Cloud, Mesh
+from ..scene.interface import Interface
+from ..scene.mesh import lattice
+
+
+def gauss_rule(cell: str, points: int):
+    """Points (n, D) and weights (n,) on the reference cell: tensor Gauss rule with ``points`` per direction, or the
+    symmetric simplex rule of basix with that many points."""
+    if cell in ("quadrilateral", "hexahedron"):
+        D = 2 if cell == "quadrilateral" else 3
+        g, w = np.polynomial.legendre.leggauss(points)
+        x = np.stack(np.meshgrid(*[(g + 1) / 2] * D, indexing="ij"), -1).reshape(-1, D)
+        return x, np.prod(np.stack(np.meshgrid(*[w / 2] * D, indexing="ij"), -1), axis=-1).ravel()
+    for degree in range(9, 0, -1):  # the best of the rules with that many points
+        x, w = basix.make_quadrature(getattr(basix.CellType, cell), degree)
+        if len(w) == points and w.min() > 0:
+            return x, w
+    raise ValueError(f"points is {points}: no symmetric rule of that size on a {cell}")
+
+
+def seed(body: Body):
+    """Positions [m], shape (n, D), and volumes [m^3], shape (n,), of the body's material points."""
+    thickness = body.thickness if body.dim == 2 else 1.0
+    if isinstance(body.shape, Cloud):
+        return body.shape.x.copy(), body.shape.volume * thickness
+    if isinstance(body.shape, Mesh):
+        corner = body.shape.vertices[body.shape.cells]
+    else:
+        vertices, cells = lattice(body.shape, body.cells, body.cell)
+        corner = vertices[cells]
+    xi, w = gauss_rule(body.cell, body.points)
+    K, D = corner.shape[1:]
+    N, dN = np.empty((len(xi), K)), np.empty((len(xi), K, D))
+    for q in range(len(xi)):
+        basis.py_func(xi[q], D, K, N[q], dN[q])
+    jacobian = np.einsum("cai,qaj->cqij", corner, dN)
+    volume = np.abs(np.linalg.det(jacobian)) * w * thickness
+    return np.einsum("cai,qa->cqi", corner, N).reshape(-1, D), volume.ravel()
+
+
+def of_points(body: Body) -> Interface:
+    """The body's material points as its interface: particles that coincide with them, in their order, and stay so."""
+    x = seed(check.record("body", body, Body))[0]
+    return Interface(x, np.arange(len(x))[:, None])
+
+
+class Points:
+    """Fields of points on this rank, each an array of its own (kernels over strided records take twice as long); a
+    record is packed only to travel or to be stored. Fields: ``gid`` number in the whole run, ``cell``, ``x``, and
+    whatever else is given."""
+
+    def __init__(self, **fields):
+        self.names = tuple(fields)
+        self.__dict__.update({name: np.ascontiguousarray(value) for name, value in fields.items()})
+
+    def __len__(self):
+        return len(self.x)
+
+    def add(self, **fields):
+        """Give every point more fields."""
+        self.names += tuple(fields)
+        self.__dict__.update(fields)
+
+    def copy(self):
+        """Fields as a dict of copies: the state."""
+        return {name: getattr(self, name).copy() for name in self.names}
+
+    def restore(self, state):
+        self.__dict__.update({name: state[name].copy() for name in self.names})
+
+    def take(self, index):
+        self.__dict__.update({name: np.ascontiguousarray(getattr(self, name)[index]) for name in self.names})
+
+    def record(self):
+        """dtype of one point with all its fields, and ``number``, the cell it travels to."""
+        arrays = [(name, getattr(self, name)) for name in self.names]
+        return np.dtype([("number", np.int64)] + [(name, a.dtype, a.shape[1:]) for name, a in arrays])
+
+    def migrate(self, router, rank, number):
+        """Send points to their ``rank``, with the ``number`` of their cell, shape (n,) both; the order by gid stays.
+        Returns the numbers of the cells of all points then here. Collective."""
+        staying = rank == router.comm.rank
+        packed = np.empty(np.count_nonzero(~staying), self.record())
+        packed["number"] = number[~staying]
+        for name in self.names:
+            packed[name] = getattr(self, name)[~staying]
+        arrived = router.exchange(packed, rank[~staying])
+        place = np.searchsorted(self.gid[staying], arrived["gid"])
+        for name in self.names:
+            setattr(self, name, np.insert(getattr(self, name)[staying], place, arrived[name], axis=0))
+        return np.insert(number[staying], place, arrived["number"])

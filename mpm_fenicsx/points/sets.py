@@ -1,0 +1,79 @@
+"""All points of a scene together: they find their cells, travel between ranks, and are the state."""
+from typing import Callable, NamedTuple, Optional
+
+import numpy as np
+
+from ..collective import somewhere
+from ..errors import MPMError
+from .points import Points
+
+
+class Set(NamedTuple):
+    """Points with their name in the state; covered: their cells belong to the cover; moves: they can change cells;
+    leave: what becomes of those that left the grid, see ``outflow``, None: they end the run."""
+
+    name: str
+    points: Points
+    covered: bool = True
+    moves: bool = True
+    leave: Optional[Callable] = None
+
+
+class Sets:
+    """The ``Set`` records of a scene; names of material points start with "points". origin: of their coordinates, see
+    ``frame``. All methods but ``filled`` and the state's are collective."""
+
+    def __init__(self, comm, sets, origin):
+        self._comm, self._sets, self._origin = comm, tuple(sets), origin
+
+    def settle(self, search, slot, router, time):
+        """Phase I: cell of every point; points travel to the rank of their cell. slot: row of each local cell in the
+        cover, -1 outside. Returns whether any point travelled, and whether any is outside the cover."""
+        anywhere = slot if all(s.covered for s in self._sets) else np.zeros_like(slot)
+        moving = [(s, slot if s.covered else anywhere) for s in self._sets if s.moves]
+        away, bare = np.array([search.settle(s.points, rows) for s, rows in moving]).T
+        flags = somewhere(self._comm, *away, bare.max())
+        for (s, rows), somebody in zip(moving, flags):
+            if somebody:
+                self._send(s, search.destinations(s.points), search, router, time)
+                flags[-1] |= somewhere(self._comm, (rows[s.points.cell] < 0).any())[0]
+        return flags[:-1].any(), bool(flags[-1])
+
+    def relocate(self, search, router, time):
+        """Cells and ranks on another partition of the grid."""
+        for s in self._sets:
+            self._send(s, search.relocate(s.points), search, router, time)
+
+    def _send(self, s, destinations, search, router, time):
+        (rank, number), points = destinations, s.points
+        if s.leave is not None:
+            rank, number = s.leave(rank, number, search)
+        self._raise_if_outside(points, rank, time)
+        points.cell[:] = search.local(points.migrate(router, rank, number))
+
+    def _raise_if_outside(self, points, rank, time):
+        """Name the first point that left the grid, on all ranks alike."""
+        found = [(int(points.gid[p]), (points.x[p] + self._origin).tolist()) for p in np.flatnonzero(rank < 0)[:1]]
+        found = sum(self._comm.allgather(found), [])
+        if found:
+            number, x = min(found)
+            material = any(points is s.points and s.name.startswith("points") for s in self._sets)
+            kind = "material point" if material else "boundary particle"
+            raise MPMError(f"{kind} {number} left the grid at x = {x} m, t = {time:.6g} s: enlarge the grid, or "
+                           "look for the cause in an unstable step")
+
+    def names(self):
+        """Name of each set, with the number of its points here."""
+        return [(s.name, len(s.points)) for s in self._sets]
+
+    def filled(self):
+        """Cells of this rank that the cover is made for."""
+        return np.unique(np.concatenate([s.points.cell for s in self._sets if s.covered]))
+
+    def get_state(self):
+        """Fields of this rank's points as name → array copy."""
+        return {f"{s.name}.{field}": values for s in self._sets for field, values in s.points.copy().items()}
+
+    def set_state(self, state):
+        for s in self._sets:
+            s.points.restore({field: state[f"{s.name}.{field}"] for field in s.points.names})

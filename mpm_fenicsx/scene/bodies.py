@@ -1,0 +1,173 @@
+"""What an MPM scene consists of: frozen data in SI units, checked when made. No numerics, MPI or PETSc in here."""
+from dataclasses import dataclass
+from typing import Callable, Optional, Tuple
+
+import numpy as np
+
+import mpm_dem_checks as check
+
+from ..laws import Law
+from .mesh import BYTES_PER_CELL, START_PER_CELL, Box, Mesh, cell_count, cell_of
+
+AXES = "xyz"
+TENSOR_POINTS = range(1, 7)  # per direction
+SIMPLEX_POINTS = {2: (1, 3, 6, 7, 12), 3: (1, 4, 14, 15, 24)}  # basix's rules with positive weights
+BYTES_PER_POINT = {2: 1000, 3: 3500}  # with its share of matrix and solver, measured
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Regular background grid: ``box`` divided into ``cells`` per direction; cell: kind of cell, None for
+    quadrilaterals and hexahedra."""
+
+    box: Box
+    cells: Tuple[int, ...]
+    cell: Optional[str] = None
+
+    def __post_init__(self):
+        check.record("box of the grid", self.box, Box)
+        object.__setattr__(self, "cells", check.counts("cells of the grid", self.cells, self.box.dim))
+        object.__setattr__(self, "cell", cell_of(self.box.dim, self.cell, "grid"))
+        n = cell_count(self.cells, self.cell)
+        what = f"{n:.3g} cells of the grid (cells={','.join(map(str, self.cells))})"
+        check.check_memory(what, n * BYTES_PER_CELL[self.dim], "take larger and fewer cells (h), or a smaller box")
+        check.check_work(f"{what} at the start", n * START_PER_CELL, "take larger and fewer cells (h), or a smaller box")
+
+    @property
+    def dim(self):
+        return self.box.dim
+
+    @staticmethod
+    def counts(size, h):
+        """Cells per direction of size about ``h`` [m] for a box of ``size`` [m]."""
+        size = check.numbers("size of the box", size, len(np.atleast_1d(size)), "m", check.positive)
+        check.positive("h", h, "m", f"the cell size must lie between 0 and {min(size):.3g} m")
+        check.between("h", h, 0, min(size), "m", f"the cell size must lie between 0 and {min(size):.3g} m", "(]")
+        return tuple(max(1, round(length / h)) for length in size)
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Material points given one by one: positions x [m], shape (n, dim), and volumes [m^3], shape (n,)."""
+
+    x: np.ndarray
+    volume: np.ndarray
+
+    def __post_init__(self):
+        x = check.array("positions of the cloud", self.x, ("n", 2), ("n", 3), unit="m")
+        volume = check.array("volumes of the cloud", self.volume, (len(x),), unit="m^3")
+        if not len(x):
+            raise ValueError("the cloud has no points: give at least one")
+        if not (volume > 0).all():
+            bad = int(np.argmin(volume > 0))
+            raise ValueError(f"the volume of point {bad} of the cloud is {volume[bad]}: it must be positive")
+        object.__setattr__(self, "x", x)
+        object.__setattr__(self, "volume", volume)
+
+    @property
+    def box(self):
+        return Box(tuple(self.x.min(axis=0)), tuple(self.x.max(axis=0)))
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body and its material points.
+
+    shape: a ``Box`` divided into ``cells`` body cells of kind ``cell``; a ``Mesh``, whose cells are the body cells
+    (``cells`` is None); or a ``Cloud`` (``cells`` and ``points`` are None). points: per body cell, for quadrilaterals
+    and hexahedra per direction (tensor Gauss rule, 1 to 6), for simplices in all (triangles 1, 3, 6, 7 or 12,
+    tetrahedra 1, 4, 14, 15 or 24). stress_state: ``plane_stress`` or ``plane_strain`` (default) in the plane,
+    ``three_dimensional``. thickness: of a plane body [m]. velocity: initial velocity [m/s], shape (dim,), or a function
+    from positions (n, dim) to velocities (n, dim). f_bar: average the volume change over each cell of the background
+    grid, or over patches of its triangles and tetrahedra, against locking of bodies that keep their volume. stress:
+    normal stresses along x, y and z at the start [Pa], shape (n, 3), as a function of positions (n, dim), see
+    ``geostatic``; the body is then at rest, not in free fall.
+    """
+
+    shape: object
+    cells: Optional[Tuple[int, ...]]
+    points: Optional[int]
+    law: Law
+    rho: float
+    stress_state: Optional[str] = None
+    thickness: float = 1.0
+    cell: Optional[str] = None
+    velocity: object = 0.0
+    f_bar: bool = False
+    stress: Optional[Callable] = None
+
+    def __post_init__(self):
+        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen
+        if isinstance(self.shape, Box):
+            put("cells", check.counts("body (its cells)", self.cells, self.dim))
+            put("cell", cell_of(self.dim, self.cell, "body"))
+        elif isinstance(self.shape, Mesh):
+            put("cell", self.shape.cell)
+        elif not isinstance(self.shape, Cloud):
+            raise ValueError(f"the shape of a body is a Box, a Mesh or a Cloud, not {check.shown(self.shape)}: give one")
+        check.record("law of the body", self.law, Law)
+        put("rho", check.positive("rho", self.rho, "kg/m^3", "the density must be positive"))
+        put("thickness", check.positive("thickness", self.thickness, "m", "it must be positive"))
+        put("f_bar", check.truth("f_bar", self.f_bar))
+        states = ("plane_stress", "plane_strain") if self.dim == 2 else ("three_dimensional",)
+        put("stress_state", states[-1] if self.stress_state is None else
+            check.choice("stress_state", self.stress_state, states))
+        if self.stress is not None:
+            check.function("stress of the body", self.stress)
+        if not callable(self.velocity):
+            put("velocity", check.array("velocity of the body", self.velocity, (), (self.dim,), unit="m/s"))
+        if not isinstance(self.shape, Cloud):
+            self._check_points()
+
+    def _check_points(self):
+        tensor = self.cell in ("quadrilateral", "hexahedron")
+        allowed = TENSOR_POINTS if tensor else SIMPLEX_POINTS[self.dim]
+        if self.points not in list(allowed) or isinstance(self.points, bool):
+            raise ValueError(f"points is {check.shown(self.points)}: choose one of {', '.join(map(str, allowed))} "
+                             f"({'per direction' if tensor else 'per ' + self.cell})")
+        cells = cell_count(self.cells, self.cell) if isinstance(self.shape, Box) else len(self.shape.cells)
+        n = cells * (self.points**self.dim if tensor else self.points)
+        check.check_memory(f"{n:.3g} material points of the body ({cells:.3g} cells, points={self.points})",
+                           n * BYTES_PER_POINT[self.dim],
+                           "take fewer body cells (body or refine, a larger h), or fewer points in each")
+
+    @property
+    def box(self):
+        """The body, or the smallest box around it."""
+        return self.shape if isinstance(self.shape, Box) else self.shape.box
+
+    @property
+    def dim(self):
+        return self.box.dim
+
+
+@dataclass(frozen=True)
+class Support:
+    """Grid nodes whose motion is given.
+
+    where: function from node positions [m], shape (n, dim), to a mask, shape (n,). fix: the directions held, such as
+    "y" or "xy". motion: displacement from the start [m] as a function of time [s], one number or one per direction of
+    ``fix``; None holds still.
+    """
+
+    where: Callable
+    fix: str
+    motion: Optional[Callable] = None
+    name: str = "support"
+
+    def __post_init__(self):
+        if not isinstance(self.fix, str) or not self.fix or set(self.fix) - set(AXES):
+            raise ValueError(f"{self.name} fixes {check.shown(self.fix)}: give one or more of the letters x, y, z")
+        check.function(f"where of {self.name}", self.where)
+        if self.motion is not None:
+            check.function(f"motion of {self.name}", self.motion)
+
+    @staticmethod
+    def column(axis: str, at: float, grid: Grid, fix: str, motion=None, name="support"):
+        """Support on the grid nodes of the column (in space: plane) across ``axis`` that is nearest to ``at`` [m]."""
+        check.record("grid", grid, Grid)
+        d = AXES.index(check.choice("axis", axis, tuple(AXES[:grid.dim])))
+        at = check.finite("at", at, "m")
+        h = grid.box.size[d] / grid.cells[d]
+        nearest = grid.box.lower[d] + h * np.rint((at - grid.box.lower[d]) / h)
+        return Support(lambda x: np.abs(x[:, d] - nearest) < 0.25 * h, fix, motion, name)

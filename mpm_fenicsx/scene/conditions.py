@@ -1,0 +1,155 @@
+"""Boundary conditions of a scene besides grid nodes: frozen data in SI units, checked when made.
+
+Boundary particles carry them. They come as an ``Interface``: positions and the elements from which their areas follow.
+"""
+from dataclasses import dataclass
+from typing import Callable, Optional
+
+import numpy as np
+
+import mpm_dem_checks as check
+
+from .bodies import AXES
+from .interface import Interface
+
+
+def _check_rubbing(wall):
+    """Friction, separation and stiffness of a wall: a ``Penalty`` or ``GridWall``."""
+    if not (isinstance(wall.friction, (int, float)) and wall.friction >= 0):
+        check.refuse(f"the friction of {wall.name}", wall.friction, "it must be 0 or more (inf sticks)")
+    check.truth(f"separates of {wall.name}", wall.separates)
+    if wall.stiffness is not None:
+        check.positive(f"the stiffness of {wall.name}", wall.stiffness, "Pa/m", "it must be positive")
+
+
+@dataclass(frozen=True)
+class Penalty:
+    """Boundary particles at which springs hold the body (Chandra et al. 2021, doi 10.1007/s11440-020-01123-3).
+
+    surface: the particles; one that belongs to no element, as a hinge, has the area of a cell's side. follows: they
+    move with the body (a hinge, a sole), else they stay where they are or go where ``motion`` takes them (a plane
+    that cuts the grid anywhere, a moving wall). normal: of any length, shape (dim,) or (n, dim), from the wall
+    into the body; with it only the motion along it is held (slip), without it the motion in all directions
+    (stick). friction: Coulomb's coefficient against slip, at the normal force of the last step; inf sticks as long
+    as there is one, so with separates=True the wall catches what it touches. separates: the wall pushes but does
+    not pull. motion: displacement of what holds [m] as a function of time [s], shape (dim,) or (n, dim), zero at
+    the start. at: a point of the plane [m], shape (dim,), to which particles that follow a body may have some
+    distance at the start; None: every particle is on its plane. stiffness: of the springs per area [Pa/m]; None:
+    the nearest body's stiffness (against stretch in one direction) over the cell size, and 100 times that for supports,
+    which neither rub nor separate. It gives by pressure / stiffness.
+    """
+
+    surface: Interface
+    normal: Optional[object] = None
+    friction: float = 0.0
+    separates: bool = False
+    follows: bool = False
+    motion: Optional[Callable] = None
+    at: Optional[object] = None
+    stiffness: Optional[float] = None
+    name: str = "penalty"
+
+    def __post_init__(self):
+        check.record(f"the surface of {self.name}", self.surface, Interface)
+        _check_rubbing(self)
+        check.truth(f"follows of {self.name}", self.follows)
+        if self.motion is not None:
+            check.function(f"the motion of {self.name}", self.motion)
+        if self.normal is None and (self.friction or self.separates or self.at is not None):
+            raise ValueError(f"{self.name} sticks, as it has no normal: give one for friction, separates or at")
+        if self.at is not None and not self.follows:
+            raise ValueError(f"{self.name} has a plane at {self.at} but stays in space: only particles that follow the "
+                             "body (follows=True) can have a distance to it")
+        if self.normal is not None:
+            object.__setattr__(self, "normal", self._unit_normals())
+
+    def _unit_normals(self):
+        shape = np.shape(self.surface.x)
+        given = check.array(f"the normal of {self.name}", self.normal, shape[1:], shape)
+        normal = np.broadcast_to(given, shape)
+        length = np.linalg.norm(normal, axis=1)
+        bad = ~(np.isfinite(length) & (length > 0))
+        if bad.any():
+            raise ValueError(f"the normal of {self.name} is {normal[bad][0].tolist()}: it must be finite and not zero")
+        return normal / length[:, None]
+
+
+@dataclass(frozen=True)
+class GridWall:
+    """A wall along grid nodes, with Coulomb friction or separation or both; without either a ``Support`` does.
+
+    where: function from node positions [m], shape (n, dim), to a mask, shape (n,). normal: a direction such as "+y" or
+    "-x", from the wall into the body. friction, separates and stiffness: see ``Penalty``, whose springs hold the nodes.
+    """
+
+    where: Callable
+    normal: str
+    friction: float = 0.0
+    separates: bool = False
+    stiffness: Optional[float] = None
+    name: str = "grid wall"
+
+    def __post_init__(self):
+        if self.normal not in [sign + axis for sign in "+-" for axis in AXES]:
+            raise ValueError(f"the normal of {self.name} is {check.shown(self.normal)}: give a sign and an axis, as "
+                             "\"+y\"")
+        check.function(f"where of {self.name}", self.where)
+        _check_rubbing(self)
+
+    def holds(self, vertices):
+        """Mask, shape (n,), of the vertices [m], shape (n, dim), of the grid that the wall is made of."""
+        return check.mask(f"where of {self.name}", self.where, vertices)
+
+    def penalty(self, vertices):
+        """The same as a ``Penalty`` on the vertices [m], shape (n, dim), of the grid."""
+        axis = AXES.index(self.normal[1])
+        if axis >= vertices.shape[1]:
+            raise ValueError(f"the normal of {self.name} is {self.normal!r}, the scene has {vertices.shape[1]} "
+                             "dimensions: give one of its axes")
+        x = vertices[self.holds(vertices)]
+        if not len(x):
+            raise ValueError(f"{self.name} holds no node of the grid: look at where")
+        normal = np.zeros(vertices.shape[1])
+        normal[axis] = float(self.normal[0] + "1")
+        nodes = Interface(x, np.zeros((0, vertices.shape[1]), int))
+        return Penalty(nodes, normal, self.friction, self.separates, stiffness=self.stiffness, name=self.name)
+
+
+@dataclass(frozen=True)
+class Load:
+    """A load on boundary particles that follow the body.
+
+    surface: the particles and their elements. Exactly one of: force: on each particle [N]; traction: [Pa], fixed in
+    direction, on the area of the deformed surface; pressure: [Pa], positive against the outside of the deformed
+    surface. Each is constant or a function of time [s]; force has shape (dim,) or (n, dim), traction (dim,), pressure
+    is a number.
+    """
+
+    surface: Interface
+    force: object = None
+    traction: object = None
+    pressure: object = None
+    name: str = "load"
+
+    def __post_init__(self):
+        check.record(f"the surface of {self.name}", self.surface, Interface)
+        given = [kind for kind in ("force", "traction", "pressure") if getattr(self, kind) is not None]
+        if len(given) != 1:
+            raise ValueError(f"{self.name} has {' and '.join(given) or 'nothing'}: give one of force, traction, "
+                             "pressure")
+        object.__setattr__(self, "kind", given[0])
+        D = self.surface.x.shape[1]
+        shapes = {"force": ((D,), self.surface.x.shape), "traction": ((D,),), "pressure": ((),)}[self.kind]
+        object.__setattr__(self, "shapes", shapes)
+        if not callable(getattr(self, self.kind)):
+            check.array(f"the {self.kind} of {self.name}", getattr(self, self.kind), *shapes)
+        if self.kind != "force" and not len(self.surface.elements):
+            raise ValueError(f"{self.name} has a {self.kind}, but its surface has no elements to take the area from: give "
+                             "a force, or a surface of segments or triangles")
+
+    def at(self, time):
+        """The force [N], traction or pressure [Pa] at ``time`` [s]."""
+        value = getattr(self, self.kind)
+        if not callable(value):
+            return np.asarray(value, float)
+        return check.values(f"the {self.kind} of {self.name} at t = {time:.6g} s", value, (time,), *self.shapes)

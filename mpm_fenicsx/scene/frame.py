@@ -1,0 +1,147 @@
+"""The frame in which the MPM computes: coordinates as in maps keep few digits, so its origin moves near the scene.
+
+At 5e6 m two doubles are 1e-9 m apart, more than points creep in a step and 1e-7 of a centimetre's cell. The scene is
+therefore moved when it is taken over, what is given out is moved back, and functions of the user get true positions. A
+frame of numbers in a map grid is a shift alone: no rotation, no scale.
+"""
+import copy
+from dataclasses import replace
+from functools import singledispatch
+
+import numpy as np
+
+from .bodies import Body, Cloud, Grid, Support
+from .conditions import GridWall, Load, Penalty
+from .interface import SIDES, Interface, Resampling
+from .mesh import Box, Mesh
+
+FAR = 64.0  # distance from zero over the size of the grid: from there on six bits of the coordinates are lost
+
+
+def find_origin(box):
+    """Origin [m], shape (dim,), of the frame for a grid with this ``box``: zero along axes on which it is near zero.
+
+    A multiple of a power of two that is larger than the grid, so that the differences to it are exact.
+    """
+    lower, upper = np.asarray(box.lower, float), np.asarray(box.upper, float)
+    near = np.where(lower > 0.0, lower, np.where(upper < 0.0, upper, 0.0))
+    size = box.size.max()
+    step = 2.0 ** np.ceil(np.log2(size))
+    return np.where(np.abs(near) >= FAR * size, np.trunc(near / step) * step, 0.0)
+
+
+class Frame:
+    """``origin`` [m], shape (dim,): x in the frame is x + origin in the user's coordinates."""
+
+    def __init__(self, box):
+        self.origin = find_origin(box)
+        self.moved = bool(self.origin.any())
+
+    def enter(self, thing):
+        """A part of the scene, or a list of parts, in the frame; of None, None."""
+        if not self.moved or thing is None:
+            return thing
+        return [shifted(one, -self.origin) for one in thing] if isinstance(thing, (list, tuple)) else \
+            shifted(thing, -self.origin)
+
+    def leave(self, thing):
+        """Positions, shape (n, dim), an ``Interface`` or None in the user's coordinates."""
+        if not self.moved or thing is None:
+            return thing
+        return thing + self.origin if isinstance(thing, np.ndarray) else shifted(thing, self.origin)
+
+    def enter_function(self, f):
+        """A function of positions and more in the user's coordinates as one of those in the frame."""
+        return _of_shifted(f, -self.origin) if self.moved else f
+
+
+@singledispatch
+def shifted(thing, by):
+    """A part of a scene moved by ``by`` [m], shape (dim,); functions of positions move along."""
+    raise TypeError(f"{type(thing).__name__} is no part of a scene")
+
+
+def _of_shifted(f, by):
+    return (lambda x, *more: f(x - by, *more)) if callable(f) else f
+
+
+@shifted.register(Box)
+def _(box, by):
+    return Box(tuple(box.lower + by), tuple(box.upper + by))
+
+
+@shifted.register(Grid)
+def _(grid, by):
+    return replace(grid, box=shifted(grid.box, by))
+
+
+@shifted.register(Mesh)
+def _(mesh, by):
+    other = copy.copy(mesh)  # not made anew: its checks take time, and nothing has changed
+    object.__setattr__(other, "vertices", mesh.vertices + by)
+    return other
+
+
+@shifted.register(Cloud)
+def _(cloud, by):
+    return Cloud(cloud.x + by, cloud.volume)
+
+
+@shifted.register(Body)
+def _(body, by):
+    return replace(body, shape=shifted(body.shape, by), velocity=_of_shifted(body.velocity, by),
+                   stress=_of_shifted(body.stress, by))
+
+
+@shifted.register(Support)
+@shifted.register(GridWall)
+def _(held, by):
+    return replace(held, where=_of_shifted(held.where, by))
+
+
+@shifted.register(Interface)
+def _(interface, by):
+    rule = interface.resampling
+    return replace(interface, x=np.asarray(interface.x, float) + by, resampling=rule and shifted(rule, by))
+
+
+@shifted.register(Resampling)
+def _(rule, by):
+    return replace(rule, feet=tuple(foot and (foot[0], foot[1] + by[SIDES[foot[0]][0]]) for foot in rule.feet))
+
+
+@shifted.register(Penalty)
+def _(penalty, by):
+    return replace(penalty, surface=shifted(penalty.surface, by),
+                   at=None if penalty.at is None else np.asarray(penalty.at, float) + by)
+
+
+@shifted.register(Load)
+def _(load, by):
+    return replace(load, surface=shifted(load.surface, by))
+
+
+class Seen:
+    """Something as others see it: some attributes replaced, the rest is its own."""
+
+    def __init__(self, of, **replaced):
+        self.__dict__.update(replaced, _of=of)
+
+    def __getattr__(self, name):
+        return getattr(self._of, name)
+
+    def __setattr__(self, name, value):
+        setattr(self._of, name, value)
+
+    def __len__(self):
+        return len(self._of)
+
+
+def seen_points(points, frame):
+    """Points whose positions, to be read only, are in the user's coordinates."""
+    if not frame.moved:
+        return points
+    places = {name: frame.leave(getattr(points, name)) for name in ("x", "rest") if hasattr(points, name)}
+    for x in places.values():
+        x.flags.writeable = False  # a change would be lost
+    return Seen(points, **places)

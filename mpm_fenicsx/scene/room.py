@@ -1,0 +1,35 @@
+"""Room beyond the edge of a regular grid for material that presses on a wall there.
+
+The springs of a wall give, by some 1e-4 of a cell under soil at rest. Where the grid ends at the wall, what has sunk in
+by that is still in the outermost cell, whose basis goes on linearly, and has not left the grid.
+"""
+import numpy as np
+
+from .bodies import Grid
+from .conditions import GridWall
+from .mesh import lattice
+
+ROOM = 0.1  # of a cell; a wall as near as that to the edge needs it too
+
+
+def room_at_walls(grid, penalties):
+    """Room below and above the grid along each axis [cells], shape (D, 2): 0, and ``ROOM`` where a wall of the
+    ``Penalty`` and ``GridWall`` records lies. None for a ``Mesh``, which has no sides: give it a layer of cells behind
+    a wall that gives."""
+    if not isinstance(grid, Grid):
+        return None
+    room, h = np.zeros((grid.dim, 2)), grid.box.size / grid.cells
+    for condition in penalties:
+        if isinstance(condition, GridWall):
+            condition = condition.penalty(lattice(grid.box, grid.cells, grid.cell)[0])
+        x = np.asarray(condition.surface.x, float)
+        if condition.follows or x.shape[1] != grid.dim:
+            continue
+        for d in range(grid.dim):
+            for side, (edge, inward) in enumerate(((grid.box.lower[d], 1.0), (grid.box.upper[d], -1.0))):
+                on = np.abs(x[:, d] - edge) < ROOM * h[d]
+                if condition.normal is not None:
+                    on &= inward * condition.normal[:, d] > 0.5
+                if np.count_nonzero(on) >= grid.dim:  # fewer span no piece of that side
+                    room[d, side] = ROOM
+    return room

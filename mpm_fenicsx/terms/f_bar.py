@@ -1,0 +1,186 @@
+"""F-bar: the volume change of a step averaged over a patch of cells, against locking of bodies that keep their volume.
+
+A patch is one quadrilateral or hexahedron (de Souza Neto et al. 1996, doi 10.1016/0020-7683(95)00259-6, with points for
+quadrature) or several simplices (``patches``). F = r f F_old, f = I + du/dx, r = (j_mean / j)^(1/D), where j = det f
+and j_mean its mean over the patch's points by volume; F keeps the mean.
+
+The forces are those that do the work of the stress at this F: the residual is the derivative of sum V0 W(F) by u, that
+of j_mean included. (In the method's first form the stress at F works on the local gradient. That is no derivative of an
+energy, and soil that dilates gains energy by it.) With tau = P F^T and gradients grad by the deformed places, to first
+order
+
+    sum V0 [dev tau : grad du + tr(tau) / D d ln j_mean],
+
+and to second order, a_ijkl = F_jM A_iMkN F_lN, u = a : I + tau, w = I : a + tau, s = tr u, per point
+
+    V0 [a_ijkl - (u_ij I_kl + I_ij w_kl) / D + I_ij I_kl s / D^2 + tr(tau) / D I_il I_jk]
+    + q V_old j (I_ij I_kl - I_il I_jk),
+
+q being the patch's sum of V0 tr(tau) / D over its volume, sum V_old j, and per patch
+
+    d ln j_mean (sum V0 dev(w) / D : grad du) + its transpose with u + (d ln j_mean)^2 sum V0 (s / D^2 - tr(tau) / D),
+
+which couples all nodes of the patch. Where A is symmetric so is the whole. The pressure that acts is the mean of the
+patch, as in the method of mean dilatation (Simo, Taylor & Pister 1985, doi 10.1016/0045-7825(85)90033-7).
+
+Templates and arguments: see ``weakform``. volume: (patches, 2) volumes at the end and at the start of the step [m^3];
+gradient: (patches, M, D) derivative of the first by the displacements of the patch's M nodes [m^2]; bulk: (patches, 2)
+sums of V0 tr(tau) / D and of V0 (s / D^2 - tr(tau) / D) [J]; push, pull: (patches, M, D) sums of V0 dev(u) / D grad N
+and V0 dev(w) / D grad N [N].
+"""
+import numpy as np
+
+from ..basis.shape import invert
+from ..laws.algebra import cofactor, determinant
+from ..specialise import inlined
+
+D, K = 2, 4
+
+
+@inlined
+def displacement_gradient(c, q, cells, G, u, D, K, H):
+    """du/dx at point q into H (D, D)."""
+    for i in range(D):
+        h0 = h1 = h2 = 0.0
+        for b in range(K):
+            d = u[cells[c, b], i]
+            h0 += d * G[q, b, 0]
+            h1 += d * G[q, b, 1]
+            if D == 3:
+                h2 += d * G[q, b, D - 1]
+        H[i, 0], H[i, 1] = h0, h1
+        if D == 3:
+            H[i, D - 1] = h2
+
+
+@inlined
+def volume_change(H, D):
+    """j = det(I + H)."""
+    if D == 2:
+        return (1.0 + H[0, 0]) * (1.0 + H[1, 1]) - H[0, 1] * H[1, 0]
+    a, b, c = 1.0 + H[0, 0], 1.0 + H[1, 1], 1.0 + H[D - 1, D - 1]
+    return (a * (b * c - H[1, D - 1] * H[D - 1, 1]) - H[0, 1] * (H[1, 0] * c - H[1, D - 1] * H[D - 1, 0])
+            + H[0, D - 1] * (H[1, 0] * H[D - 1, 1] - b * H[D - 1, 0]))
+
+
+@inlined
+def deviatoric_force(P, F, H, weight, D, T):
+    """T = weight dev(tau) f^-T, which works on d(du/dx); adds 1 to H = du/dx. Returns weight tr(tau) / D."""
+    pressure = 0.0
+    for i in range(D):
+        H[i, i] += 1.0
+        for k in range(D):
+            pressure += P[i * D + k] * F[i, k] / D
+            T[i, k] = 0.0
+    j = determinant(H, D)
+    for i in range(D):
+        for m in range(D):
+            tau = -pressure if i == m else 0.0
+            for k in range(D):
+                tau += P[i * D + k] * F[m, k]
+            for k in range(D):
+                T[i, k] += weight * tau * cofactor(H, m, k, D) / j
+    return weight * pressure
+
+
+@inlined
+def deformed_gradients(c, q, cells, G, u, D, K, f, f_inverse, g):
+    """Gradients by the deformed places, G f^-1, into g (D K,), one direction after the other. Returns det f."""
+    displacement_gradient(c, q, cells, G, u, D, K, f)
+    for i in range(D):
+        f[i, i] += 1.0
+    invert(f, D, f_inverse)
+    for b in range(K):
+        for j in range(D):
+            g[j * K + b] = 0.0
+            for k in range(D):
+                g[j * K + b] += G[q, b, k] * f_inverse[k, j]
+    return determinant(f, D)
+
+
+@inlined
+def spread(S, g, place, D, K, forces):
+    """Add S g to the ``forces`` of a patch, shape (M, D)."""
+    for e in range(K):
+        for i in range(D):
+            for j in range(D):
+                forces[place[e], i] += S[i, j] * g[j * K + e]
+
+
+@inlined
+def by_mean_volume(B, P, F, weight, shared, D, u, w):
+    """Turn B = weight a into the point's part at constant j_mean, see above, and fill u with weight dev(u) / D, w with
+    weight dev(w) / D; shared: q V_old j. Returns weight (s / D^2 - tr(tau) / D)."""
+    s = pressure = 0.0
+    for i in range(D):
+        for j in range(D):
+            tau = 0.0
+            for k in range(D):
+                tau += weight * P[i * D + k] * F[j, k]
+            u[i, j] = w[i, j] = tau / D
+            for k in range(D):
+                u[i, j] += B[i, j, k, k] / D
+                w[i, j] += B[k, k, i, j] / D
+            if i == j:
+                s += u[i, i] / D
+                pressure += tau / D
+    for i in range(D):
+        u[i, i] -= s
+        w[i, i] -= s
+    for i in range(D):
+        for j in range(D):
+            for k in range(D):
+                B[i, j, k, k] -= u[i, j]
+                B[k, k, i, j] -= w[i, j]
+            B[i, i, j, j] += shared - s
+            B[i, j, j, i] += pressure - shared
+    return s - pressure
+
+
+def mean_changes(cell, cells, patch, place, G, V0, F_old, F33_old, u, volume, gradient):
+    """Add V0 J_old j and V0 J_old to ``volume``, the derivative of the first by the displacements to ``gradient``."""
+    H = np.empty((D, D))
+    C = np.empty((D, D))
+    for q in range(len(cell)):
+        c = cell[q]
+        displacement_gradient(c, q, cells, G, u, D, K, H)
+        V_old = V0[q] * determinant(F_old[q], D) * F33_old[q]
+        row = patch[c]
+        volume[row, 0] += V_old * volume_change(H, D)
+        volume[row, 1] += V_old
+        for i in range(D):
+            H[i, i] += 1.0
+        for i in range(D):
+            for k in range(D):
+                C[i, k] = V_old * cofactor(H, i, k, D)  # derivative of V_old j by du_i/dx_k
+        for b in range(K):
+            for i in range(D):
+                s = C[i, 0] * G[q, b, 0] + C[i, 1] * G[q, b, 1]
+                if D == 3:
+                    s += C[i, D - 1] * G[q, b, D - 1]
+                gradient[row, place[c, b], i] += s
+
+
+def add_pressure(nodes, volume, gradient, bulk, R):
+    """Add to R [N], shape (nodes, D), the forces that do work on j_mean. nodes: (patches, M) of the patches."""
+    for row in range(len(volume)):
+        if volume[row, 0] > 0.0:
+            pressure = bulk[row, 0] / volume[row, 0]
+            for e in range(nodes.shape[1]):
+                for i in range(D):
+                    R[nodes[row, e], i] += pressure * gradient[row, e, i]
+
+
+def couple(volume, gradient, bulk, push, pull, Kp):
+    """Add to the patch matrices Kp [N/m], shape (patches, M, D, D, M), what comes of the change of j_mean."""
+    M = gradient.shape[1]
+    for row in range(len(volume)):
+        if volume[row, 0] > 0.0:
+            share = 1.0 / volume[row, 0]
+            for b in range(M):
+                for k in range(D):
+                    change = share * gradient[row, b, k]
+                    back = share * (pull[row, b, k] + bulk[row, 1] * change)
+                    for i in range(D):
+                        for e in range(M):
+                            Kp[row, b, k, i, e] += push[row, e, i] * change + gradient[row, e, i] * back

@@ -1,0 +1,176 @@
+"""Ghost penalty on inertia: consistent inertia for bodies whose rim would make it singular.
+
+In a cell with one or two points the consistent mass has rank one or two, and soil that bears no stress adds nothing. On
+facets between filled cells of which at least one is filled less than ``FULL`` the acceleration's gradient is held
+together (as on the mass of cut finite elements in Sticko, Ludvigsson & Kreiss 2020, doi 10.1007/s10444-020-09785-z):
+
+    sum over facets of  GAMMA rho h^3 integral of [grad a . n] [grad w . n],
+
+[.] being the jump over the facet: the inertia of fields that are linear, rigid motions among them, stays what it is.
+Cells from which no chain of filled cells leads to a full one (drops, single fliers) get lumped inertia.
+"""
+import numpy as np
+from numba import njit
+from petsc4py import PETSc
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..collective import somewhere
+from ..grid.cover import ghosted_vector
+
+INERTIA = "consistent", "lumped", "ghost"  # the kinds there are
+GAMMA = 0.1
+FULL = 0.6  # of a cell's volume
+GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
+
+
+def local_facets(D, K):
+    """Nodes of the facets of a cell, shape (facets, nodes of each)."""
+    if K == D + 1:
+        return np.array([[a for a in range(K) if a != b] for b in range(K)])
+    return np.array([[a for a in range(K) if (a >> i) & 1 == side] for i in range(D) for side in (0, 1)])
+
+
+@njit(cache=True)
+def add_residual(nodes, matrix, weight, a, R):
+    """Add the penalty's force [N] to R for accelerations a [m/s^2], both (nodes, D); nodes: (facets, M), matrix:
+    (facets, M, M), weight: (facets,)."""
+    for f in range(len(nodes)):
+        if weight[f] != 0.0:
+            for p in range(nodes.shape[1]):
+                for i in range(a.shape[1]):
+                    s = 0.0
+                    for q in range(nodes.shape[1]):
+                        s += matrix[f, p, q] * a[nodes[f, q], i]
+                    R[nodes[f, p], i] += weight[f] * s
+
+
+class Facets:
+    """Inner facets of a grid, each on the rank of one of its cells: ``cells`` (n, 2) on both sides, ``nodes`` (n, M) of
+    both, and ``matrix`` (n, M, M), the integral of the products of the jumps of the normal derivatives [m^(D-3)].
+    ``links`` (k, 2): the cells beside all facets that touch a cell of this rank; ``volume`` (m,) of the cells [m^D]."""
+
+    def __init__(self, background, shapes):
+        """shapes: the kernel of that name, see ``shape``. Collective."""
+        self._background, self._shapes, D = background, shapes, background.dim
+        K = background.cells.shape[1]
+        self.volume = 1.0 / np.abs(np.linalg.det(background.inverse)) / (1.0 if K == 2**D else [2.0, 6.0][D - 2])
+        local = local_facets(D, K)
+        facets = background.cells[:, local].reshape(-1, local.shape[1])
+        order = np.lexsort(np.sort(facets, axis=1).T)
+        same = np.flatnonzero((np.diff(np.sort(facets[order], axis=1), axis=0) == 0).all(axis=1))
+        first, second = order[same], order[same + 1]
+        cells = np.column_stack([first, second]) // len(local)
+        owned = cells < background.cells_owned
+        self.links = cells[owned.any(axis=1)]
+        number = background.original_cell[cells]  # the same on every rank
+        mine = np.where(number[:, 0] < number[:, 1], owned[:, 0], owned[:, 1])
+        self.cells, self._facet = cells[mine], facets[first[mine]]
+        self.nodes, place = self._all_nodes(background.cells[self.cells])
+        self.matrix = self._integrate(place)
+        self._values = ghosted_vector(background.cell_map, background.comm) if background.comm.size > 1 else None
+
+    def with_ghosts(self, values):
+        """Values of this rank's cells, shape (m,), those of ghosts from the ranks that own them. Collective."""
+        if self._values is None:
+            return values
+        self._values.array_w[:] = values[:self._background.cells_owned]
+        self._values.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+        with self._values.localForm() as local:
+            return local.array_r.astype(values.dtype)
+
+    def _all_nodes(self, cells):
+        """Nodes of both cells without repetition, shape (n, M), and the places of the cells' own among them; cells: (n,
+        2, K)."""
+        n, _, K = cells.shape
+        both = np.sort(cells.reshape(n, 2 * K), axis=1)
+        new = np.column_stack([np.ones(n, bool), np.diff(both, axis=1) != 0])
+        nodes = both[new].reshape(n, 2 * K - self._facet.shape[1])
+        place = (nodes[:, None, None, :] == cells[..., None]).argmax(axis=-1)
+        return nodes, place
+
+    def within(self, covered):
+        """Mask of the facets between cells of the mask ``covered``, shape (m,)."""
+        return covered[self.cells].all(axis=1)
+
+    def _points(self):
+        """Quadrature points [m], list of (n, D), and unit normals times the root of their weights, shape (n, D)."""
+        x = self._background.x[self._facet]
+        if x.shape[2] == 2:
+            along = x[:, 1] - x[:, 0]
+            normal, points = np.column_stack([-along[:, 1], along[:, 0]]), [x[:, 0] + s * along for s in GAUSS]
+            area = np.linalg.norm(along, axis=1)
+        else:
+            first, second = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
+            normal, triangle = np.cross(first, second), x.shape[1] == 3
+            points = [x.mean(axis=1)] if triangle else [x[:, 0] + s * first + t * second for s in GAUSS for t in GAUSS]
+            area = np.linalg.norm(normal, axis=1) * (0.5 if triangle else 1.0)
+        return points, normal / np.linalg.norm(normal, axis=1)[:, None] * np.sqrt(area / len(points))[:, None]
+
+    def _integrate(self, place):
+        b, n = self._background, len(self.cells)
+        K, D = b.cells.shape[1], b.dim
+        matrix, N, G = np.zeros((n, self.nodes.shape[1], self.nodes.shape[1])), np.empty((n, K)), np.empty((n, K, D))
+        points, normal = self._points()
+        for x in points:
+            jump = np.zeros(self.nodes.shape)
+            for side, sign in ((0, 1.0), (1, -1.0)):
+                cell = self.cells[:, side].astype(np.int32)
+                self._shapes(cell, np.ascontiguousarray(x), b.corner, b.inverse, N, G)
+                np.add.at(jump, (np.arange(n)[:, None], place[:, side]), sign * np.einsum("nki,ni->nk", G, normal))
+            matrix += jump[:, :, None] * jump[:, None, :]
+        return matrix
+
+
+class Ghost:
+    """The penalty in the cells of one cover. After ``begin``, ``lumped`` is the nodal mass [kg] of the cells that get
+    lumped inertia, shape (nodes,), ``held`` a mask over the grid's cells with consistent inertia, and ``weight`` that of
+    each facet, shape (facets,), never changed in place."""
+
+    def __init__(self, facets, cover, density, h):
+        """density: of the lightest body [kg/m^D]; h: size of a cell [m]."""
+        inside = facets.within(cover.covered)
+        self._nodes, self._facets, self._comm = cover.nodes_of_facets, facets, cover.comm
+        self._cells, self._matrix = facets.cells[inside], np.ascontiguousarray(facets.matrix[inside])
+        self._scale, self._volume = GAMMA * density * h**3, facets.volume
+        self.weight = np.zeros(len(self._cells))
+
+    def begin(self, step):
+        """Find the facets to hold; returns whether they are others than before. Collective."""
+        fill, nodal = np.zeros(len(self._volume)), np.zeros((len(step.mass), 1))
+        for part in step.parts:
+            p = part.points
+            fill += np.bincount(p.cell, p.V0 / part.thickness, len(fill))
+        fill = self._facets.with_ghosts(fill / self._volume)
+        beside = fill[self._cells]
+        weight = np.where((beside.min(axis=1) < FULL) & (beside > 0.0).all(axis=1), self._scale, 0.0)
+        changed, self.weight = somewhere(self._comm, not np.array_equal(weight, self.weight))[0], weight
+        self.held = self._anchored(fill)
+        for part in step.parts:
+            part.hold(step, self.held, nodal)
+        step.cover.accumulate(nodal)
+        self.lumped = nodal[:, 0]
+        return changed
+
+    def _anchored(self, fill):
+        """Mask of the cells that are full or linked to a full one, shape (cells,). Rank by rank, until nothing more
+        comes over a border."""
+        n, links = len(fill), self._facets.links
+        links = links[(fill[links] > 0.0).all(axis=1)]
+        graph = coo_matrix((np.ones(len(links), bool), (links[:, 0], links[:, 1])), shape=(n, n))
+        count, label = connected_components(graph, directed=False)
+        held, more = fill >= FULL, True
+        while more:
+            anchored = np.zeros(count, bool)
+            anchored[label[held]] = True
+            reached = self._facets.with_ghosts(anchored[label])
+            held, more = reached, somewhere(self._comm, (reached != held).any())[0]
+        return held
+
+    def residual(self, a, R):
+        """Add the forces for accelerations a [m/s^2] to R [N], both (nodes, D)."""
+        add_residual(self._nodes, self._matrix, self.weight, a, R)
+
+    def tangent(self, alpha, matrices):
+        """Fill ``matrices`` [N/m], shape (facets, D, M, M), each direction on its own."""
+        matrices[:] = (alpha * self.weight[:, None, None] * self._matrix)[:, None]

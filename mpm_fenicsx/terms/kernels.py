@@ -1,0 +1,64 @@
+"""All kernels, compiled for dimension and cell; those of a body also for its law and kind of inertia."""
+from typing import Callable, NamedTuple
+
+from .. import laws
+from ..basis import shape
+from ..laws.stress_state import point_functions
+from ..points import transfer
+from ..specialise import specialise
+from . import f_bar, weakform
+
+
+class Transfers(NamedTuple):
+    """Alike for all bodies; see the module each comes from: ``shape``, ``transfer``."""
+
+    shapes: Callable
+    to_grid: Callable
+    to_points: Callable
+    spread: Callable
+    spread_mass: Callable
+    interpolate: Callable
+    only_active: Callable
+
+
+class Material(NamedTuple):
+    """Of one law, see ``weakform`` and ``f_bar``."""
+
+    mean_changes: Callable
+    residual: Callable
+    add_pressure: Callable
+    tangent: Callable
+    couple: Callable
+    energies: Callable
+    cauchy: Callable
+
+
+def compile_transfers(background):
+    """Kernels on the cells of ``background``."""
+    size = dict(D=background.dim, K=background.cells.shape[1])
+    to_reference = specialise(shape.reference, **size, AFFINE=background.affine)
+    return Transfers(
+        shapes=specialise(shape.shapes, **size, to_reference=to_reference),
+        to_grid=specialise(transfer.to_grid, **size),
+        to_points=specialise(transfer.to_points, **size),
+        spread=specialise(transfer.spread, **size),
+        spread_mass=specialise(transfer.spread, D=1, K=size["K"]),
+        interpolate=specialise(transfer.interpolate, **size),
+        only_active=specialise(transfer.only_active, K=size["K"]))
+
+
+def compile_material(body, background, consistent):
+    """Kernels of the law of ``body``, with consistent or lumped inertia, on the cells of ``background``."""
+    D, law = body.dim, body.law
+    size = dict(D=D, K=background.cells.shape[1])
+    stress, _ = laws.kernels(law, D)
+    point_stress, point_tangent = point_functions(law, body.stress_state, D)
+    form = dict(**size, CONSISTENT=consistent, FBAR=body.f_bar)
+    return Material(
+        mean_changes=specialise(f_bar.mean_changes, **size),
+        residual=specialise(weakform.residual, **form, point_stress=point_stress),
+        add_pressure=specialise(f_bar.add_pressure, D=D),
+        tangent=specialise(weakform.tangent, **form, point_tangent=point_tangent),
+        couple=specialise(f_bar.couple, D=D),
+        energies=specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D)),
+        cauchy=specialise(weakform.cauchy, D=D, stress=stress))

@@ -1,0 +1,178 @@
+"""Boundary particles with springs: ``Penalty`` records of a scene on this rank."""
+import numpy as np
+
+import mpm_dem_checks as check
+
+from ..points.points import Points
+from ..specialise import specialise
+from .soil_distance import SoilDistance
+from .springs import AHEAD, CLOSED, STICK, respond, spring_matrix, tangent, weigh
+
+HALF = 0.5 - 1e-9  # share of its basis on nodes with mass from which a particle in space touches the body
+# Mass of a node, over that of a full cell, below which it takes no part: one that the body has just reached would fly
+# off and come back with the springs on and off, and Newton's method with it.
+LIGHT = 0.01
+
+
+def has_kinks(penalty):
+    """Whether the force of a ``Penalty`` is not smooth."""
+    return penalty.separates or (penalty.normal is not None and 0.0 < penalty.friction < np.inf)
+
+
+def walls_in_reach(penalties, background):
+    """Mask of the local cells that may hold particles of walls; None, on all ranks, where there is no wall."""
+    walls = [held for held in penalties if not held.follows]
+    if not walls:
+        return None
+    mask = np.full(len(background.cells), any(held.moves for held in walls))
+    for held in walls:
+        mask[held.points.cell] = True
+    return mask
+
+
+class Penalties:
+    """The ``Penalty`` records of a scene that all follow the body, or all do not. ``points``: their particles on this
+    rank with force [N] on the body, gap [m] at the end of the step and status in the tangent in use."""
+
+    def __init__(self, penalties, stiffnesses, start, background):
+        """stiffnesses: of the springs, one array per penalty [N/m]; start: the bodies, see ``parts.Start``."""
+        self.penalties, self.follows = tuple(penalties), penalties[0].follows
+        counts = [len(p.surface.x) for p in penalties]
+        ends = np.cumsum(counts)
+        self._parts = [slice(end - n, end) for end, n in zip(ends, counts)]
+        self._dim, self.count, h = background.dim, int(ends[-1]), background.h.max()
+        repeated = lambda values, kind=float: np.repeat(np.array(values, kind), counts)  # noqa: E731
+        self._start = np.concatenate([np.asarray(p.surface.x, float) for p in penalties])
+        self._normal = np.concatenate([np.zeros(np.shape(p.surface.x)) if p.normal is None else p.normal
+                                       for p in penalties])
+        self._friction = repeated([np.inf if p.normal is None else p.friction for p in penalties])
+        self._separates = repeated([p.separates for p in penalties], bool)
+        self._stiffness = np.concatenate(stiffnesses)
+        self.kinks = any(has_kinks(p) for p in penalties)
+        self.moves = any(p.motion is not None for p in penalties)
+        self.names = np.repeat([p.name for p in penalties], counts)
+        self.points = self._make_points(start)
+        measured = self._separates if not self.follows else np.zeros(self.count, bool)
+        self._away = np.where(measured[:, None], h * self._normal, 0.0)  # gap where there is no soil
+        self._distance = SoilDistance(h, measured, self._normal, self._start) if measured.any() else None
+        size = dict(D=self._dim, K=background.cells.shape[1])
+        self._weigh, self._respond = specialise(weigh, K=size["K"]), specialise(respond, **size)
+        self._tangent = specialise(tangent, **size, spring_matrix=specialise(spring_matrix, D=self._dim))
+
+    def _make_points(self, start):
+        n, x = self.count, self._start.copy()
+        gap = np.zeros_like(x)
+        for penalty, part in zip(self.penalties, self._parts):
+            if penalty.at is not None:
+                distance = np.sum((x[part] - penalty.at) * penalty.normal, axis=1)
+                gap[part] = distance[:, None] * penalty.normal
+        return Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
+                      a=start.acceleration(x), force=np.zeros_like(x), gap=gap, status=np.zeros(n, np.int8))
+
+    def _motion(self, time):
+        """Displacement of what holds [m] since the start, shape (count, D)."""
+        w = np.zeros_like(self._start)
+        for penalty, part in zip(self.penalties, self._parts):
+            if penalty.motion is not None:
+                w[part] = check.values(f"the motion of {penalty.name} at t = {time:.6g} s", penalty.motion, (time,),
+                                       (self._dim,), w[part].shape, unit="m")
+        return w
+
+    # ---------------------------------------------------------------- one step
+
+    def locate(self, step):
+        """Basis at the particles in covered cells; returns the first particle that has lost its body, or -1."""
+        p, cover = self.points, step.cover
+        index = np.flatnonzero(cover.slot[p.cell] >= 0)
+        self._cell, share = p.cell[index], np.empty(len(index))
+        n, K = len(index), cover.cells.shape[1]
+        self.N, G = np.empty((n, K)), np.empty((n, K, self._dim))
+        step.shapes(self._cell, p.x[index], self.N, G)
+        self._weigh(self._cell, cover.cells, step.mass > LIGHT * step.cell_mass, self.N, share)
+        self._index, self._on = index, share > 0.0 if self.follows else share >= HALF
+        return index[np.argmin(self._on)] if self.follows and not self._on.all() else -1
+
+    def begin(self, step, time):
+        """Gap and velocity at the start of the step, and what the walls will do in it."""
+        p, cover, gid = self.points, step.cover, self._take_those_in_contact()
+        if self._distance:
+            self._come_near(step, gid)
+        velocity = np.zeros((len(gid), self._dim))
+        step.kernels.interpolate(self._cell, cover.cells, self.N, step.v, velocity)
+        self._base = p.gap[self._index] - AHEAD * step.dt * velocity
+        self._wall = 0.0
+        if self.moves:
+            before, half, now = (self._motion(time + k * step.dt)[gid] for k in (0.0, 0.5, 1.0))
+            self._wall = now - before
+            self._base -= self._wall + AHEAD * (before - 4.0 * half + 3.0 * now)  # its velocity at the end, times dt
+        normal, stiffness, limit = self._normal[gid], self._stiffness[gid], self._friction[gid]
+        separates, pressed = self._separates[gid], np.sum(p.force[self._index] * normal, axis=1)
+        limit[separates & (pressed <= 0.0)] = 0.0
+        rubs = np.isfinite(limit)
+        limit[rubs] *= np.maximum(pressed[rubs], 0.0) / stiffness[rubs]
+        self._fixed = normal, stiffness, limit, separates
+        self._gap, self._force = np.empty_like(self._base), np.zeros_like(self._base)
+        self._status = np.empty(len(gid), np.int8)
+
+    def _take_those_in_contact(self):
+        """Keep in contact who has material near, let the others forget; returns the gid of the former."""
+        p, on, self._some_left = self.points, self._on, False
+        if not (self.follows and on.all()):
+            self._cell, self.N, self._index = self._cell[on], self.N[on], self._index[on]
+            off = np.ones(len(p), bool)
+            off[self._index] = False
+            self._some_left = bool(p.status[off].any())
+            p.force[off] = 0.0
+            p.gap[off] = self._away[p.gid[off]]
+            p.status[off] = 0
+        return p.gid[self._index]
+
+    def _come_near(self, step, gid):
+        """No gap is wider than the soil that is there now leaves it, whichever soil opened it."""
+        gap, normal, nearest = self.points.gap[self._index], self._normal[gid], self._distance(step.parts, step.comm)[gid]
+        along = np.sum(gap * normal, axis=1)
+        arrived = along >= 0.999 * np.linalg.norm(self._away[gid], axis=1)
+        least = np.maximum(np.where(arrived, nearest[:, 1], nearest[:, 0]), 0.0)
+        excess = np.where(self._separates[gid], np.maximum(along - least, 0.0), 0.0)
+        self.points.gap[self._index] = gap - excess[:, None] * normal
+
+    def respond(self, step, u):
+        """Forces at the displacement u over the step [m], shape (nodes, D)."""
+        self._respond(self._cell, step.cover.cells, self.N, u, self._base, *self._fixed, self._gap, self._force,
+                      self._status)
+
+    def residual(self, step, u, R):
+        """Subtract the forces [N] from R, shape (nodes, D)."""
+        self.respond(step, u)
+        step.kernels.spread(self._cell, step.cover.cells, self.N, -self._force, R)
+
+    def switched(self):
+        """Whether a particle of this rank sticks, slides or has separated otherwise than in the tangent."""
+        return self._some_left or not np.array_equal(self._status, self.points.status[self._index])
+
+    def tangent(self, step):
+        """Add the springs to the element matrices."""
+        normal, stiffness, limit, _ = self._fixed
+        self.points.status[self._index], self._some_left = self._status, False
+        self._tangent(self._cell, step.cover.slot, self.N, normal, stiffness, limit, self._gap, self._status,
+                      step.cover.element_matrices)
+
+    def finish(self, step, u):
+        """Keep forces and gaps at the displacement u [m], shape (nodes, D)."""
+        p, cover, index = self.points, step.cover, self._index
+        self.respond(step, u)
+        normal, stiffness = self._fixed[:2]
+        moved = p.gap[index] - self._wall
+        step.kernels.interpolate(self._cell, cover.cells, self.N, u, moved)
+        along = lambda vectors: np.sum(vectors * normal, axis=1)[:, None] * normal  # noqa: E731
+        spring = np.where(self._status[:, None] % CLOSED == STICK, moved, -self._force / stiffness[:, None])
+        p.gap[index] = along(moved) + spring - along(spring)
+        p.force[index] = self._force
+
+    def move(self, time):
+        """Take particles that do not follow the body to their places at ``time`` [s]."""
+        if self.moves and not self.follows:
+            x = self._start + self._motion(time)
+            self.points.x[:] = x[self.points.gid]
+            if self._distance:
+                self._distance.place(x)

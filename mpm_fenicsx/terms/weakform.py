@@ -1,0 +1,175 @@
+"""Residual and consistent tangent of the weak form, eq. 10 and 11, with the material points as quadrature.
+
+Updated Lagrangian on the grid at rest: u is the displacement over the step, F = (I + du/dx) F_old, and with
+T = P F_old^T (the stress that works on du/dx, per undeformed volume)
+
+    R_I = sum_p V0 T grad N_I + m N_I a(x_p),     a = sum_J N_J a_J,
+    K_IJ = sum_p V0 grad N_I (F_old A F_old^T) grad N_J + alpha m N_I N_J.
+
+With FBAR, F = r (I + du/dx) F_old with a mean volume change in r, and what follows from it for R and K: ``f_bar``.
+
+Templates: ``specialise`` fixes D, K, FBAR, CONSISTENT (inertia as in eq. 11; otherwise the caller adds lumped inertia)
+and the law as ``point_stress``, ``point_tangent`` or ``energy``. Arguments throughout: cell (n,) cells of the points;
+cells (m, K) nodes; slot, patch (m,) and place (m, K): see ``cover``; volume, bulk, push, pull: see ``f_bar``; N (n,
+K), G (n, K, D) basis values and gradients [1/m]; mass (n,) [kg]; V0 (n,) undeformed volume [m^3];
+F_old, F (n, D, D) and F33_old, F33 (n,) deformation at the start and the end of the step; old, new (n,) state records;
+p the law's parameters; u (nodes, D) [m], a (nodes, D) [m/s^2].
+"""
+import numpy as np
+
+from ..laws.algebra import determinant
+from ..specialise import inlined
+from .f_bar import (
+    by_mean_volume,
+    deformed_gradients,
+    deviatoric_force,
+    displacement_gradient,
+    spread,
+    volume_change,
+)
+
+D, K = 2, 4
+CONSISTENT, FBAR = True, False
+point_stress = point_tangent = strain_energy = stress = None
+
+
+def residual(cell, cells, patch, volume, N, G, mass, V0, F_old, F33_old, old, p, u, a, F, F33, new, bulk, R):
+    """Add internal and inertia forces [N] to R, shape (nodes, D), with FBAR all but the mean pressure's, for which
+    bulk[:, 0] is added to; fills F, F33 and new."""
+    H = np.empty((D, D))
+    P = np.empty(D * D + 1)
+    A = np.empty((D * D + 1, D * D + 1))
+    T = np.empty((D, D))
+    for q in range(len(cell)):
+        c = cell[q]
+        displacement_gradient(c, q, cells, G, u, D, K, H)
+        r = 1.0
+        if FBAR:
+            r = (volume[patch[c], 0] / volume[patch[c], 1] / volume_change(H, D)) ** (1.0 / D)
+        for i in range(D):
+            for j in range(D):
+                f = F_old[q, i, j]
+                for k in range(D):
+                    f += H[i, k] * F_old[q, k, j]
+                F[q, i, j] = r * f
+        F33[q] = point_stress(p, F[q], F33_old[q], old[q], new[q], P, A)
+        if FBAR:
+            bulk[patch[c], 0] += deviatoric_force(P, F[q], H, V0[q], D, T)
+        else:
+            for i in range(D):
+                for j in range(D):
+                    t = 0.0
+                    for k in range(D):
+                        t += P[i * D + k] * F_old[q, j, k]
+                    T[i, j] = V0[q] * t
+        for i in range(D):
+            inertia = 0.0
+            if CONSISTENT:
+                for b in range(K):
+                    inertia += N[q, b] * a[cells[c, b], i]
+                inertia *= mass[q]
+            t0, t1, t2 = T[i, 0], T[i, 1], T[i, D - 1]
+            for b in range(K):
+                force = inertia * N[q, b] + t0 * G[q, b, 0] + t1 * G[q, b, 1]
+                if D == 3:
+                    force += t2 * G[q, b, D - 1]
+                R[cells[c, b], i] += force
+
+
+@inlined
+def _pull(A, F, weight, D, half, B):
+    """B = weight F A F^T on the second and fourth index, one after the other."""
+    for i in range(D):
+        for j in range(D):
+            for k in range(D):
+                for n in range(D):
+                    s = 0.0
+                    for m in range(D):
+                        s += F[j, m] * A[i * D + m, k * D + n]
+                    half[i, j, k, n] = weight * s
+    for i in range(D):
+        for j in range(D):
+            for k in range(D):
+                for l in range(D):
+                    s = 0.0
+                    for n in range(D):
+                        s += half[i, j, k, n] * F[l, n]
+                    B[i, j, k, l] = s
+
+
+def tangent(cell, cells, slot, patch, place, volume, N, G, mass, V0, F_old, F33_old, old, p, alpha, u, F, F33, new, bulk,
+            push, pull, Ke):
+    """Add the point's share to the element matrices Ke [N/m], shape (slots, K, D, D, K): Ke[c, b, k, i, e] is the
+    derivative of the force on node e in direction i by the displacement of node b in direction k, the mean volume
+    change held; with FBAR also to bulk[:, 1], push and pull. F, F33 and bulk[:, 0] are those of the residual at u.
+
+    Sums in scalars and one flat index per element matrix: half the time of the same loops over small arrays.
+    """
+    P = np.empty(D * D + 1)
+    A = np.empty((D * D + 1, D * D + 1))
+    half = np.empty((D, D, D, D))
+    B = np.empty((D, D, D, D))
+    forth, back = np.empty((D, D)), np.empty((D, D))
+    g = np.empty(D * K)  # gradients, one direction after the other
+    w = np.empty(K)
+    for q in range(len(cell)):
+        F33[q] = point_tangent(p, F[q], F33[q], old[q], new[q], P, A)
+        c = cell[q]
+        for e in range(K):
+            w[e] = alpha * mass[q] * N[q, e] if CONSISTENT else 0.0
+            for j in range(D):
+                g[j * K + e] = G[q, e, j]
+        if FBAR:
+            row = patch[c]
+            grown = V0[q] * determinant(F_old[q], D) * F33_old[q]
+            grown *= deformed_gradients(c, q, cells, G, u, D, K, forth, back, g)
+            _pull(A, F[q], V0[q], D, half, B)
+            bulk[row, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[row, 0] / volume[row, 0], D, forth, back)
+            spread(forth, g, place[c], D, K, push[row])
+            spread(back, g, place[c], D, K, pull[row])
+        else:
+            _pull(A, F_old[q], V0[q], D, half, B)
+        flat = Ke[slot[c]].reshape(K * D * D * K)
+        start = 0
+        for b in range(K):
+            for k in range(D):
+                for i in range(D):
+                    y0 = y1 = y2 = 0.0
+                    for l in range(D):
+                        y0 += B[i, 0, k, l] * g[l * K + b]
+                        y1 += B[i, 1, k, l] * g[l * K + b]
+                        if D == 3:
+                            y2 += B[i, D - 1, k, l] * g[l * K + b]
+                    inertia = N[q, b] if i == k else 0.0
+                    for e in range(K):
+                        s = inertia * w[e] + g[e] * y0 + g[K + e] * y1
+                        if D == 3:
+                            s += g[(D - 1) * K + e] * y2
+                        flat[start + e] += s
+                    start += K
+
+
+def energies(mass, V0, v, F, F33, old, p):
+    """Kinetic energy of the points and strain energy [J]."""
+    kinetic = 0.0
+    strain = 0.0
+    for q in range(len(mass)):
+        for i in range(D):
+            kinetic += 0.5 * mass[q] * v[q, i] * v[q, i]
+        strain += V0[q] * strain_energy(p, F[q], F33[q], old[q])
+    return kinetic, strain
+
+
+def cauchy(p, F, F33, state, sigma):
+    """Cauchy stress sigma = P F^T / J [Pa], shape (n, D, D)."""
+    P = np.empty(D * D + 1)
+    new = state[:1].copy()  # a law fills it; the points' own states stay as they are
+    for q in range(len(F)):
+        stress(p, F[q], F33[q], state[q], new[0], P)
+        J = determinant(F[q], D) * F33[q]
+        for i in range(D):
+            for j in range(D):
+                s = 0.0
+                for k in range(D):
+                    s += P[i * D + k] * F[q, j, k]
+                sigma[q, i, j] = s / J

@@ -4,7 +4,7 @@ import pytest
 
 from mpm_fenicsx import Box, Grid, Support
 from mpm_fenicsx.grid.supports import Supports
-from mpm_fenicsx.solve import newmark
+from mpm_fenicsx.terms import newmark
 
 X = np.stack(np.meshgrid([0.0, 1.0, 2.0], [0.0, 1.0], indexing="ij"), -1).reshape(-1, 2)
 

@@ -33,7 +33,7 @@ class MPM(Answers):
     supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given to
     ``advance`` and follow the motion; loads: ``Load`` records; penalties: ``Penalty`` and ``GridWall`` records; gravity:
     [m/s^2], shape (dim,); inertia: "consistent" (eq. 11), "lumped" or "ghost", see ``ghost``; rebalance: imbalance of
-    material points over the ranks from which the grid is partitioned anew; body_force: force per mass [m/s^2] besides
+    material points over the ranks from which the grid is distributed anew; body_force: force per mass [m/s^2] besides
     gravity, a function of the points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim);
     solver: of ``SOLVERS``; halvings: how often a step in which Newton's method fails is halved, see ``ladder``; outflow:
     what happens to material that leaves the grid, "stop" (the run ends), "hold" (at the edge, at rest) or "remove", or a
@@ -43,13 +43,14 @@ class MPM(Answers):
 
     ``parts`` are the bodies with their points, numbered through, see ``parts.Part``; ``phases`` sums the seconds spent
     per phase, ``iterations`` is the number of Newton iterations of the last ``advance``, ``substeps`` of the steps that
-    it took, ``count`` the number of material points, ``balance`` lists new partitions: (step, imbalance before, after).
+    it took, ``count`` the number of material points, ``rebalances`` lists the new distributions over the ranks:
+    (step, imbalance before, after).
     Everything is collective.
 
     Raises ValueError for a scene that cannot be run, MPMError and MPMDiverged when a step fails.
     """
 
-    balance_every = 50  # steps between two looks at the balance
+    rebalance_every = 50  # steps between two looks at the imbalance
 
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
                  rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto", halvings=4,
@@ -63,11 +64,11 @@ class MPM(Answers):
         self.gravity = np.zeros(self.dim) if gravity is None else np.array(gravity, float)
         self.time, self.steps, self.iterations, self.substeps = 0.0, 0, 0, 1
         self.ladder, self.closed = Ladder(inertia, halvings), False
-        self._settled, self.phases = False, dict.fromkeys(PHASES, 0.0)  # settled: the points are in their cells
+        self._located, self.phases = False, dict.fromkeys(PHASES, 0.0)  # located: the points are in their cells
         self._parts = make_parts(self._frame.enter(bodies), self._grid, self.gravity, body_force)
         x = np.concatenate([part.points.x for part in self._parts])
         check_inside(self._grid, x, "the body reaches out of the grid: a material point", self.origin)
-        self._count, self.rebalance, self.balance, self.outflow = len(x), rebalance, [], outflow
+        self._count, self.rebalance, self.rebalances, self.outflow = len(x), rebalance, [], outflow
         self._outflow = Outflow(read_ways(outflow, self.dim), self._grid, comm, self.gravity)
         self._bonds = Bonds(self._parts, comm, bonded)
         self._support_scene, self._solver = tuple(self._frame.enter(list(supports))), solver
@@ -124,13 +125,13 @@ class MPM(Answers):
     def take_step(self, dt, force):
         """One step, see ``advance``; raises MPMDiverged and leaves the points as they were when Newton's method fails."""
         self.step.restart_clock()
-        if self.comm.size > 1 and self.steps and self.steps % self.balance_every == 0:
+        if self.comm.size > 1 and self.steps and self.steps % self.rebalance_every == 0:
             if self._outflow.active:
-                self._search()  # so that what has left is not looked for on the new partition
+                self._search()  # so that what has left is not looked for on the new distribution
             self._rebalance()
         self._search()
         self._outflow.check_left(self._count, self.time)
-        self._settled = False
+        self._located = False
         self.step.begin(dt, self.time, force[self.boundary.gid])
         u, iterations = self.step.solve(f"step {self.steps + 1}, t = {self.time + dt:.6g} s")
         self.step.finish(u)
@@ -148,24 +149,24 @@ class MPM(Answers):
             return None
         changed = self._surface.stay_inside(self._grid.box)
         self._search()
-        has_mass = near_mass(self.background, self.step.cover, self._parts, self.kernels)
-        change = self._surface.resample(has_mass, self.time, changed)
+        has_mass = near_mass(self.background, self.step.active_cells, self._parts, self.kernels)
+        change = self._surface.renew(has_mass, self.time, changed)
         if change is not None:
             self.background.keep_mine(self.boundary, ["the interface"] * len(self.boundary))
             self._attach()
         return change and change._replace(x=self._frame.leave(change.x))
 
     def _search(self):
-        """Phase I: points go to their cells, and the cover follows them; once in a step."""
-        if self._settled:
+        """Phase I: points go to their cells, and the active cells follow them; once in a step."""
+        if self._located:
             return
-        slot = self._no_slot if self.step is None else self.step.cover.home
-        self._settled, (travelled, bare) = True, self._sets.settle(self.background.search, slot, self._router, self.time)
-        if bare:
+        row = self._no_row if self.step is None else self.step.active_cells.point_row
+        self._located, (travelled, inactive) = True, self._sets.locate(self.background.search, row, self._router, self.time)
+        if inactive:
             self._make_step(self._sets.filled())
         elif travelled:
             self._attach()
-        if bare or self.steps % self._bonds.every == 0:
+        if inactive or self.steps % self._bonds.every == 0:
             self._bonds.look(self.step, self.time)
 
     def _make_step(self, filled):
@@ -189,8 +190,8 @@ class MPM(Answers):
         self._surface.attach()
 
     def _rebalance(self):
-        """A new partition of the grid when the points have gathered on few ranks; they move with all they carry. It
-        costs a new mesh, so it is looked at only every ``balance_every`` steps."""
+        """A new distribution of the grid when the points have gathered on few ranks; they move with all they carry. It
+        costs a new mesh, so it is looked at only every ``rebalance_every`` steps."""
         before = self.imbalance()
         if before <= self.rebalance:
             return
@@ -199,7 +200,7 @@ class MPM(Answers):
         self._lay_out(np.concatenate([part.points.x for part in self._parts]))
         self._sets.relocate(self.background.search, self._router, self.time)
         self._make_step(self._sets.filled())
-        self.balance.append((self.steps, before, self.imbalance()))
+        self.rebalances.append((self.steps, before, self.imbalance()))
 
     def _lay_out(self, filling):
         """Background grid, supports and routes for points at ``filling`` [m], shape (n, dim)."""
@@ -207,28 +208,28 @@ class MPM(Answers):
         self.background = Background(self._grid, self.comm, filling, averaged, self.origin, self._room)
         self.supports = Supports(self._support_scene, self.background.x, self.steps > 0)
         self._router = Router(self.comm, self.background.neighbours)
-        self._no_slot = np.full(len(self.background.cells), -1, np.int32)
+        self._no_row = np.full(len(self.background.cells), -1, np.int32)
         self.step = self._facets = None
 
     @while_open
     def get_state(self):
         """Everything that decides the future of this rank's points, as name → array copy."""
-        state, time = self._sets.get_state(), np.array([self.time, self.steps, len(self.balance)])
+        state, time = self._sets.get_state(), np.array([self.time, self.steps, len(self.rebalances)])
         state.update(self._surface.get_state(), **self._outflow.get_state(), **self.step.get_state(), time=time,
                      scene=self._fingerprint.copy(), ladder=self.ladder.get_state())
         return state
 
     @while_open
     def set_state(self, state):
-        """Go back to ``state``; the run continues bit for bit, but over a new partition of the grid to round-off.
+        """Go back to ``state``; the run continues bit for bit, but over a new distribution of the grid to round-off.
         ValueError for a state of another scene."""
         check_state(state, self._fingerprint)
         self._sets.set_state(state)
         self._surface.set_state(state)
         self._outflow.set_state(state)
-        self._settled, other = False, self.ladder.set_state(state["ladder"])
+        self._located, other = False, self.ladder.set_state(state["ladder"])
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])
-        if state["time"][2] != len(self.balance):
+        if state["time"][2] != len(self.rebalances):
             self._sets.relocate(self.background.search, self._router, self.time)
             return self._make_step(self._sets.filled())
         same = not other and np.array_equal(self.step.filled, state["filled"])

@@ -89,7 +89,7 @@ def work_on_wall(window, last):
         jump = before = window.wall_x - last.wall_x - last.dt * last.wall_v
     else:
         before = last.x - last.wall_x - last.dt * last.wall_v
-        jump = window.resampled.carry(before)
+        jump = window.resampled.interpolate(before)
     return work + 0.5 * float(np.vdot(last.wall_force, before) + np.vdot(window.wall_force, jump))
 
 

@@ -43,7 +43,7 @@ class Iterated:
         self._change, (self._x, self._v) = change, self._solid.surface()
         self._relax.set_state(self._memory.relax)
         self._relax.forget()
-        self._memory = Memory(change.hand_on(self._memory.owed), self._relax.get_state())
+        self._memory = Memory(change.redistribute(self._memory.owed), self._relax.get_state())
 
     def accept(self, window):
         """Go on from the end of ``window``."""

@@ -7,8 +7,8 @@ import numpy as np
 def resample(solid, grains, mapping):
     """Let a solid that can do so renew its interface; the wall of the grains gets the same nodes and elements.
 
-    Returns None when nothing has changed, else the change: ``carry(values)`` gives what belongs to the new points,
-    shape (n, …), from what belonged to the old ones, ``hand_on(loads)`` does so for loads and keeps their sum. Costs
+    Returns None when nothing has changed, else the change: ``interpolate(values)`` gives what belongs to the new points,
+    shape (n, …), from what belonged to the old ones, ``redistribute(loads)`` does so for loads and keeps their sum. Costs
     nothing when the solid has no method ``resample``. ValueError unless wall nodes are interface points.
     """
     renew = getattr(solid, "resample", None)

@@ -27,8 +27,8 @@ class Trend(NamedTuple):
 
     def resampled(self, change):
         """The trend on the other points that the interface has after a ``change``, see ``resampling``."""
-        return self._replace(last=None if self.last is None else change.hand_on(self.last),
-                             before=None if self.before is None else change.hand_on(self.before))
+        return self._replace(last=None if self.last is None else change.redistribute(self.last),
+                             before=None if self.before is None else change.redistribute(self.before))
 
     def mean(self):
         """Norm of the force while there was one, mean over the run [N]."""

@@ -115,14 +115,14 @@ class Weak:
         if last is None:
             return self._v
         coming = last.moved / last.dt + last.gain * (0.5 * (last.dt + dt))
-        return coming if self._change is None else self._change.carry(coming)
+        return coming if self._change is None else self._change.interpolate(coming)
 
     def _gain(self, moved, dt):
         """How fast the mean velocity has risen since the last window, or since the start [m/s^2], shape (n, dim)."""
         last = self._last
         before, between = (self._v, 0.5 * dt) if last is None else (last.moved / last.dt, 0.5 * (last.dt + dt))
         if last is not None and self._change is not None:
-            before = self._change.carry(before)
+            before = self._change.interpolate(before)
         return (moved / dt - before) / between
 
 

@@ -1,1 +1,1 @@
-"""The background mesh, its partition over the ranks, and the cells that take part in a step."""
+"""The background mesh, its distribution over the ranks, and the cells that take part in a step."""

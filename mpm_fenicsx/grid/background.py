@@ -13,7 +13,7 @@ from ..scene.bodies import Grid
 from ..scene.frame import shifted
 from ..scene.mesh import lattice
 from . import compat
-from .partition import EMPTY_CELL, bisect, ghosts
+from .distribution import EMPTY_CELL, bisect, ghosts
 from .patches import patches
 from .search import LatticeSearch, WalkSearch
 

@@ -1,6 +1,6 @@
 """Search for the cell of a point: rounding on a lattice, a walk over neighbours on any other mesh.
 
-Both searches answer two questions. ``settle``: the local cell of the points of this rank, and whether any is not here.
+Both searches answer two questions. ``locate``: the local cell of the points of this rank, and whether any is not here.
 ``destinations``: for all points, rank and rank-independent number of their cell; it is asked only when a point is not
 here, and it is collective.
 """
@@ -52,20 +52,20 @@ def lattice_numbers(x, lower, h, counts, simplices, room, number):
 
 
 @njit(cache=True)
-def settle_lattice(number, owner, local, slot, rank, cell):
+def locate_lattice(number, owner, local, row, rank, cell):
     """Local cell of each point from its number; whether any point is not of this rank, and whether any lies in a cell
-    without a row in ``slot``."""
-    away = 0
-    bare = 0
+    without a ``row``, see ``active_cells``."""
+    leaving = 0
+    inactive = 0
     for p in range(len(number)):
         c = number[p]
         if c == NOWHERE or owner[c] != rank:
-            away = 1
+            leaving = 1
             continue
         cell[p] = local[c]
-        if slot[cell[p]] < 0:
-            bare = 1
-    return away, bare
+        if row[cell[p]] < 0:
+            inactive = 1
+    return leaving, inactive
 
 
 class LatticeSearch:
@@ -83,9 +83,9 @@ class LatticeSearch:
         lattice_numbers(x, *self._lattice, number)
         return number
 
-    def settle(self, points, slot):
-        """Fill ``points.cell``; returns whether any point is not here and whether any is in a cell outside ``slot``."""
-        return settle_lattice(self._numbers(points.x), self._owner, self._local, slot, self._rank, points.cell)
+    def locate(self, points, row):
+        """Fill ``points.cell``; returns whether any point is not here and whether any is in a cell without a ``row``."""
+        return locate_lattice(self._numbers(points.x), self._owner, self._local, row, self._rank, points.cell)
 
     def assign(self, x):
         """``destinations`` of positions x [m], shape (n, D), that are the same on every rank."""
@@ -96,7 +96,7 @@ class LatticeSearch:
         """Rank (-1: outside the grid), shape (n,), and number of the cell, shape (n,), of every point."""
         return self.assign(points.x)
 
-    relocate = destinations  # after a new partition the old cells mean nothing; here they never did
+    relocate = destinations  # after a new distribution the old cells mean nothing; here they never did
 
     def local(self, number):
         """Local cells of numbers that belong here."""
@@ -186,12 +186,12 @@ class WalkSearch:
                    self.longest_walk, b.tolerance, found)
         return found
 
-    def settle(self, points, slot):
-        """See ``LatticeSearch.settle``."""
+    def locate(self, points, row):
+        """See ``LatticeSearch.locate``."""
         found = self._found(points)
         here = (found >= 0) & (found < self._background.cells_owned)
         points.cell[here] = found[here]
-        return int(not here.all()), int((slot[found[here]] < 0).any())
+        return int(not here.all()), int((row[found[here]] < 0).any())
 
     def destinations(self, points):
         """See ``LatticeSearch.destinations``; all ranks look in their trees for points that a walk lost."""

@@ -18,7 +18,7 @@ class Supports:
     """
 
     def __init__(self, supports, x, checked=False):
-        """checked: whether they have been looked at, on another partition of the grid."""
+        """checked: whether they have been looked at, on another distribution of the grid."""
         self._supports, self._checked = tuple(supports), checked
         self.fixed = np.zeros(x.shape, bool)
         self._holder = np.full(x.shape, -1)
@@ -32,16 +32,16 @@ class Supports:
             self.fixed[held] = True
             self._holder[held] = number
 
-    def check(self, active, cover, time):
+    def check(self, active, active_cells, time):
         """Warn, on the first rank, of every support that holds no node with mass: the first time, and not later, when
         the body may have left it. Collective, on all ranks alike."""
         if self._checked:
             return
         self._checked = True
-        holder = self._holder[cover.node[:cover.owned]][active[:cover.owned]]
+        holder = self._holder[active_cells.node[:active_cells.owned]][active[:active_cells.owned]]
         holds = np.array([np.count_nonzero(holder == n) for n in range(len(self._supports))], int)
-        for support, count in zip(self._supports, cover.comm.allreduce(holds)):
-            if count == 0 and cover.comm.rank == 0:
+        for support, count in zip(self._supports, active_cells.comm.allreduce(holds)):
+            if count == 0 and active_cells.comm.rank == 0:
                 warnings.warn(f"{support.name} (fix {support.fix!r}) holds no grid node of the body at t = {time:.6g} s:"
                               " move it to nodes of cells that contain material points, unless the body comes to it "
                               "later", stacklevel=2)

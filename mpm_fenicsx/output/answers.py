@@ -124,7 +124,7 @@ class Answers:
 
     @while_open
     def describe(self):
-        """Solver and balance, for the report: see ``output``."""
+        """Solver and imbalance, for the report: see ``output``."""
         return output.describe(self)
 
     @while_open

@@ -35,7 +35,7 @@ def _points(mpm):
 
 
 def _grid(mpm):
-    """Cells and nodes in the order of the whole grid. A node of mass in a cell of this rank is in this rank's cover,
+    """Cells and nodes in the order of the whole grid. A node of mass in a cell of this rank is in this rank's active cells,
     for that reaches one layer beyond the filled cells; so nobody has to be asked."""
     background = mpm.background
     vertices, cells = background.whole
@@ -44,8 +44,8 @@ def _grid(mpm):
     nodes, corners = np.unique(own, return_inverse=True)
     mass, velocity = np.zeros(len(vertices)), np.zeros(vertices.shape)
     if mpm.steps and mpm.step.mass is not None:
-        covered = background.vertex_of[mpm.step.cover.node]
-        mass[covered], velocity[covered] = mpm.step.mass, mpm.step.v
+        active = background.vertex_of[mpm.step.active_cells.node]
+        mass[active], velocity[active] = mpm.step.mass, mpm.step.v
     kind, order = AROUND[mpm.grid.cell]
     corners = corners.reshape(own.shape)[:, order]
     if kind in ("triangle", "tetra"):
@@ -72,7 +72,8 @@ def _point_fields(parts):
 
 def describe(mpm):
     """Entries of report.json: ``solver``; ``halved_steps`` and ``ghost_since``, see ``ladder``; ``imbalance``, most
-    points on one rank over the mean, now; ``balance``, a list of [step, imbalance before, after] of the new partitions.
+    points on one rank over the mean, now; ``rebalances``, a list of [step, imbalance before, after] of the new distributions over
+    the ranks.
     Collective."""
     return {"solver": mpm.step.newton.describe(), **mpm.ladder.describe(), "imbalance": round(mpm.imbalance(), 4),
-            "balance": [[step, round(before, 4), round(after, 4)] for step, before, after in mpm.balance]}
+            "rebalances": [[step, round(before, 4), round(after, 4)] for step, before, after in mpm.rebalances]}

@@ -62,20 +62,20 @@ class BoundaryParticles:
         self.points.x[:] = inside
         return left
 
-    def resample(self, has_mass, time, changed):
-        """Renew the particles by the rule, see ``outline.resample``; if that changes anything, ``points`` are all of
+    def renew(self, has_mass, time, changed):
+        """Renew the particles by the rule, see ``outline.find_change``; if that changes anything, ``points`` are all of
         them on every rank again. Returns the ``outline.Change``, or None."""
         x, v, a, force = self.whole("x", "v", "a", "force")
         old = self.interface
-        change = outline.resample(x, old.elements, old.resampling, force.any(axis=1), has_mass, changed)
+        change = outline.find_change(x, old.elements, old.resampling, force.any(axis=1), has_mass, changed)
         if change is not None:
             if not len(change.x):
                 raise MPMError(f"nothing is left of the outline at t = {time:.6g} s: no boundary particle has a "
                                "material point near it; give it a smaller spacing, or more inset")
             n = len(change.x)
-            self.interface = replace(old, x=change.carry(np.asarray(old.x, float)), elements=change.elements)
-            self.points.restore(dict(gid=np.arange(n), cell=np.zeros(n, np.int32), x=change.x, v=change.carry(v),
-                                     a=change.carry(a), force=change.hand_on(force)))
+            self.interface = replace(old, x=change.interpolate(np.asarray(old.x, float)), elements=change.elements)
+            self.points.restore(dict(gid=np.arange(n), cell=np.zeros(n, np.int32), x=change.x, v=change.interpolate(v),
+                                     a=change.interpolate(a), force=change.redistribute(force)))
         return change
 
     def get_state(self):
@@ -93,14 +93,14 @@ class BoundaryParticles:
 REACHES = 1e-3  # share of a particle's basis on nodes with mass from which on it belongs to the body
 
 
-def near_mass(background, cover, parts, kernels):
+def near_mass(background, active_cells, parts, kernels):
     """Function from places [m], shape (n, D), to the mask of those whose basis reaches nodes that carry mass, alike on
-    every rank. The points of ``parts`` are in their cells, and these in the ``cover``."""
-    comm, search, flags = background.comm, background.search, np.zeros((len(cover.node), 1))
+    every rank. The points of ``parts`` are in their cells, and these among the ``active_cells``."""
+    comm, search, flags = background.comm, background.search, np.zeros((len(active_cells.node), 1))
     for part in parts:
-        flags[cover.cells[np.unique(part.points.cell)], 0] = 1.0
-    cover.accumulate(flags)
-    active = (cover.slot >= 0)[:, None] & (flags[cover.cells, 0] > 0.0)
+        flags[active_cells.cells[np.unique(part.points.cell)], 0] = 1.0
+    active_cells.accumulate(flags)
+    active = (active_cells.row >= 0)[:, None] & (flags[active_cells.cells, 0] > 0.0)
 
     def has_mass(x):
         rank, number = search.assign(x)

@@ -14,33 +14,33 @@ class Change(NamedTuple):
     """From an outline of m particles to one of n: places x [m], shape (n, 2), and elements, shape (k, 2).
 
     A new particle moves as (1 - weight) times the first plus weight times the second of its ``parents``, shape (n, 2);
-    what loads an old particle goes on to its ``heir``, shape (m,).
+    what loads an old particle goes on to its ``successor``, shape (m,).
     """
 
     x: np.ndarray
     elements: np.ndarray
     parents: np.ndarray
     weight: np.ndarray
-    heir: np.ndarray
+    successor: np.ndarray
 
     @property
     def keeps_numbers(self):
         """Whether every particle is the one that it was."""
-        return np.array_equal(self.heir, np.arange(len(self.x)))
+        return np.array_equal(self.successor, np.arange(len(self.x)))
 
-    def carry(self, values):
+    def interpolate(self, values):
         """Values at the new particles, shape (n, …), of what is given at the old ones, shape (m, …)."""
         w = self.weight.reshape(-1, *[1] * (values.ndim - 1))
         return (1.0 - w) * values[self.parents[:, 0]] + w * values[self.parents[:, 1]]
 
-    def hand_on(self, load):
+    def redistribute(self, load):
         """Loads on the new particles, shape (n, …), from those on the old ones, shape (m, …): the sum stays."""
         out = np.zeros((len(self.x), *load.shape[1:]))
-        np.add.at(out, self.heir, load)
+        np.add.at(out, self.successor, load)
         return out
 
 
-def resample(x, elements, rule, loaded, has_mass, changed=False):
+def find_change(x, elements, rule, loaded, has_mass, changed=False):
     """The ``Change`` that ``rule`` (`scene.Resampling`) asks for, or None.
 
     x: places [m], shape (n, 2); loaded: mask of the particles that carry a load, shape (n,); has_mass(x): mask of the
@@ -115,8 +115,8 @@ def _divided(x, order, after, parent, longest, has_mass, changed):
     target = np.arange(1, len(owner) + 1)
     target[np.append(first[1:], len(owner)) - 1] = np.where(after == NONE, NONE, first[after])
     elements = np.column_stack([np.arange(len(owner)), target])[target != NONE]
-    heir = np.full(len(x), NONE)
-    heir[order] = first
-    gone = np.flatnonzero(heir == NONE)
-    heir[gone] = np.argmin(((x[gone, None] - places) ** 2).sum(axis=2), axis=1)
-    return Change(places, elements, parent[np.column_stack([a[owner], b[owner]])], t, heir)
+    successor = np.full(len(x), NONE)
+    successor[order] = first
+    gone = np.flatnonzero(successor == NONE)
+    successor[gone] = np.argmin(((x[gone, None] - places) ** 2).sum(axis=2), axis=1)
+    return Change(places, elements, parent[np.column_stack([a[owner], b[owner]])], t, successor)

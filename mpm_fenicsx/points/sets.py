@@ -9,12 +9,12 @@ from .points import Points
 
 
 class Set(NamedTuple):
-    """Points with their name in the state; covered: their cells belong to the cover; moves: they can change cells;
+    """Points with their name in the state; active: the cells that they are in are active; moves: they can change cells;
     leave: what becomes of those that left the grid, see ``outflow``, None: they end the run."""
 
     name: str
     points: Points
-    covered: bool = True
+    active: bool = True
     moves: bool = True
     leave: Optional[Callable] = None
 
@@ -26,13 +26,14 @@ class Sets:
     def __init__(self, comm, sets, origin):
         self._comm, self._sets, self._origin = comm, tuple(sets), origin
 
-    def settle(self, search, slot, router, time):
-        """Phase I: cell of every point; points travel to the rank of their cell. slot: row of each local cell in the
-        cover, -1 outside. Returns whether any point travelled, and whether any is outside the cover."""
-        anywhere = slot if all(s.covered for s in self._sets) else np.zeros_like(slot)
-        moving = [(s, slot if s.covered else anywhere) for s in self._sets if s.moves]
-        away, bare = np.array([search.settle(s.points, rows) for s, rows in moving]).T
-        flags = somewhere(self._comm, *away, bare.max())
+    def locate(self, search, row, router, time):
+        """Phase I: cell of every point; points travel to the rank of their cell. row: of each local cell in the
+        element matrices, -1 where it is inactive. Returns whether any point travelled, and whether any is in an inactive
+        cell."""
+        anywhere = row if all(s.active for s in self._sets) else np.zeros_like(row)
+        moving = [(s, row if s.active else anywhere) for s in self._sets if s.moves]
+        leaving, inactive = np.array([search.locate(s.points, rows) for s, rows in moving]).T
+        flags = somewhere(self._comm, *leaving, inactive.max())
         for (s, rows), somebody in zip(moving, flags):
             if somebody:
                 self._send(s, search.destinations(s.points), search, router, time)
@@ -40,7 +41,7 @@ class Sets:
         return flags[:-1].any(), bool(flags[-1])
 
     def relocate(self, search, router, time):
-        """Cells and ranks on another partition of the grid."""
+        """Cells and ranks on another distribution of the grid."""
         for s in self._sets:
             self._send(s, search.relocate(s.points), search, router, time)
 
@@ -67,8 +68,8 @@ class Sets:
         return [(s.name, len(s.points)) for s in self._sets]
 
     def filled(self):
-        """Cells of this rank that the cover is made for."""
-        return np.unique(np.concatenate([s.points.cell for s in self._sets if s.covered]))
+        """Cells of this rank that make cells active: they and their neighbours take part in a step."""
+        return np.unique(np.concatenate([s.points.cell for s in self._sets if s.active]))
 
     def get_state(self):
         """Fields of this rank's points as name → array copy."""

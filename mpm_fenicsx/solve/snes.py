@@ -34,7 +34,7 @@ def _first_line(error):
 
 
 class Newton:
-    """One SNES over one cover. residual(u, r): fills r from u, both (owned, D); tangent(): fills the matrix at the
+    """One SNES over the active cells. residual(u, r): fills r from u, both (owned, D); tangent(): fills the matrix at the
     deformation of the last residual. Collective.
 
     tangent is called with whether it was asked for, and whether always or once in a step will do where inertia
@@ -45,28 +45,28 @@ class Newton:
     ``solvers.SOLVERS``; ValueError when it does not exist or does not suit the tangent.
     """
 
-    def __init__(self, cover, residual, tangent, watched=False, kinks=False, symmetric=True, plastic=False,
+    def __init__(self, active_cells, residual, tangent, watched=False, kinks=False, symmetric=True, plastic=False,
                  solver="auto"):
         solvers.check(solver, symmetric)
         options.check()
         self._doubt = options.Doubt()
         self._residual, self._tangent = residual, tangent
         self._failure = None
-        self._shape = (cover.owned, cover.dim)
-        self.u, r = cover.vector(cover.dim), cover.vector(cover.dim)
-        self.snes = snes = PETSc.SNES().create(cover.comm)
+        self._shape = (active_cells.owned, active_cells.dim)
+        self.u, r = active_cells.vector(active_cells.dim), active_cells.vector(active_cells.dim)
+        self.snes = snes = PETSc.SNES().create(active_cells.comm)
         snes.setOptionsPrefix(PREFIX)
         snes.setFunction(self._function, r)
-        snes.setJacobian(self._jacobian, cover.matrix)
+        snes.setJacobian(self._jacobian, active_cells.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
         self._lag, self._search = 1 if watched or plastic else KEEP, ("cp", 5) if kinks else ("bt",)
         self._symmetric, self._plastic, self._asked, self._again = symmetric, plastic, plastic, False
         compat.set_lag_jacobian(snes, self._lag)
         compat.set_line_search(snes, *self._search)
-        snes.getKSP().setOperators(cover.matrix)
+        snes.getKSP().setOperators(active_cells.matrix)
         self._user_atol, self._user_lag, self._user_search = map(PETSc.Options(PREFIX).hasName, (
             "snes_atol", "snes_lag_jacobian", "snes_linesearch_type"))
-        self._cover, self._solver, self._chosen = cover, solver, False
+        self._active_cells, self._solver, self._chosen = active_cells, solver, False
         r.destroy()  # the SNES holds its own reference
 
     @property
@@ -83,7 +83,7 @@ class Newton:
             return
         name, fresh = self._solver, self._user_lag or self._plastic
         if name == "auto":
-            name = solvers.automatic(self.u.getSize(), self._cover.dim, self._symmetric, fresh, stiffness)
+            name = solvers.automatic(self.u.getSize(), self._active_cells.dim, self._symmetric, fresh, stiffness)
         try:
             solvers.configure(self.snes.getKSP(), PREFIX, name, coordinates, self._symmetric)
             self.snes.setFromOptions()
@@ -115,7 +115,7 @@ class Newton:
         once: those without the error wait for this one in the middle of their residual, and no solve comes to its
         end."""
         self._failure = error
-        if self._cover.comm.size > 1:
+        if self._active_cells.comm.size > 1:
             raise error
 
     def solve(self, guess, rest, atol, when):

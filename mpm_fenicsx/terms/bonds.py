@@ -14,33 +14,33 @@ from ..collective import somewhere
 class Bonds:
     """Looks for the pairs of ``parts`` that share grid nodes. Collective."""
 
-    every = 10  # steps between two looks, besides those at each new cover
+    every = 10  # steps between two looks, besides those where other cells become active
 
     def __init__(self, parts, comm, bonded):
         self._parts, self._comm = parts, comm
         self._left = [] if bonded else list(combinations(range(len(parts)), 2))
 
     def look(self, step, time):
-        """Warn of the pairs that share nodes of the ``step``'s cover at ``time`` [s], and were not named before."""
+        """Warn of the pairs that share nodes of the ``step``'s active cells at ``time`` [s], and were not named before."""
         if not self._left:
             return
-        cover = step.cover
-        flags = np.zeros((len(cover.node), len(self._parts)))
+        active_cells = step.active_cells
+        flags = np.zeros((len(active_cells.node), len(self._parts)))
         for n, part in enumerate(self._parts):
-            flags[cover.cells[np.unique(part.points.cell)], n] = 1.0
-        cover.accumulate(flags)
+            flags[active_cells.cells[np.unique(part.points.cell)], n] = 1.0
+        active_cells.accumulate(flags)
         reached = flags > 0.0
         shared = somewhere(self._comm, *((reached[:, a] & reached[:, b]).any() for a, b in self._left))
         for (a, b), together in zip(self._left, shared):
             if together:
-                self._warn(a, b, self._distance(cover, reached, a, b), step.background.h.max(), time)
+                self._warn(a, b, self._distance(active_cells, reached, a, b), step.background.h.max(), time)
         self._left = [pair for pair, together in zip(self._left, shared) if not together]
 
-    def _distance(self, cover, reached, a, b):
+    def _distance(self, active_cells, reached, a, b):
         """Between the nearest of their points in cells at shared nodes [m]."""
         from scipy.spatial import cKDTree  # takes time to import, and few scenes need it
 
-        near = (reached[:, a] & reached[:, b])[cover.cells].any(axis=1) & (cover.cells[:, 0] >= 0)
+        near = (reached[:, a] & reached[:, b])[active_cells.cells].any(axis=1) & (active_cells.cells[:, 0] >= 0)
         places = [np.concatenate(self._comm.allgather(p.x[near[p.cell]]))
                   for p in (self._parts[n].points for n in (a, b))]
         return cKDTree(places[0]).query(places[1])[0].min()

@@ -9,13 +9,13 @@ NEIGHBOURS = 0.5  # of the stiffness of a node whose neighbours are held, that o
 
 
 class Carriers:
-    """The interface's particles and those of the scene's loads and penalties, in the cells of a step's cover.
+    """The interface's particles and those of the scene's loads and penalties, in the active cells of a step.
     Collective."""
 
     def __init__(self, step, boundary):
         """step: with its points attached; boundary: the interface's particles."""
         self._step, self._comm = step, step.comm
-        K, D = step.cover.cells.shape[1], step.dim
+        K, D = step.active_cells.cells.shape[1], step.dim
         particles = [boundary, *(loads.points for loads in step.loads)]
         self._loaded = [(p, np.empty((len(p), K)), np.empty((len(p), K, D))) for p in particles]
 
@@ -29,7 +29,7 @@ class Carriers:
         the interface's particles [N]; returns whether other nodes are active than before."""
         step, boundary = self._step, self._loaded[0][0]
         self._riders = [(p, N) for p, N, _ in self._loaded]
-        self._lost = [step.kernels.only_active(p.cell, step.cover.cells, active, N) for p, N, _ in self._loaded]
+        self._lost = [step.kernels.only_active(p.cell, step.active_cells.cells, active, N) for p, N, _ in self._loaded]
         if step.outflow is not None and step.outflow.active:
             self._lost = [step.outflow.excuses(p, N) if hasattr(p, "off") else k
                           for (p, N), k in zip(self._riders, self._lost)]
@@ -58,22 +58,22 @@ class Carriers:
 
     def _carry(self, points, N, force, load, jumps, acts):
         """Eq. 13; jumps: the force has changed somewhere; acts: there is one. Returns the sum over the nodes [N]."""
-        cover = self._step.cover
+        active_cells = self._step.active_cells
         if jumps:
             self._jump(self._spread(points, N, force - points.force))
             points.force[:] = force
         if not acts:
             return np.zeros(self._step.dim)
         nodal = self._spread(points, N, force)
-        cover.accumulate(nodal)
+        active_cells.accumulate(nodal)
         load += nodal
-        return total(self._comm, nodal[:cover.owned].sum(axis=0))
+        return total(self._comm, nodal[:active_cells.owned].sum(axis=0))
 
     def _half_way(self, points, N):
         """How far the nodes carry the points in half a step, at the velocity and acceleration of its start [m]."""
         step, ahead = self._step, np.zeros_like(points.x)
         motion = 0.5 * step.dt * step.v + 0.125 * step.dt**2 * step.a
-        step.kernels.interpolate(points.cell, step.cover.cells, N, motion, ahead)
+        step.kernels.interpolate(points.cell, step.active_cells.cells, N, motion, ahead)
         return ahead
 
     def _raise_lost(self, time):
@@ -88,7 +88,7 @@ class Carriers:
     def _spread(self, points, N, force):
         """Eq. 13: forces of this rank's particles on its nodes [N], shape (nodes, D)."""
         nodal = np.zeros_like(self._step.v)
-        self._step.kernels.spread(points.cell, self._step.cover.cells, N, force, nodal)
+        self._step.kernels.spread(points.cell, self._step.active_cells.cells, N, force, nodal)
         return nodal
 
     def _jump(self, nodal):
@@ -96,12 +96,12 @@ class Carriers:
         what moves with them: Newmark's method then does the work of the load and takes up its impulse, step by step.
         nodal: change of the forces [N] of which each rank has its share, shape (nodes, D)."""
         step = self._step
-        step.cover.accumulate(nodal)
+        step.active_cells.accumulate(nodal)
         nodal[step.active] /= step.mass[step.active, None]
-        nodal[step.cover.fixed] = 0.0
+        nodal[step.active_cells.fixed] = 0.0
         step.a += nodal
         for p, N in [*((part.points, part.basis) for part in step.parts), *self._riders]:
-            step.kernels.interpolate(p.cell, step.cover.cells, N, nodal, p.a)
+            step.kernels.interpolate(p.cell, step.active_cells.cells, N, nodal, p.a)
 
     def window_mass(self):
         """Of each of the interface's particles on this rank, the mass [kg] of a free body that a force would move as
@@ -111,13 +111,13 @@ class Carriers:
         if step.mass is None:
             return np.full(len(particles), np.inf)
         self.shapes()
-        cover, nodes = step.cover, step.cover.cells[particles.cell]
+        active_cells, nodes = step.active_cells, step.active_cells.cells[particles.cell]
         N = np.where(step.active[nodes], N, 0.0)
         N /= np.maximum(N.sum(axis=1, keepdims=True), 1e-300)
-        diagonal = cover.matrix.getDiagonal().array.reshape(cover.owned, step.dim) / newmark.alpha(step.dt)
-        mass = step.mass[:, None] + NEIGHBOURS * np.maximum(cover.with_ghosts(diagonal) - step.mass[:, None], 0.0)
+        diagonal = active_cells.matrix.getDiagonal().array.reshape(active_cells.owned, step.dim) / newmark.alpha(step.dt)
+        mass = step.mass[:, None] + NEIGHBOURS * np.maximum(active_cells.with_ghosts(diagonal) - step.mass[:, None], 0.0)
         with np.errstate(divide="ignore"):
-            give = np.where(step.active[:, None] & ~cover.fixed, 1.0 / mass, 0.0)
+            give = np.where(step.active[:, None] & ~active_cells.fixed, 1.0 / mass, 0.0)
             return 1.0 / np.einsum("nk,nkd->nd", N**2, give[nodes]).max(axis=1, initial=0.0)
 
     def finish(self, u, a):
@@ -127,4 +127,4 @@ class Carriers:
         for held in step.penalties:
             held.finish(step, u)
         for p, N in self._riders:
-            step.kernels.to_points(p.cell, step.cover.cells, N, u, a, step.dt, p.x, p.v, p.a)
+            step.kernels.to_points(p.cell, step.active_cells.cells, N, u, a, step.dt, p.x, p.v, p.a)

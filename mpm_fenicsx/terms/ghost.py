@@ -16,7 +16,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..collective import somewhere
-from ..grid.cover import ghosted_vector
+from ..grid.active_cells import ghosted_vector
 
 INERTIA = "consistent", "lumped", "ghost"  # the kinds there are
 GAMMA = 0.1
@@ -89,9 +89,9 @@ class Facets:
         place = (nodes[:, None, None, :] == cells[..., None]).argmax(axis=-1)
         return nodes, place
 
-    def within(self, covered):
-        """Mask of the facets between cells of the mask ``covered``, shape (m,)."""
-        return covered[self.cells].all(axis=1)
+    def within(self, active):
+        """Mask of the facets between cells of the mask ``active``, shape (m,)."""
+        return active[self.cells].all(axis=1)
 
     def _points(self):
         """Quadrature points [m], list of (n, D), and unit normals times the root of their weights, shape (n, D)."""
@@ -123,14 +123,14 @@ class Facets:
 
 
 class Ghost:
-    """The penalty in the cells of one cover. After ``begin``, ``lumped`` is the nodal mass [kg] of the cells that get
+    """The penalty in the active cells. After ``begin``, ``lumped`` is the nodal mass [kg] of the cells that get
     lumped inertia, shape (nodes,), ``held`` a mask over the grid's cells with consistent inertia, and ``weight`` that of
     each facet, shape (facets,), never changed in place."""
 
-    def __init__(self, facets, cover, density, h):
+    def __init__(self, facets, active_cells, density, h):
         """density: of the lightest body [kg/m^D]; h: size of a cell [m]."""
-        inside = facets.within(cover.covered)
-        self._nodes, self._facets, self._comm = cover.nodes_of_facets, facets, cover.comm
+        inside = facets.within(active_cells.active)
+        self._nodes, self._facets, self._comm = active_cells.nodes_of_facets, facets, active_cells.comm
         self._cells, self._matrix = facets.cells[inside], np.ascontiguousarray(facets.matrix[inside])
         self._scale, self._volume = GAMMA * density * h**3, facets.volume
         self.weight = np.zeros(len(self._cells))
@@ -148,7 +148,7 @@ class Ghost:
         self.held = self._anchored(fill)
         for part in step.parts:
             part.hold(step, self.held, nodal)
-        step.cover.accumulate(nodal)
+        step.active_cells.accumulate(nodal)
         self.lumped = nodal[:, 0]
         return changed
 

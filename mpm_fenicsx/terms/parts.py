@@ -40,9 +40,9 @@ class Part:
         """Kernels of the law on the cells of ``background``, with consistent or lumped inertia."""
         self._material = compile_material(self.body, background, consistent)
 
-    def attach(self, cover):
-        """Work arrays on a cover; needed whenever it or the number of points on this rank changes."""
-        n, K, (patches, M, D) = len(self.points), cover.cells.shape[1], cover.patch_matrices.shape[:3]
+    def attach(self, active_cells):
+        """Work arrays on the active cells; needed whenever these or the number of points on this rank change."""
+        n, K, (patches, M, D) = len(self.points), active_cells.cells.shape[1], active_cells.patch_matrices.shape[:3]
         self._volume, self._bulk = np.zeros((patches, 2)), np.zeros((patches, 2))
         self._gradient, self._push, self._pull = (np.zeros((patches, M, D)) for _ in range(3))
         self.basis, self._G = np.empty((n, K)), np.empty((n, K, D))
@@ -58,7 +58,7 @@ class Part:
     def to_grid(self, step, nodal):
         """Add the points' share to ``nodal``, see ``transfer.to_grid``."""
         p = self.points
-        step.kernels.to_grid(p.cell, step.cover.cells, self.basis, p.mass, p.v, p.a, nodal)
+        step.kernels.to_grid(p.cell, step.active_cells.cells, self.basis, p.mass, p.v, p.a, nodal)
 
     @property
     def thickness(self):
@@ -71,7 +71,7 @@ class Part:
         p, consistent = self.points, held[self.points.cell]
         self._inert = np.where(consistent, p.mass, 0.0)
         if not consistent.all():
-            step.kernels.spread_mass(p.cell, step.cover.cells, self.basis, (p.mass - self._inert)[:, None], nodal)
+            step.kernels.spread_mass(p.cell, step.active_cells.cells, self.basis, (p.mass - self._inert)[:, None], nodal)
 
     @property
     def pushed(self):
@@ -82,26 +82,26 @@ class Part:
         """Add the body force at ``time`` [s] to ``load`` [N], shape (nodes, D)."""
         p = self.points
         force = p.mass[:, None] * np.asarray(self._body_force(p.rest, time), float)
-        step.kernels.spread(p.cell, step.cover.cells, self.basis, force, load)
+        step.kernels.spread(p.cell, step.active_cells.cells, self.basis, force, load)
 
     def _mean_changes(self, step, u):
         """F-bar's means over the patches at the displacement u, see ``f_bar.mean_changes``; keeps u for the tangent."""
-        self._u, p, cover = u, self.points, step.cover
+        self._u, p, active_cells = u, self.points, step.active_cells
         if not self.body.f_bar:
             return
         self._volume[:], self._gradient[:], self._bulk[:] = 0.0, 0.0, 0.0
-        self._material.mean_changes(p.cell, cover.cells, cover.patch, cover.place, self._G, p.V0, p.F, p.F33, u,
+        self._material.mean_changes(p.cell, active_cells.cells, active_cells.patch, active_cells.place, self._G, p.V0, p.F, p.F33, u,
                                     self._volume, self._gradient)
 
     def residual(self, step, u, a, R):
         """Add inner and, with consistent inertia, inertia forces to R, see ``weakform.residual``."""
         p = self.points
         self._mean_changes(step, u)
-        self._material.residual(p.cell, step.cover.cells, step.cover.patch, self._volume, self.basis, self._G,
+        self._material.residual(p.cell, step.active_cells.cells, step.active_cells.patch, self._volume, self.basis, self._G,
                                 self._inert, p.V0, p.F, p.F33, p.state, self._params, u, a, self._F, self._F33,
                                 self._state, self._bulk, R)
         if self.body.f_bar:
-            self._material.add_pressure(step.cover.nodes_of_patch, self._volume, self._gradient, self._bulk, R)
+            self._material.add_pressure(step.active_cells.nodes_of_patch, self._volume, self._gradient, self._bulk, R)
 
     def rest(self, step):
         """Before a tangent at the start of the step, without a residual."""
@@ -110,20 +110,20 @@ class Part:
             self.residual(step, self._u, self._u, np.empty_like(step.v))
 
     def tangent(self, step, alpha):
-        """Add to the matrices of the cover, see ``weakform.tangent`` and ``f_bar.couple``."""
-        p, cover = self.points, step.cover
+        """Add to the matrices of the active cells, see ``weakform.tangent`` and ``f_bar.couple``."""
+        p, active_cells = self.points, step.active_cells
         self._bulk[:, 1], self._push[:], self._pull[:] = 0.0, 0.0, 0.0
-        self._material.tangent(p.cell, cover.cells, cover.slot, cover.patch, cover.place, self._volume, self.basis,
+        self._material.tangent(p.cell, active_cells.cells, active_cells.row, active_cells.patch, active_cells.place, self._volume, self.basis,
                                self._G, self._inert, p.V0, p.F, p.F33, p.state, self._params, alpha, self._u, self._F,
-                               self._F33, self._state, self._bulk, self._push, self._pull, cover.element_matrices)
+                               self._F33, self._state, self._bulk, self._push, self._pull, active_cells.element_matrices)
         if self.body.f_bar:
             self._material.couple(self._volume, self._gradient, self._bulk, self._push, self._pull,
-                                  cover.patch_matrices)
+                                  active_cells.patch_matrices)
 
     def finish(self, step, u, a):
         """Move the points; deformation and state of the last residual become theirs."""
         p = self.points
-        step.kernels.to_points(p.cell, step.cover.cells, self.basis, u, a, step.dt, p.x, p.v, p.a)
+        step.kernels.to_points(p.cell, step.active_cells.cells, self.basis, u, a, step.dt, p.x, p.v, p.a)
         p.F, self._F = self._F, p.F
         p.F33, self._F33 = self._F33, p.F33
         p.state, self._state = self._state, p.state

@@ -81,24 +81,24 @@ class Penalties:
     # ---------------------------------------------------------------- one step
 
     def locate(self, step):
-        """Basis at the particles in covered cells; returns the first particle that has lost its body, or -1."""
-        p, cover = self.points, step.cover
-        index = np.flatnonzero(cover.slot[p.cell] >= 0)
+        """Basis at the particles in active cells; returns the first particle that has lost its body, or -1."""
+        p, active_cells = self.points, step.active_cells
+        index = np.flatnonzero(active_cells.row[p.cell] >= 0)
         self._cell, share = p.cell[index], np.empty(len(index))
-        n, K = len(index), cover.cells.shape[1]
+        n, K = len(index), active_cells.cells.shape[1]
         self.N, G = np.empty((n, K)), np.empty((n, K, self._dim))
         step.shapes(self._cell, p.x[index], self.N, G)
-        self._weigh(self._cell, cover.cells, step.mass > LIGHT * step.cell_mass, self.N, share)
+        self._weigh(self._cell, active_cells.cells, step.mass > LIGHT * step.cell_mass, self.N, share)
         self._index, self._on = index, share > 0.0 if self.follows else share >= HALF
         return index[np.argmin(self._on)] if self.follows and not self._on.all() else -1
 
     def begin(self, step, time):
         """Gap and velocity at the start of the step, and what the walls will do in it."""
-        p, cover, gid = self.points, step.cover, self._take_those_in_contact()
+        p, active_cells, gid = self.points, step.active_cells, self._take_those_in_contact()
         if self._distance:
             self._come_near(step, gid)
         velocity = np.zeros((len(gid), self._dim))
-        step.kernels.interpolate(self._cell, cover.cells, self.N, step.v, velocity)
+        step.kernels.interpolate(self._cell, active_cells.cells, self.N, step.v, velocity)
         self._base = p.gap[self._index] - AHEAD * step.dt * velocity
         self._wall = 0.0
         if self.moves:
@@ -138,13 +138,13 @@ class Penalties:
 
     def respond(self, step, u):
         """Forces at the displacement u over the step [m], shape (nodes, D)."""
-        self._respond(self._cell, step.cover.cells, self.N, u, self._base, *self._fixed, self._gap, self._force,
+        self._respond(self._cell, step.active_cells.cells, self.N, u, self._base, *self._fixed, self._gap, self._force,
                       self._status)
 
     def residual(self, step, u, R):
         """Subtract the forces [N] from R, shape (nodes, D)."""
         self.respond(step, u)
-        step.kernels.spread(self._cell, step.cover.cells, self.N, -self._force, R)
+        step.kernels.spread(self._cell, step.active_cells.cells, self.N, -self._force, R)
 
     def switched(self):
         """Whether a particle of this rank sticks, slides or has separated otherwise than in the tangent."""
@@ -154,16 +154,16 @@ class Penalties:
         """Add the springs to the element matrices."""
         normal, stiffness, limit, _ = self._fixed
         self.points.status[self._index], self._some_left = self._status, False
-        self._tangent(self._cell, step.cover.slot, self.N, normal, stiffness, limit, self._gap, self._status,
-                      step.cover.element_matrices)
+        self._tangent(self._cell, step.active_cells.row, self.N, normal, stiffness, limit, self._gap, self._status,
+                      step.active_cells.element_matrices)
 
     def finish(self, step, u):
         """Keep forces and gaps at the displacement u [m], shape (nodes, D)."""
-        p, cover, index = self.points, step.cover, self._index
+        p, active_cells, index = self.points, step.active_cells, self._index
         self.respond(step, u)
         normal, stiffness = self._fixed[:2]
         moved = p.gap[index] - self._wall
-        step.kernels.interpolate(self._cell, cover.cells, self.N, u, moved)
+        step.kernels.interpolate(self._cell, active_cells.cells, self.N, u, moved)
         along = lambda vectors: np.sum(vectors * normal, axis=1)[:, None] * normal  # noqa: E731
         spring = np.where(self._status[:, None] % CLOSED == STICK, moved, -self._force / stiffness[:, None])
         p.gap[index] = along(moved) + spring - along(spring)

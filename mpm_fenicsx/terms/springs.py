@@ -99,11 +99,11 @@ def spring_matrix(gap, normal, limit, status, C):
                 C[i, j] += limit / slip * (one - nn - s * r)
 
 
-def tangent(cell, slot, N, normal, stiffness, limit, gap, status, Ke):
+def tangent(cell, row, N, normal, stiffness, limit, gap, status, Ke):
     """Add -df/du to the element matrices Ke [N/m], see ``weakform.tangent``, at the gaps of the last ``respond``."""
     C = np.empty((D, D))
     for p in range(len(cell)):
-        c = slot[cell[p]]
+        c = row[cell[p]]
         spring_matrix(gap[p], normal[p], limit[p], status[p], C)
         for a in range(K):
             for b in range(K):

@@ -10,7 +10,7 @@ With FBAR, F = r (I + du/dx) F_old with a mean volume change in r, and what foll
 
 Templates: ``specialise`` fixes D, K, FBAR, CONSISTENT (inertia as in eq. 11; otherwise the caller adds lumped inertia)
 and the law as ``point_stress``, ``point_tangent`` or ``energy``. Arguments throughout: cell (n,) cells of the points;
-cells (m, K) nodes; slot, patch (m,) and place (m, K): see ``cover``; volume, bulk, push, pull: see ``f_bar``; N (n,
+cells (m, K) nodes; row, patch (m,) and place (m, K): see ``active_cells``; volume, bulk, push, pull: see ``f_bar``; N (n,
 K), G (n, K, D) basis values and gradients [1/m]; mass (n,) [kg]; V0 (n,) undeformed volume [m^3];
 F_old, F (n, D, D) and F33_old, F33 (n,) deformation at the start and the end of the step; old, new (n,) state records;
 p the law's parameters; u (nodes, D) [m], a (nodes, D) [m/s^2].
@@ -97,9 +97,9 @@ def _pull(A, F, weight, D, half, B):
                     B[i, j, k, l] = s
 
 
-def tangent(cell, cells, slot, patch, place, volume, N, G, mass, V0, F_old, F33_old, old, p, alpha, u, F, F33, new, bulk,
+def tangent(cell, cells, row, patch, place, volume, N, G, mass, V0, F_old, F33_old, old, p, alpha, u, F, F33, new, bulk,
             push, pull, Ke):
-    """Add the point's share to the element matrices Ke [N/m], shape (slots, K, D, D, K): Ke[c, b, k, i, e] is the
+    """Add the point's share to the element matrices Ke [N/m], shape (rows, K, D, D, K): Ke[c, b, k, i, e] is the
     derivative of the force on node e in direction i by the displacement of node b in direction k, the mean volume
     change held; with FBAR also to bulk[:, 1], push and pull. F, F33 and bulk[:, 0] are those of the residual at u.
 
@@ -120,16 +120,16 @@ def tangent(cell, cells, slot, patch, place, volume, N, G, mass, V0, F_old, F33_
             for j in range(D):
                 g[j * K + e] = G[q, e, j]
         if FBAR:
-            row = patch[c]
+            own = patch[c]
             grown = V0[q] * determinant(F_old[q], D) * F33_old[q]
             grown *= deformed_gradients(c, q, cells, G, u, D, K, forth, back, g)
             _pull(A, F[q], V0[q], D, half, B)
-            bulk[row, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[row, 0] / volume[row, 0], D, forth, back)
-            spread(forth, g, place[c], D, K, push[row])
-            spread(back, g, place[c], D, K, pull[row])
+            bulk[own, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[own, 0] / volume[own, 0], D, forth, back)
+            spread(forth, g, place[c], D, K, push[own])
+            spread(back, g, place[c], D, K, pull[own])
         else:
             _pull(A, F_old[q], V0[q], D, half, B)
-        flat = Ke[slot[c]].reshape(K * D * D * K)
+        flat = Ke[row[c]].reshape(K * D * D * K)
         start = 0
         for b in range(K):
             for k in range(D):

@@ -165,7 +165,7 @@ def test_files_of_a_run(run, tmp_path, capsys):
     report = json.loads((tmp_path / "report.json").read_text())
     assert {"case", "parameters", "versions", "ranks", "points", "windows", "substeps", "wall_s", "startup_s",
             "window_ms", "phases_ms", "newton_mean", "coupling_mean", "peak_mb", "errors", "solver", "imbalance",
-            "balance", "halved_steps", "ghost_since", "retries", "failed", "window_s", "window_cpu_s",
+            "rebalances", "halved_steps", "ghost_since", "retries", "failed", "window_s", "window_cpu_s",
             "cell_size", "points_per_cell", "explicit_limit", "options"} == set(report)
     assert (report["windows"], report["points"], report["substeps"]) == (50, 60 * 4 * 9, 80)
     assert set(report["errors"]) == {"force", "u_beam", "v_sphere_end"} and report["errors"]["force"] < 0.05

@@ -151,7 +151,7 @@ import test_outline as scenes
 from dem_liggghts import open_dem
 solid, sizes = scenes.heap(), []
 grains = open_dem(sys.argv[3], scenes.scene(solid, [scenes.block(True)]), scenes.DT / scenes.SUBSTEPS)
-solid.balance_every = 10
+solid.rebalance_every = 10
 scenes.run(solid, grains, 66, on_window=[lambda w: sizes.append(len(w.x))])
 (x, v), block = solid.surface(), grains.bodies()["x"]
 if solid.comm.rank == 0:

@@ -109,5 +109,5 @@ def test_report_names_solver_and_balance(beam):
     for ranks, solver in ((1, "cholesky (cholmod)"), (2, "redundant")):
         report = json.loads((beam(ranks, "t_end=4e-6") / "report.json").read_text())
         assert report["solver"].startswith("newtonls, preonly, ") and solver in report["solver"]
-        assert "unknowns" in report["solver"] and report["balance"] == []
+        assert "unknowns" in report["solver"] and report["rebalances"] == []
         assert report["imbalance"] == 1.0 if ranks == 1 else 1.0 <= report["imbalance"] < 1.2

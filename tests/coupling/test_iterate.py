@@ -151,10 +151,10 @@ def test_interface_that_is_resampled(relax):
         def __init__(self, n):
             self.n = n
 
-        def carry(self, values):
+        def interpolate(self, values):
             return np.repeat(values[:1], self.n, axis=0)
 
-        def hand_on(self, loads):
+        def redistribute(self, loads):
             return np.repeat(loads.sum(axis=0, keepdims=True) / self.n, self.n, axis=0)
 
     class Divided(Oscillator):

@@ -99,7 +99,7 @@ def test_matrix_is_the_derivative_of_the_residual(distorted, any_cell, law, tayl
     p.v += random.normal(size=p.v.shape)
     p.a += random.normal(size=p.a.shape)
     step.begin(0.02, 0.0, random.normal(size=(1, D)))
-    free = ~step.cover.fixed & step.active[:, None]
+    free = ~step.active_cells.fixed & step.active[:, None]
     u, du = np.where(free, random.uniform(-0.02, 0.02, (2, *free.shape)), 0.0)
 
     def residual(at):
@@ -109,7 +109,7 @@ def test_matrix_is_the_derivative_of_the_residual(distorted, any_cell, law, tayl
 
     residual(u)
     step.tangent()
-    K = step.cover.matrix.convert("dense").getDenseArray().copy()
+    K = step.active_cells.matrix.convert("dense").getDenseArray().copy()
     rate = taylor_rate(lambda h: residual(u + h * du), K @ du.ravel(), h=1e-2)
     assert rate == pytest.approx(2.0, abs=0.02) and free.sum() > 10
     np.testing.assert_allclose(K, K.T, rtol=0, atol=1e-13 * abs(K).max())
@@ -183,7 +183,7 @@ def test_a_kuhn_lattice_is_found_as_by_walking():
 def test_outside_is_nowhere(bent, x):
     mesh, background = bent
     points = points_at(np.array([x[:mesh.dim]]))
-    assert background.search.settle(points, np.zeros(len(background.cells), np.int32))[0]
+    assert background.search.locate(points, np.zeros(len(background.cells), np.int32))[0]
     assert background.search.destinations(points)[0][0] == -1
 
 
@@ -207,7 +207,7 @@ def test_the_inverse_map_of_bent_cells(bent):
 @pytest.mark.parametrize("kind", ["lattice", "bent"])
 @pytest.mark.parametrize("cell", ["hexahedron", "tetrahedron"])
 def test_going_back_repeats_the_run_in_space(distorted, cell, kind):
-    """Bit for bit, over a change of the cover."""
+    """Bit for bit, over a change of the active cells."""
     box = Box((0.0, 0.0, 0.0), (4.0, 2.0, 2.0))
     grid = Grid(box, (8, 4, 4), cell) if kind == "lattice" else distorted(cell, (8, 4, 4), box=box)
     body = Body(Box((0.6, 0.6, 0.6), (1.4, 1.4, 1.4)), (2, 2, 2), POINTS[cell], neo_hooke(1e3, 0.3), 1.0, cell=cell,

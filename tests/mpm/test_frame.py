@@ -122,7 +122,7 @@ def test_points_on_faces_and_inside_are_found(cell, D, regular):
         rank, number = background.search.assign(points.x)
         assert (rank == 0).all()
         points.cell[:] = background.search.local(number)
-        assert background.search.settle(points, np.zeros(len(background.cells), np.int32)) == (0, 0)
+        assert background.search.locate(points, np.zeros(len(background.cells), np.int32)) == (0, 0)
 
 
 def test_a_creeping_point_is_not_held_by_round_off():

@@ -95,9 +95,9 @@ def test_tangent_is_the_derivative(lump):
         step.residual(base + sign * 1e-7 * du, end)
     step.residual(base, np.empty_like(base))
     step.tangent()
-    vec, out = step.cover.vector(2), step.cover.vector(2)
+    vec, out = step.active_cells.vector(2), step.active_cells.vector(2)
     vec.array_w[:] = du.ravel()
-    step.cover.matrix.mult(vec, out)
+    step.active_cells.matrix.mult(vec, out)
     change, tangent = (ends[0] - ends[1]) / 2e-7, out.array_r.reshape(base.shape)
     assert tangent[~step._idle] == pytest.approx(change[~step._idle], abs=1e-6 * np.abs(change).max())
 

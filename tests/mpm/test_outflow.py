@@ -137,7 +137,7 @@ from test_outflow import *
 for way, grid in (("remove", None), ("hold", u_shaped())):
     drop = Body(DROP, None, None, LAW, 2.0, velocity=(8.0, 1.0))
     solid = splash(way, grid=grid, interface=of_points(drop))
-    solid.balance_every = 3
+    solid.rebalance_every = 3
     total = lambda: np.array([sum(part.points.mass.sum() for part in solid.parts), len(solid.held()[1])])
     for _ in range(10):
         solid.advance(DT, np.full((3, 2), 0.1))

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from mpm_fenicsx import Body, Box, Cloud, Interface, Resampling, linear
-from mpm_fenicsx.points.outline import resample
+from mpm_fenicsx.points.outline import find_change
 
 S = 0.1  # spacing
 RULE = Resampling(S)
@@ -27,7 +27,7 @@ def circle(n, radius=0.5):
 
 
 def changed(x, elements, rule=RULE, has_mass=everywhere, loaded=NEVER):
-    return resample(x, elements, rule, loaded[:len(x)], has_mass)
+    return find_change(x, elements, rule, loaded[:len(x)], has_mass)
 
 
 def length(x, elements):
@@ -105,10 +105,10 @@ def test_stretched_segments_are_divided_on_the_line(closed):
         assert area(change.x, change.elements) == pytest.approx(area(x, elements), rel=1e-14)
     pieces = np.linalg.norm(np.diff(change.x[change.elements], axis=1)[:, 0], axis=1)
     assert pieces.max() <= 2 * S and pieces.min() > 0.25 * S
-    assert change.carry(x) == pytest.approx(change.x, abs=1e-15)
-    assert (change.x[change.heir] == x).all()  # the old ones stay where they are
+    assert change.interpolate(x) == pytest.approx(change.x, abs=1e-15)
+    assert (change.x[change.successor] == x).all()  # the old ones stay where they are
     v = x @ [[1.0, 0.3], [0.2, -1.0]] + 0.7
-    assert change.carry(v) == pytest.approx(change.x @ [[1.0, 0.3], [0.2, -1.0]] + 0.7)
+    assert change.interpolate(v) == pytest.approx(change.x @ [[1.0, 0.3], [0.2, -1.0]] + 0.7)
     assert changed(change.x, change.elements) is None
 
 
@@ -129,7 +129,7 @@ def test_no_particle_where_there_is_no_mass():
 def test_short_segments_lose_the_particle_that_matters_less():
     x, elements = chain([(0.0, 0.0), (0.1, 0.0), (0.12, 0.0), (0.12, -0.1), (0.12, -0.2)])
     change = changed(x, elements)
-    assert change.x == pytest.approx(x[[0, 2, 3, 4]]) and (change.heir == [0, 1, 1, 2, 3]).all()
+    assert change.x == pytest.approx(x[[0, 2, 3, 4]]) and (change.successor == [0, 1, 1, 2, 3]).all()
     x[1:3, 0] = 0.02, 0.1
     assert changed(x, elements).x[0] == pytest.approx([0.0, 0.0])  # ends stay
 
@@ -142,15 +142,15 @@ def test_folds_are_zipped_up(width):
     x, elements = chain(np.concatenate([[(0.1, 0.0), (0.2, 0.0)], left, right[-2::-1], [(0.4, 0.0), (0.5, 0.0)]]))
     change = changed(x, elements)
     assert change.x[:, 1] == pytest.approx(0.0) and (np.diff(change.x[:, 0]) > 0.02).all()
-    assert change.hand_on(x) .sum(axis=0) == pytest.approx(x.sum(axis=0))
+    assert change.redistribute(x) .sum(axis=0) == pytest.approx(x.sum(axis=0))
 
 
 def test_loads_go_on_to_the_nearest():
     x, elements = chain(circle(60) * [0.3, 3.0], True)
     change, load = changed(x, elements), np.random.default_rng(2).normal(size=(60, 2))
-    assert 0 < len(change.x) and (change.heir < len(change.x)).all()
-    assert change.hand_on(load).sum(axis=0) == pytest.approx(load.sum(axis=0), abs=1e-14)
-    away = np.linalg.norm(change.x[change.heir] - x, axis=1)
+    assert 0 < len(change.x) and (change.successor < len(change.x)).all()
+    assert change.redistribute(load).sum(axis=0) == pytest.approx(load.sum(axis=0), abs=1e-14)
+    away = np.linalg.norm(change.x[change.successor] - x, axis=1)
     assert 0 < away.max() < 0.25 * S
 
 
@@ -239,7 +239,7 @@ def test_foot_goes_beneath_the_nose_and_what_was_overrun_is_cut():
     assert change.x[-1] == pytest.approx([1.25, 0.01]) and change.x[:, 0].max() == 1.25
     assert not (np.abs(change.x - [1.1, 0.1]) < 1e-9).all(axis=1).any()
     v = np.random.default_rng(1).normal(size=x.shape)
-    assert change.carry(v)[-1] == pytest.approx(v[8]) and change.carry(v)[nose] == pytest.approx(v[8])
+    assert change.interpolate(v)[-1] == pytest.approx(v[8]) and change.interpolate(v)[nose] == pytest.approx(v[8])
     assert changed(change.x, change.elements, FOOT) is None
 
 

@@ -1,4 +1,4 @@
-"""Several ranks give what one gives: points travel between them, until one rank has none left or a new partition comes."""
+"""Several ranks give what one gives: points travel between them, until one rank has none left or a new distribution comes."""
 import numpy as np
 import pytest
 
@@ -18,7 +18,7 @@ body = [body(0, 1, law), body(1, 2, "linear")] if bodies == "two" else body(0, 2
 top = np.column_stack([np.linspace(0, 2, 7), np.full(7, 0.9), np.full(7, 0.5)])[:, :D]
 solid = MPM(grid, body, interface=Interface(top, np.zeros((0, D), int)), gravity=(0, -0.5, 0)[:D], inertia=inertia,
             rebalance=1.05)
-solid.balance_every = 7 if bodies == "two" else 50
+solid.rebalance_every = 7 if bodies == "two" else 50
 def field(name):
     return np.concatenate([getattr(part.points, name) for part in solid.parts])
 solid.start = set(field("gid"))
@@ -39,7 +39,7 @@ except Exception as error:
     message = str(error)
 if solid.comm.rank == 0:
     np.savez(path, x=x, v=v, F=F[np.argsort(gid)], energy=list(energy.values()), momentum=momentum, travelled=travelled,
-             ranks=solid.comm.size, balance=len(solid.balance), message=message)
+             ranks=solid.comm.size, rebalances=len(solid.rebalances), message=message)
 """
 
 
@@ -59,11 +59,11 @@ if mesh != "lattice":
 box = Box((0.3, 0.5), (1.8, 1.5))
 spin = lambda x: np.column_stack([1.5 - 0.3 * (x[:, 1] - 1.0), 0.3 * (x[:, 0] - 1.05)])
 body = Body(box, (12, 8), 2, LAWS["neo_hooke"](1e3, 0.3), 1.0, velocity=spin, f_bar=mesh == "f_bar")
-MPM.balance_every = 5
+MPM.rebalance_every = 5
 solid = MPM(grid, body, interface=Interface.top(box, 6, 0.1), inertia="lumped")
 for n in range(60):
     load = np.outer(np.cos(0.3 * n + np.arange(7)), (0.0, -0.05))
-    if n % 5 == 0:  # go back over a new partition
+    if n % 5 == 0:  # go back over a new distribution
         state = solid.get_state()
         solid.advance(0.05, load)
         solid.set_state(state)
@@ -73,7 +73,7 @@ order = np.argsort(gather(solid.points.gid))
 fields = {name: gather(getattr(solid.points, name))[order] for name in ("x", "v", "a", "F", "mass")}
 report = solid.describe()
 if solid.comm.rank == 0:
-    np.savez(path, surface=x, **fields, balance=np.array(report["balance"]).reshape(-1, 3), imbalance=report["imbalance"],
+    np.savez(path, surface=x, **fields, rebalances=np.array(report["rebalances"]).reshape(-1, 3), imbalance=report["imbalance"],
              ranks=solid.comm.size)
 """
 
@@ -98,10 +98,10 @@ def run(run_ranks, tmp_path):
     ("quadrilateral", "neo_hooke", "ghost", "two"), ("tetrahedron", "linear", "ghost", "one"),
     ("triangle", "neo_hooke", "lumped", "f_bar"), ("tetrahedron", "neo_hooke", "lumped", "f_bar")])
 def test_two_ranks_give_what_one_gives(run, cell, law, inertia, bodies):
-    """To round-off for one body. With two bodies the grid is partitioned anew on the way, which makes a new tangent on two
+    """To round-off for one body. With two bodies the grid is distributed anew on the way, which makes a new tangent on two
     ranks alone: what Newton's method leaves, 1e-6 of a step's forces, then differs (measured: 9e-9)."""
     one, two = (run(n, RUN, cell, law, inertia, bodies) for n in (1, 2))
-    assert bodies != "two" or two["balance"] > 0
+    assert bodies != "two" or two["rebalances"] > 0
     assert two["ranks"] == 2 and two["travelled"] > (10 if bodies == "two" else 50) and one["travelled"] == 0
     allowed = 1e-6 if bodies == "two" else 1e-12
     for name in ("x", "v", "F", "energy", "momentum"):
@@ -112,10 +112,10 @@ def test_two_ranks_give_what_one_gives(run, cell, law, inertia, bodies):
 @pytest.mark.mpi
 @pytest.mark.parametrize("mesh", ["lattice", "unstructured", "f_bar"])
 def test_a_body_that_crosses_the_grid_is_shared_out_again(run, mesh):
-    """It flies over 18 columns of cells and turns; without a new partition one rank would have all of it."""
+    """It flies over 18 columns of cells and turns; without a new distribution one rank would have all of it."""
     one, three = (run(n, CROSSING, mesh) for n in (1, 3))
-    assert three["ranks"] == 3 and len(one["balance"]) == 0 and one["imbalance"] == 1.0
-    steps, before, after = three["balance"].T
+    assert three["ranks"] == 3 and len(one["rebalances"]) == 0 and one["imbalance"] == 1.0
+    steps, before, after = three["rebalances"].T
     assert len(steps) >= 2 and (steps % 5 == 0).all() and (np.diff(steps) > 0).all()
     assert (before > 1.2).all() and (after < 1.2).all() and three["imbalance"] < before.max()
     for name in ("surface", "x", "v", "F", "mass"):

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from mpm_fenicsx import Box, Grid, Mesh
-from mpm_fenicsx.grid.partition import bisect
+from mpm_fenicsx.grid.distribution import bisect
 from mpm_fenicsx.grid.patches import patches
 from mpm_fenicsx.scene.mesh import lattice
 

@@ -234,7 +234,7 @@ def test_matrix_is_the_derivative_of_the_residual(make_mpm, taylor_rate):
     solid, random = loaded_problem(make_mpm)
     step = solid.step
     step.begin(0.02, 0.0, np.zeros((0, 2)))
-    shape = step.cover.node.size, 2
+    shape = step.active_cells.node.size, 2
     u, du = np.where(step.active[:, None], random.uniform(-1e-2, 1e-2, (2, *shape)), 0.0)
 
     def residual(x):
@@ -243,7 +243,7 @@ def test_matrix_is_the_derivative_of_the_residual(make_mpm, taylor_rate):
         return r.ravel()
     start = residual(u)
     step.tangent()
-    K = step.cover.matrix.convert("dense").getDenseArray().copy()
+    K = step.active_cells.matrix.convert("dense").getDenseArray().copy()
     kinds = np.concatenate([held.points.status for held in solid.penalties])
     rate = taylor_rate(lambda s: residual(u + s * du), K @ du.ravel(), h=1e-3)
     assert set(kinds % springs.CLOSED).issuperset({springs.FREE, springs.STICK}) and kinds.max() > springs.CLOSED + 1

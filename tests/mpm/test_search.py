@@ -1,11 +1,11 @@
-"""Search for the cells of points, on the lattice and by walking, and the partition of the cells."""
+"""Search for the cells of points, on the lattice and by walking, and the distribution of the cells over ranks."""
 import numpy as np
 import pytest
 from mpi4py import MPI
 
 from mpm_fenicsx import MPM, Body, Box, Grid, Mesh, MPMError, linear
 from mpm_fenicsx.grid.background import Background, whole_mesh
-from mpm_fenicsx.grid.partition import bisect
+from mpm_fenicsx.grid.distribution import bisect
 from mpm_fenicsx.points.points import Points
 
 BOX = Box((0.0, 0.0), (4.0, 2.0))
@@ -66,13 +66,13 @@ def test_the_walk_follows_points_over_several_cells(cell):
     points.cell[:] = background.search.local(background.search.relocate(points)[1])
     targets = random_points(grid)[::-1]
     points.x = np.ascontiguousarray(points.x + 0.3 * (targets - points.x))
-    slot = np.zeros(len(background.cells), np.int32)
-    away, bare = background.search.settle(points, slot)
-    if away:  # only points beyond the longest walk may be left to the tree
+    row = np.zeros(len(background.cells), np.int32)
+    leaving, inactive = background.search.locate(points, row)
+    if leaving:  # only points beyond the longest walk may be left to the tree
         number = background.search.destinations(points)[1]
         points.cell[:] = background.search.local(number)
     assert inside(background, points.x, points.cell).all()
-    assert not bare
+    assert not inactive
 
 
 def test_a_walk_that_meets_a_hole_is_finished_by_the_tree():
@@ -84,8 +84,8 @@ def test_a_walk_that_meets_a_hole_is_finished_by_the_tree():
     points = points_at(np.array([[1.0, 1.5]]))
     points.cell[:] = background.search.local(background.search.relocate(points)[1])
     points.x[:] = [3.0, 1.6]
-    away, _ = background.search.settle(points, np.zeros(len(background.cells), np.int32))
-    assert away
+    leaving, _ = background.search.locate(points, np.zeros(len(background.cells), np.int32))
+    assert leaving
     rank, number = background.search.destinations(points)
     assert rank[0] == 0 and inside(background, points.x, background.search.local(number)).all()
 
@@ -95,7 +95,7 @@ def test_a_walk_that_meets_a_hole_is_finished_by_the_tree():
 def test_outside_is_nowhere(grid, x):
     background = Background(grid, MPI.COMM_SELF, np.zeros((0, 2)))
     points = points_at(np.array([x]))
-    assert background.search.settle(points, np.zeros(len(background.cells), np.int32))[0]
+    assert background.search.locate(points, np.zeros(len(background.cells), np.int32))[0]
     assert background.search.destinations(points)[0][0] == -1
 
 

@@ -29,12 +29,12 @@ def assert_same(state, other):
 
 @pytest.fixture
 def moving(make_mpm, cell, make_law):
-    """``moving()``: a new soft block on the way through its grid; it leaves the cover of its start within 8 steps."""
+    """``moving()``: a new soft block on the way through its grid; it leaves the active cells of its start within 8 steps."""
     return lambda: make_mpm(cell, law=make_law(1e3, 0.3), margin=6, velocity=(4.0, 1.0), inertia="lumped")
 
 
 def test_going_back_repeats_the_run(moving):
-    """From a state in the middle, over changes of the cover, after a detour with other loads and step sizes."""
+    """From a state in the middle, over changes of the active cells, after a detour with other loads and step sizes."""
     solid = moving()
     advance(solid, 0, 3)
     state, filled = solid.get_state(), solid.step.filled.copy()

@@ -113,14 +113,14 @@ sys.path[:0] = sys.argv[2:4]
 from mpm_fenicsx import MPM
 import test_walls
 test_walls.Step.tolerance = 1e-12
-MPM.balance_every = 5
+MPM.rebalance_every = 5
 solid = test_walls.thrown([test_walls.line(2.0, friction=0.3), test_walls.GridWall(lambda x: abs(x[:, 1]) < 1e-9, "+y", 0.3,
                                                                                True, name="floor")], (3.0, -1.0))
 solid.rebalance = 1.05
 for _ in range(30):
     solid.advance(2.5e-3)
 gather = lambda values: np.concatenate(solid.comm.allgather(values))
-order, parts = np.argsort(gather(solid.points.gid)), len(solid.balance)
+order, parts = np.argsort(gather(solid.points.gid)), len(solid.rebalances)
 x, v, behind = gather(solid.points.x)[order], gather(solid.points.v)[order], sum(solid.behind().values())
 if solid.comm.rank == 0:
     np.savez(sys.argv[1], x=x, v=v, parts=parts, behind=behind, ranks=solid.comm.size)

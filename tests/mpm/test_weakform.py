@@ -17,12 +17,12 @@ class Problem:
         p.a += random.normal(size=p.a.shape)
         self.step.begin(DT, 0.0, random.normal(size=solid.boundary.x.shape))
         self.F_old, self.F33_old = p.F.copy(), p.F33.copy()
-        self.shape = self.step.cover.node.size, solid.dim
-        self.free = (~self.step.cover.fixed & self.step.active[:, None]).ravel()
+        self.shape = self.step.active_cells.node.size, solid.dim
+        self.free = (~self.step.active_cells.fixed & self.step.active[:, None]).ravel()
         self.u, self.du = np.where(self.free.reshape(self.shape), random.uniform(-0.05, 0.05, (2, *self.shape)), 0.0)
         self.residual(self.u)
         self.step.tangent()
-        self.K = self.step.cover.matrix.convert("dense").getDenseArray().copy()
+        self.K = self.step.active_cells.matrix.convert("dense").getDenseArray().copy()
 
     def residual(self, u):
         r = np.empty(self.shape)
@@ -106,7 +106,7 @@ def test_f_bar_keeps_one_volume_change_per_patch(averaged):
     of_point = patch[part.points.cell]
     assert background.patch is None or len(np.unique(of_point)) < len(np.unique(part.points.cell))
     start = part.points.V0 * np.linalg.det(problem.F_old)
-    H = np.einsum("qbi,qbj->qij", problem.u[problem.step.cover.cells[part.points.cell]], part._G)
+    H = np.einsum("qbi,qbj->qij", problem.u[problem.step.active_cells.cells[part.points.cell]], part._G)
     moved = start * np.linalg.det(np.eye(problem.solid.dim) + H)
     change = np.linalg.det(part._F) / np.linalg.det(problem.F_old)
     for number in np.unique(of_point):
@@ -141,7 +141,7 @@ def test_matrix_has_identity_rows_for_supports_and_empty_nodes(problem):
 def test_matrix_equals_a_dense_assembly(problem, at_point, plane):
     """K = sum_p V0 B^T A B + alpha m N^T N, with dF_iM = B_iM,Jk du_Jk = delta_ik (grad N_J . F_old)_M du_Jk."""
     solid, (nodes, D) = problem.solid, problem.shape
-    point, p, cells = at_point(solid.parts[0].body.law, plane), solid.points, problem.step.cover.cells
+    point, p, cells = at_point(solid.parts[0].body.law, plane), solid.points, problem.step.active_cells.cells
     values, gradients = np.empty((len(p), cells.shape[1])), np.empty((len(p), cells.shape[1], D))
     solid.kernels.shapes(p.cell, p.x, solid.background.corner, solid.background.inverse, values, gradients)
     K, alpha, mass = np.zeros((nodes, D, nodes, D)), 4 / DT**2, problem.step.mass
@@ -166,7 +166,7 @@ def test_inner_forces_add_up_to_nothing(make_mpm, cell):
     force = np.random.default_rng(1).normal(size=solid.boundary.x.shape)
     solid.step.begin(DT, 0.0, force)
     solid.step.a[:] = 0.0  # without the jump that the load makes
-    r = np.empty((solid.step.cover.owned, 2))
+    r = np.empty((solid.step.active_cells.owned, 2))
     solid.step.residual(np.zeros_like(r), r)
     assert abs(r).max() > 10  # the inner forces are there
     np.testing.assert_allclose(r.sum(axis=0), -force.sum(axis=0), rtol=0, atol=1e-12)

@@ -1,7 +1,7 @@
 """The part of the grid that the points need: filled cells and one spare layer, with nodes numbered on their own.
 
-Cost follows this cover, not the grid. Nodes without mass inside it are identity rows, so that matrix and pattern stay
-while points move from cell to cell; the cover is made anew when a point leaves it.
+Cost follows these active cells, not the grid. Nodes without mass inside it are identity rows, so that matrix and pattern stay
+while points move from cell to cell; they are found anew when a point leaves them.
 """
 import numpy as np
 from petsc4py import PETSc
@@ -15,16 +15,16 @@ def ghosted_vector(index_map, comm):
     return PETSc.Vec().createGhost(index_map.ghosts.astype(PETSc.IntType), size, comm=comm)
 
 
-class Cover:
-    """Numbering, vectors and matrix of the covered cells.
+class ActiveCells:
+    """Numbering, vectors and matrix of the active cells.
 
-    cells: (all local cells, K) nodes in the cover's local numbering (owned first, then ghosts), -1 outside; slot: (all
-    local cells,) row of an owned cell in the element matrices, -1 else; home: the same for cells that points may be in;
-    covered: (all local cells,) mask of these; node: (n,) the grid node behind each local number; fixed: (n, D) mask of
-    supported directions; element_matrices: (slots, K, D, D, K) [N/m], derivative by (node, direction) of (direction,
+    cells: (all local cells, K) nodes in their local numbering (owned first, then ghosts), -1 outside; row: (all
+    local cells,) row of an owned cell in the element matrices, -1 else; point_row: the same for cells that points may be in;
+    active: (all local cells,) mask of these; node: (n,) the grid node behind each local number; fixed: (n, D) mask of
+    supported directions; element_matrices: (rows, K, D, D, K) [N/m], derivative by (node, direction) of (direction,
     node). Cells with walls that share a node with those for points have a row too, as that node may come to carry mass.
 
-    For F-bar: patch: (all local cells,) row of an owned covered cell's patch in patch_matrices, shape (patches, M, D,
+    For F-bar: patch: (all local cells,) row of an owned active cell's patch in patch_matrices, shape (patches, M, D,
     D, M), and in nodes_of_patch, shape (patches, M), -1 where it has fewer; place: (all local cells, K) places of its
     nodes among these. A quadrilateral or a hexahedron is its own patch, and these matrices are the element matrices.
     For ghost inertia: nodes_of_facets (facets, M) and facet_matrices, shape (facets, D, M, M), by direction, node and
@@ -39,22 +39,22 @@ class Cover:
         self._vectors, self._symmetric = {}, symmetric
         grid_vec = ghosted_vector(background.node_map, self.comm)
         near = self._flags(grid_vec, background, background.cells[filled])  # nodes of filled cells, on any rank
-        self.covered = near[background.cells].any(axis=1)
-        covered = np.flatnonzero(self.covered[:background.cells_owned]).astype(np.int32)
-        needed, homes = self._flags(grid_vec, background, background.cells[covered]), len(covered)
+        self.active = near[background.cells].any(axis=1)
+        chosen = np.flatnonzero(self.active[:background.cells_owned]).astype(np.int32)
+        needed, rows_of_points = self._flags(grid_vec, background, background.cells[chosen]), len(chosen)
         if walls is not None:
-            rim = walls & ~self.covered & needed[background.cells].any(axis=1)
-            covered = np.append(covered, np.flatnonzero(rim[:background.cells_owned]).astype(np.int32))
-            needed = self._flags(grid_vec, background, background.cells[covered])
-        beside = np.zeros((0, 1), np.int32) if facets is None else facets.nodes[facets.within(self.covered)]
-        self._number(background, grid_vec, needed, covered, beside)
+            rim = walls & ~self.active & needed[background.cells].any(axis=1)
+            chosen = np.append(chosen, np.flatnonzero(rim[:background.cells_owned]).astype(np.int32))
+            needed = self._flags(grid_vec, background, background.cells[chosen])
+        beside = np.zeros((0, 1), np.int32) if facets is None else facets.nodes[facets.within(self.active)]
+        self._number(background, grid_vec, needed, chosen, beside)
         grid_vec.destroy()
-        self.slot = np.full(len(background.cells), -1, np.int32)
-        self.slot[covered] = np.arange(len(covered))
-        self.home = np.where(self.slot < homes, self.slot, -1).astype(np.int32)
+        self.row = np.full(len(background.cells), -1, np.int32)
+        self.row[chosen] = np.arange(len(chosen))
+        self.point_row = np.where(self.row < rows_of_points, self.row, -1).astype(np.int32)
         self.fixed = fixed[self.node]
-        self._make_patches(background, covered, averaged)
-        self._make_matrix(covered)
+        self._make_patches(background, chosen, averaged)
+        self._make_matrix(chosen)
 
     def _flags(self, vec, background, cells):
         """Grid nodes, owned and ghost, that belong to one of ``cells`` on any rank."""
@@ -69,7 +69,7 @@ class Cover:
         vec.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
         vec.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
 
-    def _number(self, background, vec, needed, covered, beside):
+    def _number(self, background, vec, needed, chosen, beside):
         own = np.flatnonzero(needed[:background.nodes_owned])
         first = self.comm.scan(len(own)) - len(own)
         with vec.localForm() as local:
@@ -78,7 +78,7 @@ class Cover:
         vec.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
         with vec.localForm() as local:
             number = local.array_r.astype(PETSc.IntType)
-        mine = np.unique(np.append(background.cells[covered], beside))
+        mine = np.unique(np.append(background.cells[chosen], beside))
         ghosts = mine[mine >= background.nodes_owned]
         self.owned = len(own)
         self.node = np.concatenate([own, ghosts]).astype(np.int32)
@@ -86,7 +86,7 @@ class Cover:
         local_of = np.full(len(background.x), -1, np.int32)
         local_of[self.node] = np.arange(len(self.node))
         self.cells = np.full_like(background.cells, -1)
-        self.cells[covered] = local_of[background.cells[covered]]
+        self.cells[chosen] = local_of[background.cells[chosen]]
         self.nodes_of_facets = local_of[beside]
 
     def vector(self, block):
@@ -119,31 +119,31 @@ class Cover:
             self._vectors[block] = self.vector(block)
         return self._vectors[block]
 
-    def _make_patches(self, background, covered, averaged):
+    def _make_patches(self, background, chosen, averaged):
         K = self.cells.shape[1]
-        self.patch, self.place = self.slot, np.zeros((0, K), np.int32)
-        self.nodes_of_patch = self.cells[covered]
+        self.patch, self.place = self.row, np.zeros((0, K), np.int32)
+        self.nodes_of_patch = self.cells[chosen]
         if not averaged:
             return
         self.place = np.tile(np.arange(K, dtype=np.int32), (len(self.cells), 1))
         if background.patch is None:
             return
-        numbers, row = np.unique(background.patch[background.original_cell[covered]], return_inverse=True)
-        pairs, pair = np.unique(row[:, None] * len(self.node) + self.cells[covered], return_inverse=True)
+        numbers, row = np.unique(background.patch[background.original_cell[chosen]], return_inverse=True)
+        pairs, pair = np.unique(row[:, None] * len(self.node) + self.cells[chosen], return_inverse=True)
         row_of, node = np.divmod(pairs, len(self.node))
         place = np.arange(len(pairs)) - np.searchsorted(row_of, row_of)
-        self.patch = np.full_like(self.slot, -1)
-        self.patch[covered], self.place[covered] = row, place[pair].reshape(-1, K)
+        self.patch = np.full_like(self.row, -1)
+        self.patch[chosen], self.place[chosen] = row, place[pair].reshape(-1, K)
         self.nodes_of_patch = np.full((len(numbers), place.max(initial=0) + 1), -1, np.int32)
         self.nodes_of_patch[row_of, place] = node
 
-    def _make_matrix(self, covered):
+    def _make_matrix(self, chosen):
         D = self.dim
         dof = self.number[:, None] * D + np.arange(D, dtype=PETSc.IntType)
         diagonal = dof[:self.owned].flatten()
         dof[self.fixed] = -1  # rows and columns of supports stay out: their displacement is known
-        blocks = [dof[self.cells[covered]]]  # (cells, K, D)
-        if self.patch is not self.slot:
+        blocks = [dof[self.cells[chosen]]]  # (cells, K, D)
+        if self.patch is not self.row:
             blocks.append(np.append(dof, np.full((1, D), -1, dof.dtype), axis=0)[self.nodes_of_patch])
         shapes = [(*block.shape, *block.shape[:0:-1]) for block in blocks]
         rows = [np.broadcast_to(block.transpose(0, 2, 1)[:, None, None], shape).ravel()

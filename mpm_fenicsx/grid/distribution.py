@@ -1,4 +1,4 @@
-"""Which rank gets which cell of the background grid: recursive bisection by weight, ghosts over vertices."""
+"""Distribution of the background grid: which rank has which cell, by recursive bisection."""
 import numpy as np
 
 EMPTY_CELL = 0.02  # weight of a cell without points; a point weighs 1

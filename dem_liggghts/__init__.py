@@ -3,10 +3,11 @@ LIGGGHTS)."""
 import mpm_dem_cache  # noqa: F401 - before anything is compiled
 import mpm_dem_checks as check
 
-from .checks import check_start, warn_if_too_long, warn_if_window_too_long
+from .checks import check_start, warn_if_window_too_long
 from .clusters import Cluster
 from .contact import critical_step
 from .energy import contact_energy, kinetic_energy, potential_energy
+from .opening import open_scene
 from .protocol import BODY, DEM, PARTICLE
 from .scene import Interaction, Material, Scene, Spheres, Wall
 from .sizes import check_size
@@ -18,18 +19,5 @@ __all__ = ["BODY", "Cluster", "DEM", "Interaction", "Material", "PARTICLE", "Sce
 
 
 def open_dem(backend, scene, dt, comm=None):
-    """The partition for ``scene`` with the time step ``dt`` [s]: ``backend`` is "reference" or "liggghts".
-
-    Raises ValueError for an unknown back end, for spheres that overlap or lie inside the body at the start and for a
-    cluster in two pieces; warns when the step is too long for the contact. Collective on ``comm`` (default: all ranks).
-    """
-    if backend not in ("reference", "liggghts"):
-        raise ValueError(f"dem is {backend!r}: the back ends are reference and liggghts, give one of them")
-    check.record("scene", scene, Scene)
-    warn_if_too_long(scene, dt)
-    check_start(scene)
-    if backend == "liggghts":  # imported here: who does not ask for LIGGGHTS never loads it
-        from .liggghts import LiggghtsDEM
-        return LiggghtsDEM(scene, dt, comm)
-    from .reference import ReferenceDEM
-    return ReferenceDEM(scene, dt, comm)
+    """The partition for ``scene`` with the time step ``dt`` [s], as `Scene.open` makes it."""
+    return open_scene(backend, check.record("scene", scene, Scene), dt, comm)

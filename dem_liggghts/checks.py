@@ -147,7 +147,7 @@ def warn_if_too_long(scene, dt):
                          "which contacts make energy: use more substeps per window or a smaller window (dt)")
     if dt > min(limit):
         warnings.warn(f"DEM time step {dt:.3g} s exceeds the limit {min(limit):.3g} s (Rayleigh {limit.rayleigh:.3g} "
-                      f"s, Hertz {limit.hertz:.3g} s): use more substeps per window or a smaller window", stacklevel=3)
+                      f"s, Hertz {limit.hertz:.3g} s): use more substeps per window or a smaller window", stacklevel=4)
 
 
 def warn_if_window_too_long(scene, dt, mass, force=None):

@@ -220,6 +220,16 @@ class Scene:
                 raise ValueError(f"no interaction says how {a!r} meets {b!r}: add one for this pair")
         return known
 
+    def open(self, backend, dt, comm=None):
+        """The partition (`protocol.DEM`) that computes this scene with the time step ``dt`` [s].
+
+        backend: "reference" or "liggghts". Raises ValueError for an unknown back end, for spheres that overlap or lie
+        inside the body at the start and for a cluster in two pieces; warns when the step is too long for the contact.
+        Collective on ``comm`` (default: all ranks).
+        """
+        from .opening import open_scene  # not before it is asked for: a scene is plain data
+        return open_scene(backend, self, dt, comm)
+
     def pairs(self):
         """Pairs of materials of spheres that may meet, sorted."""
         bodies = [c.material for c in self.clusters] + [self.spheres.material] * min(2, len(self.spheres.x))

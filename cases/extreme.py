@@ -1,5 +1,5 @@
 """A sphere and an elastic block in stiff and extreme conditions, each against what must come out: the rows of the
-stability matrix (``stability.py``).
+stability matrix (``studies/matrix.py``).
 
     python cases/extreme.py                                       a steel sphere on a beam
     python cases/extreme.py scene=free mass_ratio=1e3             a heavy sphere strikes a body that flies away
@@ -8,16 +8,14 @@ stability matrix (``stability.py``).
 
 Scenes: ``beam``, supported at its ends; ``block``, held at its bottom; ``free``, held by nothing; ``layers``, a block
 on another one of the modulus E / contrast, held at its bottom; ``rest``, the block with a sphere laid on it; ``swing``,
-the beam alone in its first mode; ``flight``, the free block alone, flying and vibrating. ``extreme_references.py`` says
-what each is compared with.
+the beam alone in its first mode; ``flight``, the free block alone, flying and vibrating. ``extreme_references.py`` in
+``studies`` says what each is compared with.
 """
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Literal, Optional, Tuple
 
-import extreme_references as references
 import numpy as np
-from extreme_keys import ALONE, check_keys
 
 import mpm_dem_checks as check
 from coupling import Record, cli, couple, linear, spread
@@ -25,6 +23,8 @@ from coupling.maps.spread import dent_in_plane, dent_in_space
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, critical_step, open_dem
 from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, Interface, Support
 from mpm_fenicsx.points.points import seed
+from studies import extreme_references as references
+from studies.extreme_keys import ALONE, check_keys
 
 DIMENSION = {  # powers of length, time and mass in the keys that have any
     **dict.fromkeys(("length", "height", "width", "radius", "h", "shift", "gap", "at", "spread"), (1, 0, 0)),

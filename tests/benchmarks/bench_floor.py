@@ -20,9 +20,10 @@ from scipy.sparse import bmat, csc_matrix, csr_matrix, kron
 from scipy.sparse.linalg import eigsh, splu
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))
-from coupling import analytic, sweep  # noqa: E402
+sys.path[:0] = [str(ROOT), str(ROOT / "cases")]
+from coupling import analytic  # noqa: E402
 from coupling.records import history, report  # noqa: E402
+from studies import sweep  # noqa: E402
 
 H, W, V0, E, NU, RHO = 0.01, 0.01, 0.01, 215.82e9, 0.289, 7960.0
 

@@ -3,7 +3,7 @@ docs/solvers.md and docs/error_floor.md.
 
     ./dev report [parts=beam_2d,solvers,…] [peer=PYTHON script=FILE] [out=out/report]
 
-peer: the interpreter of another program and its script of the beam, see coupling/peer.py; without it the stored
+peer: the interpreter of another program and its script of the beam, see cases/studies/peer.py; without it the stored
 numbers of cases/reference/kratos_beam.csv stand beside ours. Every part runs by itself with a limit of time; one that
 fails says so in its section, the others go on, and the exit status is 1. A part that is not asked for keeps its last
 section. The machine should do nothing else meanwhile; the load before the run is in the report.
@@ -20,8 +20,8 @@ from time import perf_counter
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))
-from coupling.sweep import environment  # noqa: E402
+sys.path[:0] = [str(ROOT), str(ROOT / "cases")]
+from studies.sweep import environment  # noqa: E402
 
 WORK = [sys.executable, "-m", "coupling.work_precision"]
 OVERLAY = "overlay=cases/reference/kratos_beam.csv"
@@ -57,7 +57,7 @@ PARTS = {
     "needs": Part("What a scene does not need", bench("bench_needs", "repeat=2", "parts=needs")),
     "start": Part("Start-up", bench("bench_needs", "repeat=2", "parts=start")),
     "stability": Part("Stability of stiff and extreme cases", [sys.executable, "-m", "coupling.stability"], limit=600.0,
-                      needs="coupling/stability.py"),
+                      needs="cases/studies/stability.py"),
     "solvers": Part("Tables", bench("bench_solvers"), "docs/solvers.md", 600.0),
     "floor": Part("Tables", bench("bench_floor"), "docs/error_floor.md", 600.0)}
 WARM_UP = [("column_collapse", "t_end=1e-3"), ("beam_impact", "t_end=2e-5"),
@@ -132,7 +132,8 @@ def warm_up(folder):
 
 def machine(load):
     """A line on what this ran on."""
-    model = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), "")
+    lines = Path("/proc/cpuinfo").read_text().splitlines()
+    model = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), "")
     return (f"{model or platform.machine()}, {os.cpu_count()} cores, load {load:.1f} before the run (below 0.5: "
             f"quiet), Python {platform.python_version()}; one rank unless it says otherwise.")
 

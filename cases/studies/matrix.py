@@ -4,8 +4,7 @@ Errors are those of ``extreme_references.py``, relative to the size of the quant
 bounds come from the discretisation: of the beam on four cells over its height 5 % in the force and 6 % in the
 deflection, of a collision of compact bodies with 50 windows per contact 1 %.
 """
-CASE = "extreme.py"
-
+CASE = "../extreme.py"
 
 
 def words(*parts):
@@ -120,7 +119,7 @@ ROWS = [
     *[("step", f"swing_{cfl}", f"{MODE} cfl={cfl} windows={n}", "right", bounds,
        "Newmark's method keeps the amplitude at any step, at a frequency that is known; the grid's own is 1 % too high")
       for cfl, n, bounds in (("0.1", 200, dict(newmark=0.02)), ("1", 200, dict(newmark=0.02)),
-                             ("10", 200, dict(newmark=0.1, amplitude=0.05)), 
+                             ("10", 200, dict(newmark=0.1, amplitude=0.05)),
                              ("100", 40, dict(newmark=0.2, amplitude=0.05)),
                              ("1000", 20, dict(newmark=0.2, amplitude=0.05)))],
     ("step", "impact_1", f"{BEAM} cfl=1 windows=400", "right", AS_BEAM, "far below what the contact needs"),

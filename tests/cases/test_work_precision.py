@@ -2,7 +2,9 @@
 import csv
 import json
 import os
+import shutil
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -10,8 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from coupling import cli, sweep, work_precision
+from coupling import cli
 from coupling.pictures import figure
+from studies import sweep, work_precision
 
 CASES = Path(__file__).parents[2] / "cases"
 PENDULUM = '''
@@ -74,7 +77,7 @@ def rows(folder):
 
 
 def test_words_of_a_sweep():
-    words = "dt=1,2 cells=62x13,31x7 size=2e-3x1.5 h=none dem=liggghts out=here peer_dt=1,2 -mpm_snes_rtol 1e-8".split()
+    words = ["dt=1,2", "cells=62x13,31x7", "size=2e-3x1.5", "h=none", "dem=liggghts", "out=here", "peer_dt=1,2", "-mpm_snes_rtol", "1e-8"]
     swept, fixed, own = sweep.parse(words, ("out", "peer_"))
     assert swept == {"dt": ["1", "2"], "cells": ["62x13", "31x7"]}
     assert fixed == ["size=2e-3,1.5", "h=none", "dem=liggghts", "-mpm_snes_rtol", "1e-8"]
@@ -175,7 +178,7 @@ def test_others_beside_the_case(pendulum, tmp_path):
     script, overlay, out = tmp_path / "modal.py", tmp_path / "others.csv", tmp_path / "sweep"
     script.write_text(MODAL.replace("ROOT", repr(str(CASES.parent))))
     overlay.write_text("# from nowhere\nlabel,time_s,error_force,error_u_beam\nothers: fine,100,0.5,0.2\n")
-    coarse = "cells=31x7 body=60x4 points=3 segments=30 substeps=80".split()
+    coarse = ["cells=31x7", "body=60x4", "points=3", "segments=30", "substeps=80"]
     words = [str(CASES / "beam_impact.py"), *coarse, "dt=4e-6", "t_end=4e-5", f"out={out}", f"overlay={overlay}"]
     words += [f"peer={sys.executable}", f"script={script}", "peer_dt=1e-7", "peer_modes=20"]
     assert work_precision.main(words) == 0
@@ -198,3 +201,14 @@ def test_a_tool_ends_with_one_sentence_and_its_status(capsys, error, status, say
     with pytest.raises(SystemExit) as ended:
         sweep.end(main)
     assert ended.value.code == status and capsys.readouterr().err == says + "\n"
+
+
+@pytest.mark.parametrize("study", ["stability", "work_precision"])
+def test_a_study_without_a_checkout_is_a_sentence(study, tmp_path):
+    """The package alone, as it is installed: its words find no cases beside it."""
+    shutil.copytree(CASES.parent / "coupling", tmp_path / "coupling")
+    for file in CASES.parent.glob("mpm_dem_*.py"):
+        shutil.copy(file, tmp_path)
+    done = subprocess.run([sys.executable, "-m", f"coupling.{study}"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1
+    assert "the studies belong to the cases, run this in a checkout of the project" in done.stderr

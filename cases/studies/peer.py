@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from . import analytic
-from .cli import UsageError
-from .records import report
-from .records.writing import tell
+from coupling import analytic
+from coupling.cli import UsageError
+from coupling.records import report
+from coupling.records.writing import tell
 
 BEAM = dict(length=0.1535, radius=0.01, v0=0.01, E=215.82e9, nu=0.289, rho=7960.0)  # as cases/beam_impact.py
 SECTION, T_END, MODES = (0.01, 0.01), 4e-4, 50

@@ -11,9 +11,9 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
-from . import signals
-from .cli import EXPECTED, UsageError, once
-from .records.writing import tell
+from coupling import signals
+from coupling.cli import EXPECTED, UsageError, once
+from coupling.records.writing import tell
 
 TUPLE = re.compile(r"-?[\d.]+(e[+-]?\d+)?(x-?[\d.]+(e[+-]?\d+)?)+")  # 62x13: one value of several numbers
 DONE = "run.json"  # last file of a finished run
@@ -100,7 +100,7 @@ def run(case, keys, fixed, folder, *, repeat=1, timeout=None):
 
 def environment():
     """For a process that runs a case: the packages of this project, without what MPI tells its own children."""
-    paths = [str(Path(__file__).parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])]
+    paths = [str(Path(__file__).parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {"OMP_NUM_THREADS": "1", **os.environ, "PYTHONPATH": os.pathsep.join(paths)}
 
 

@@ -1,14 +1,15 @@
 """The stability matrix as a tool: a case that does what its keys say, and two rows of the real one."""
 import csv
-import importlib
 import inspect
 from pathlib import Path
 
 import pytest
 
-from coupling import cli, stability, sweep
+from coupling import cli
 from coupling.ledger import balance
+from studies import extreme_keys, stability, sweep
 
+MATRIX = Path(__file__).parents[2] / "cases/studies/matrix.py"
 CASE = '''
 import json, os, sys, time
 keys = dict(word.split("=", 1) for word in sys.argv[1:])
@@ -101,18 +102,16 @@ def test_bad_input(matrix, rows, words, message):
 
 def test_the_matrix_itself():
     """Enough rows, each with its reason; three of them run, one of which is refused."""
-    case, rows = stability.read(Path(__file__).parents[2] / "cases" / "stability.py")
+    case, rows = stability.read(MATRIX)
     assert case.is_file() and len(rows) >= 60
     assert {row.group for row in rows if "dem=liggghts" in row.words} > {"mass", "rest", "units", "contact"}
 
 
-def test_every_row_is_a_command_line(monkeypatch):
+def test_every_row_is_a_command_line(extreme):
     """No key twice, none without effect in its scene."""
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "cases"))
-    extreme, keys = importlib.import_module("extreme"), importlib.import_module("extreme_keys")
     default = {name: key.default for name, key in inspect.signature(extreme.main).parameters.items()}
-    for row in stability.read(Path(__file__).parents[2] / "cases" / "stability.py")[1]:
-        keys.check_keys(extreme.main, {**default, **cli.parse(extreme.main, row.words.split())})
+    for row in stability.read(MATRIX)[1]:
+        extreme_keys.check_keys(extreme.main, {**default, **cli.parse(extreme.main, row.words.split())})
 
 
 def test_rows_of_the_matrix(tmp_path):

@@ -1,7 +1,69 @@
-"""Keys of a case that have no effect beside the others."""
+"""The keys of a case: arguments of its ``main``, and the fields of those that are dataclasses."""
+import dataclasses
 import inspect
+import re
+import typing
 
-from .cli import typed
+from .words import typed
+
+REQUIRED = inspect.Parameter.empty
+ARGUMENT = re.compile(r"^\s+(\w+)\s*:[^\n#]*,\s*#\s*(.*)$", re.M)
+FIELD = re.compile(r"^\s+(\w+)\s*:[^\n#]*#\s*(.*)$", re.M)
+
+
+class Key(typing.NamedTuple):
+    """kind: annotation; default: REQUIRED where there is none; meaning: the comment behind it; argument: of ``main``
+    whose field it is, or its own name."""
+
+    kind: object
+    default: object
+    meaning: str
+    argument: str
+
+
+def keys_of(main):
+    """Name → ``Key`` of a function, in the order of its arguments, and argument → class of those that are dataclasses.
+    TypeError for a name that is there twice."""
+    hints, meanings, keys, classes = typing.get_type_hints(main), comments(main, ARGUMENT), {}, {}
+    for name, parameter in inspect.signature(main).parameters.items():
+        kind, default = hints.get(name, str), parameter.default
+        if dataclasses.is_dataclass(kind):
+            classes[name] = type(default) if dataclasses.is_dataclass(default) else kind
+            found = _fields(classes[name], default, name)
+        else:
+            found = {name: Key(kind, default, meanings.get(name, ""), name)}
+        for key in set(found) & set(keys):
+            raise TypeError(f"the key {key} of {main.__name__} is an argument or a field twice: rename one")
+        keys.update(found)
+    return keys, classes
+
+
+def _fields(kind, default, argument):
+    hints, meanings = typing.get_type_hints(kind), {}
+    for one in reversed(kind.__mro__):
+        meanings.update(comments(one, FIELD) if dataclasses.is_dataclass(one) else {})
+    return {field.name: Key(hints[field.name], field.default if default is REQUIRED else getattr(default, field.name),
+                            meanings.get(field.name, ""), argument)
+            for field in dataclasses.fields(kind)}
+
+
+def comments(thing, pattern):
+    """Name → the comment behind it, of the arguments of a function or the fields of a class."""
+    try:
+        return dict(pattern.findall(inspect.getsource(thing)))
+    except (OSError, TypeError):  # typed at a prompt
+        return {}
+
+
+def refuse_without_effect(values, keys, counts):
+    """ValueError for a key that was given, which is: has another value than its default, and would change nothing.
+
+    values, keys: name → value, name → ``Key``; counts: name → (function of the values that tells whether it has an
+    effect, when it has one).
+    """
+    for name, (used, when) in counts.items():
+        if values[name] != keys[name].default and not used(values):
+            raise ValueError(f"{name}={typed(values[name])} has no effect here, it counts {when}: leave it out")
 
 
 def refuse_unused(main, keys, uses):

@@ -52,6 +52,17 @@ class MPM(Answers):
 
     rebalance_every = 50  # steps between two looks at the imbalance
 
+    def __new__(cls, *arguments, **keys):
+        """Keeps the scene for ``anew``."""
+        new = super().__new__(cls)
+        new._scene = arguments, keys
+        return new
+
+    def anew(self):
+        """Another partition of the same scene, at its start."""
+        arguments, keys = self._scene
+        return type(self)(*arguments, **keys)
+
     def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
                  rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto", halvings=4,
                  outflow="stop", bonded=False):

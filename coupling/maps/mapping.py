@@ -83,6 +83,15 @@ def _places(x_solid, x_wall):
     return x_solid, check.array("x of the wall", x_wall, ("n", x_solid.shape[1]), unit="m")
 
 
+def copy(x, comm=MPI.COMM_WORLD):
+    """The map of an interface to a wall with the same nodes x [m], shape (n, dim), in the same order."""
+    x, _ = _places(x, x)
+    rows, _ = share(len(x), comm)
+    n = rows.stop - rows.start
+    entries = np.ones(n), (np.arange(n), np.arange(rows.start, rows.stop))
+    return Mapping(csr_matrix(entries, (n, len(x))), x, x, comm)
+
+
 def nearest(x_solid, x_wall, comm=MPI.COMM_WORLD):
     """Each wall node follows the nearest interface point: a copy where positions coincide."""
     x_solid, x_wall = _places(x_solid, x_wall)

@@ -17,7 +17,7 @@ def save(path, frames, label, seconds=0.08, width=640):
     from PIL import Image
 
     high = 100 * np.max([np.quantile(x, 0.9995, axis=0) for _, x, *_ in frames]
-                        + [shapes.max(axis=(0, 1)) for *_, shapes in frames], axis=0)
+                        + [shapes.max(axis=(0, 1)) for *_, shapes in frames if len(shapes)], axis=0)
     figure, axis = plt.subplots(figsize=(width / 100, (0.8 * width * high[1] / high[0] + 80) / 100), dpi=100,
                                 layout="constrained")
     most = max(np.quantile(values, 0.999) for _, _, values, _ in frames) or 1.0

@@ -10,6 +10,7 @@ from mpi4py import MPI
 from .. import signals
 from ..ledger import balance
 from ..ledger.departures import Departures
+from ..started import IMPORTED
 from . import report
 from .history import History
 from .paraview import ParaView, particles_and_wall
@@ -43,11 +44,12 @@ class Record:
     """
 
     def __init__(self, case, parameters, out, solid, grains, *, windows, columns, gravity=0.0, paraview=0, label="",
-                 closed=False, pictures=None):
+                 closed=False, pictures=None, began=IMPORTED):
         if paraview < 0:
             raise ValueError(f"paraview is {paraview}: give the number of windows from file to file, or 0 for none")
         self.solid, self.grains, self.out = solid, grains, Path(out)
         self._case, self._parameters, self._columns = case, parameters, columns
+        self._began = began
         self._first, self._suffix = MPI.COMM_WORLD.rank == 0, f"_{label}" if label else ""
         self._ledger = None if grains is None else balance.Ledger(solid, grains, gravity)
         self._newton, self._counts, self._substeps = 0, np.zeros(3, int), parameters.get("substeps", 1)
@@ -83,13 +85,13 @@ class Record:
         return self.results.path(name)
 
     def __enter__(self):
-        self._timing = report.Timing(self.solid)
+        self._timing = report.Timing(self.solid, began=self._began)
         try:
             self._paraview(self.solid.time, None)
         except BaseException as error:
             self.__exit__(type(error), error, None)
             raise
-        self._timing = report.Timing(self.solid, self.results.folder if self._first else None)
+        self._timing = report.Timing(self.solid, self.results.folder if self._first else None, self._began)
         return self
 
     def begin(self):
@@ -176,7 +178,6 @@ class Record:
             if not isinstance(error, OutputError):  # which has said it already
                 warnings.warn(f"the end of this run's history and report is lost: {problem}")
         finally:
-            self._timing.end()
             self.results.close()
 
     def _leave(self, error):

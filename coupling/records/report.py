@@ -8,7 +8,7 @@ from time import perf_counter, process_time
 
 import numpy as np
 
-from .. import STARTED
+from ..started import IMPORTED
 from .rows import Rows
 from .writing import replace_text
 
@@ -17,12 +17,10 @@ MODULES = ("numpy", "scipy", "numba", "mpi4py", "petsc4py", "dolfinx")
 
 class Timing:
     """Seconds per window and phase. Make it before the first window, call it at the end of each. folder: of the rows on
-    disk, see ``rows``."""
+    disk, see ``rows``; began: moment at which the run began."""
 
-    began = STARTED  # of this run: the first one includes the import, a later one starts where the last one ended
-
-    def __init__(self, solid, folder=None):
-        self._solid, self._last, self._folder = solid, perf_counter(), folder
+    def __init__(self, solid, folder=None, began=IMPORTED):
+        self._solid, self._last, self._folder, self.began = solid, perf_counter(), folder, began
         self._before = dict(solid.phases)
         self.startup, self._cpu, self.cpu = self._last - self.began, process_time(), 0.0
         self.spent, self.names, self.rows = 0.0, (), None  # names: of the phases, rows: of window and phases
@@ -55,10 +53,6 @@ class Timing:
             times["phases_ms"] = {name: round(1e3 * float(np.median(self.rows.column(k))), 4)
                                   for k, name in enumerate(self.names, 1)}
         return times
-
-    def end(self):
-        """The next run of this process starts now."""
-        Timing.began = perf_counter()
 
 
 def resolution(cell_size, points_per_cell, explicit_limit):

@@ -28,6 +28,7 @@ def main(
     called.append(dict(locals()))
 
 
+CASE = cli.case(main, presets=PRESETS)
 called = []
 
 
@@ -37,9 +38,9 @@ def fresh(monkeypatch):
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # run() replaces it: put it back afterwards
 
 
-def run(monkeypatch, *words, function=main):
+def run(monkeypatch, *words, function=CASE):
     monkeypatch.setattr(sys, "argv", ["case.py", *words])
-    cli.run(function, PRESETS)
+    cli.run(function)
 
 
 def test_words_become_values():
@@ -52,7 +53,7 @@ def test_words_become_values():
 
 @pytest.mark.parametrize("words", ["preset=paper dt=2e-6", "dt=2e-6 preset=paper"])
 def test_explicit_keys_win_over_the_preset(words):
-    assert cli.parse(main, words.split(), PRESETS) == dict(cells=(62, 13), dt=2e-6)
+    assert cli.parse(CASE, words.split()) == dict(cells=(62, 13), dt=2e-6)
 
 
 def test_options_of_petsc_are_left_alone():
@@ -74,7 +75,7 @@ def test_options_of_petsc_are_left_alone():
     ("preset=papr", "preset=papr does not exist: choose one of paper, none")])
 def test_wrong_words_are_named(word, text):
     with pytest.raises(cli.UsageError, match=text):
-        cli.parse(main, [word], PRESETS)
+        cli.parse(CASE, [word])
 
 
 def test_preset_is_unknown_where_there_is_none():

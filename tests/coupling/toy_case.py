@@ -4,11 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from coupling import Record, cli, march
+from coupling import Output, Run, Steps, case
 
 
 class Mass(SimpleNamespace):
-    """What ``Record`` and ``march`` ask of a solid."""
+    """What ``Run`` asks of a solid."""
 
     time, iterations, count, phases = 0.0, 1, 1, {}
 
@@ -29,23 +29,21 @@ class Mass(SimpleNamespace):
     def unused_options(self):
         return []
 
+    def close(self):
+        pass
 
+
+@case
 def main(
-    dt: float = 1e-3,  # step [s]
-    t_end: float = 0.01,  # end [s]
     pause: float = 0.0,  # run time of a step [s]
     wide: int = 1,  # columns [-]
-    paraview: int = 0,  # steps from file to file [-]
-    out: str = "out/toy",  # folder
+    steps: Steps = Steps(dt=1e-3, t_end=0.01),
+    output: Output = Output("out/toy"),
 ):
     """A mass falls."""
-    solid = Mass(pause=pause)
     columns = {f"y{k}": ("m", "height", lambda step: -4.905 * step.time**2) for k in range(wide)}
-    with Record("toy", dict(locals()), out, solid, None, windows=round(t_end / dt), columns=columns,
-                paraview=paraview) as record:
-        march(solid, dt=dt, t_end=t_end, on_window=[record])
-        record.finish({})
+    return Run("toy", Mass(pause=pause), None, steps, output, columns=columns)
 
 
 if __name__ == "__main__":
-    cli.run(main)
+    main.run()

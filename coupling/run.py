@@ -1,0 +1,163 @@
+"""A run of a scene from its start to its end, with all that belongs to it."""
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import Any, Callable, Dict, Optional
+
+import numpy as np
+from mpi4py import MPI
+
+from .loop.couple import couple
+from .loop.march import march
+from .maps.mapping import Mapping, copy, linear
+from .output import Output
+from .pictures.views import Animation, EndPicture
+from .records.record import Record
+from .scheme import Scheme, Steps
+from .started import IMPORTED
+
+ALONE = "solid"  # in the place of a back end's name, where there are no grains
+
+
+@dataclass(frozen=True)
+class Run:
+    """A solid, alone or with grains, and how it is run: mapping, loop, history, report, pictures, progress, comparison of
+    the back ends, closing. ``go`` runs it.
+
+    name: of the case, in the names of its files; solid: the ``MPM``, at its start; grains: the ``Scene`` of the DEM, or
+    None; scheme: ``Scheme``, or ``Steps`` for a solid alone. mapping: of the interface to the wall; None for a copy
+    where their nodes coincide, else ``linear``. columns: of the history, name → (unit, meaning, function of the
+    ``Window``). observe: function of the two partitions that gives observers of one back end's run. errors: function of
+    the histories so far by back end that gives name → number for the report; figure: function of path and histories that
+    draws NAME.png. closed: nothing but the two exchanges energy, so that a run which gains some is stopped.
+
+    An observer is called with each ``Window``. It may have ``begin()``, called before the first one, ``columns()``, as
+    above, ``pictures()``: file name → function that draws it at a path, at the end, however the run ends,
+    ``entries(history)``: more of report.json, and ``shapes()``: polygons [m], shape (m, corners, 2), that the animation
+    shows in the place of the particles. They are called in their order, before the record is written.
+
+    >>> import tempfile
+    >>> from coupling import Output, Run, Steps
+    >>> from mpm_fenicsx import MPM, Body, Box, Grid, linear
+    >>> body = Body(Box((0.0, 0.0), (1.0, 1.0)), (2, 2), 2, linear(E=1e6, nu=0.3), rho=1000.0)
+    >>> fall = MPM(Grid(Box((-1.0, -1.0), (2.0, 2.0)), (6, 6)), body, gravity=(0.0, -10.0))
+    >>> height = {"speed": ("m/s", "of the fall", lambda step: -fall.points.v[0, 1])}
+    >>> run = Run("fall", fall, None, Steps(dt=1e-2, t_end=0.1), Output(tempfile.mkdtemp()), columns=height)
+    >>> round(run.go()["solid"]["speed"][-1], 6)  # doctest: +ELLIPSIS
+    cells of ...
+    1.0
+    """
+
+    name: str
+    solid: Any
+    grains: Any
+    scheme: Steps
+    output: Output
+    mapping: Optional[Mapping] = None
+    columns: Dict[str, tuple] = field(default_factory=dict)
+    observe: Optional[Callable] = None
+    errors: Optional[Callable] = None
+    figure: Optional[Callable] = None
+    closed: bool = False
+
+    def __post_init__(self) -> None:
+        if self.grains is not None and not isinstance(self.scheme, Scheme):
+            raise ValueError("scheme has no substeps of the DEM: with grains give a Scheme in the place of Steps")
+
+    def go(self, parameters: Optional[dict] = None, began: float = IMPORTED) -> dict:
+        """Run it; returns the ``History`` of each back end by its name, "solid" for a solid alone.
+
+        parameters: of the report, besides scheme and output; began: moment from which the start-up time counts. Raises
+        what the partitions and the loop raise; see ``Record`` for what is left then.
+        """
+        histories: dict = {}
+        back_ends = (ALONE,) if self.grains is None else self.scheme.back_ends
+        for backend in back_ends:
+            solid = self.solid.anew() if histories else self.solid
+            grains = None if self.grains is None else self.grains.open(backend, self.scheme.inner)
+            label = backend if len(back_ends) > 1 and backend == "liggghts" else ""
+            with closing(solid, grains):
+                self._one(backend, label, solid, grains, histories, self._parameters(parameters), began)
+            began = perf_counter()
+        return histories
+
+    def _parameters(self, given):
+        """All keys as the run has them: what a case leaves open, as its window, is in the scheme."""
+        own = {**asdict(self.scheme), **asdict(self.output)}
+        return own if given is None else {name: own.get(name, value) for name, value in given.items()}
+
+    def _one(self, backend, label, solid, grains, histories, parameters, began):
+        """The run with one back end."""
+        observers = list(self.observe(solid, grains)) if self.observe else []
+        views = self._views(solid, grains, observers)
+        observers += views
+        columns, pictures = dict(self.columns), {}
+        for observer in observers:
+            columns.update(getattr(observer, "columns", dict)())
+            pictures.update({labelled(name, label): draw for name, draw in getattr(observer, "pictures", dict)().items()})
+        gravity = 0.0 if grains is None else getattr(grains.scene, "gravity", 0.0)
+        with Record(self.name, parameters, self.output.out, solid, grains, windows=self.scheme.windows, columns=columns,
+                    gravity=gravity, paraview=self.output.paraview, label=label, closed=self.closed, pictures=pictures,
+                    began=began) as record:
+            self._loop(solid, grains, [*observers, record])
+            histories[backend] = record.history
+            for view in views:
+                getattr(view, "take", int)()
+            more = {}
+            for observer in observers:
+                more.update(getattr(observer, "entries", lambda history: {})(record.history))
+            record.finish(self.errors(histories) if self.errors else {},
+                          partial(self.figure, histories=histories) if self.figure else None, **more)
+
+    def _views(self, solid, grains, observers):
+        """Observers that make the general pictures."""
+        views = []
+        if self.output.picture:
+            views.append(EndPicture(self.name, self.output.picture, solid, grains))
+        if self.output.animation:
+            shapes = [observer.shapes for observer in observers if hasattr(observer, "shapes")]
+            views.append(Animation(self.name, self.output.animation, solid, grains, *shapes[:1]))
+        return views
+
+    def _loop(self, solid, grains, on_window):
+        s = self.scheme
+        if grains is None:
+            return march(solid, dt=s.dt, t_end=s.t_end, on_window=on_window)
+        couple(solid, grains, self._mapping(solid), dt=s.dt, t_end=s.t_end, substeps=s.substeps, iterate=s.iterate,
+               tol=s.tol, relax=s.relax, adapt=s.adapt, on_window=on_window)
+
+    def _mapping(self, solid):
+        if self.mapping is not None:
+            return self.mapping
+        interface, nodes = solid.interface, self.grains.wall.nodes
+        return copy(nodes) if np.array_equal(interface.x, nodes) else linear(interface.x, interface.elements, nodes)
+
+
+def labelled(name: str, label: str) -> str:
+    """The name of a file with ``label`` behind its stem.
+
+    >>> labelled("blocks_flow.png", "liggghts")
+    'blocks_flow_liggghts.png'
+    """
+    path = Path(name)
+    return f"{path.stem}_{label}{path.suffix}" if label else name
+
+
+@contextmanager
+def closing(*partitions):
+    """Closes them at the end; after an error, which on several ranks may be one of a single rank, only when alone."""
+    try:
+        yield
+    except BaseException:
+        if MPI.COMM_WORLD.size == 1:
+            _close(partitions)
+        raise
+    _close(partitions)
+
+
+def _close(partitions):
+    for partition in partitions:
+        if partition is not None:
+            partition.close()

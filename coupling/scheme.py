@@ -1,0 +1,62 @@
+"""When a run takes its steps, and how its two sides are coupled: frozen data, whose fields are keys of every case."""
+from dataclasses import dataclass
+from typing import ClassVar, Literal, Optional
+
+from .loop.couple import count_windows
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Time steps of a solid alone. ValueError unless ``dt`` divides the time.
+
+    >>> Steps(dt=1e-3, t_end=0.5).windows
+    500
+    """
+
+    dt: float  # time step [s]
+    t_end: float  # end of the run [s]
+    adapt: Optional[float] = 0.0  # shorter windows; none: never, 0: where one fails, 0.01: also for that error [-]
+
+    substeps: ClassVar[int] = 1
+
+    def __post_init__(self) -> None:
+        count_windows(self.t_end, self.dt, self.substeps)
+
+    @property
+    def windows(self) -> int:
+        """Number of windows of full length."""
+        return count_windows(self.t_end, self.dt, self.substeps)
+
+
+def _repeats(keys: dict) -> bool:
+    return keys["iterate"] != 0
+
+
+@dataclass(frozen=True)
+class Scheme(Steps):
+    """Windows of a solid and grains, see ``couple``, and the back end of the grains. ``counts``: of a key, when it has
+    an effect, see ``case``.
+
+    >>> scheme = Scheme(dt=1e-3, t_end=0.5, substeps=20)
+    >>> scheme.windows, scheme.inner, scheme.back_ends
+    (500, 5e-05, ('reference',))
+    """
+
+    dt: float  # coupling window and MPM time step [s]
+    substeps: int = 1  # DEM steps per window [-]
+    iterate: int = 0  # most repetitions of a window until both sides agree [-]; 0: weak coupling
+    tol: float = 1e-4  # how well they agree, as a part of the force [-]
+    relax: Literal["aitken", "constant", "iqn"] = "aitken"  # how the force is corrected in a repetition
+    dem: Literal["reference", "liggghts", "compare"] = "reference"  # back end; compare runs both
+
+    counts: ClassVar[dict] = {name: (_repeats, "where windows are repeated, iterate=20") for name in ("tol", "relax")}
+
+    @property
+    def inner(self) -> float:
+        """Time step of the DEM [s]."""
+        return self.dt / self.substeps
+
+    @property
+    def back_ends(self) -> tuple:
+        """Names of those that run, one after the other."""
+        return ("liggghts", "reference") if self.dem == "compare" else (self.dem,)

@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -75,7 +76,7 @@ def measure_scene(name):
     top = Interface.top(Box((-0.07675, -0.01), (0.07675, 0.0)), 60)
     solid = MPM(grid, bodies, ends, top, gravity=(0.0, -9.81))
     seconds = []
-    for step in range(120):
+    for _ in range(120):
         begin = process_time()
         solid.advance(5e-8)
         seconds.append(process_time() - begin)
@@ -121,10 +122,8 @@ def measure_start():
         case.couple(solid, grains, follow, dt=p.dt, t_end=solid.time + p.dt, substeps=p.substeps)
         lap(name)
     for name in LATER:
-        try:
+        with suppress(ImportError):
             importlib.import_module(name)
-        except ImportError:
-            pass
         lap(f"import {name}")
     print(json.dumps({"took": took, "loaded": loaded}))
 

@@ -40,8 +40,8 @@ SCENES = [  # case, words that run in a moment
         ("beam", ""), ("block", ""), ("free", ""), ("layers", " contrast=10"), ("rest", " gravity=10 E_ball=1e7"),
         ("swing", ""), ("flight", " fly=1")))]
 
-FLOATS = "nan -inf -1 0 1e30 1e-300 1e300 abc 1,2 1_0 ٣".split() + [""]
-INTS = "-1 0 1.5 nan 1e9 1000000000 4294967316 abc 1_0 ٣".split() + [""]
+FLOATS = ["nan", "-inf", "-1", "0", "1e30", "1e-300", "1e300", "abc", "1,2", "1_0", "٣", ""]
+INTS = ["-1", "0", "1.5", "nan", "1e9", "1000000000", "4294967316", "abc", "1_0", "٣", ""]
 BOOLS = ["maybe", "2", "", "nan"]
 PATHS = ["", "/dev/null/x", "\udcff\udcfe", "a\0b", "x" * 300, "~nobody-of-this-name/x", "{folder}/pipe", "/proc/x"]
 NEVER = {"nan", "inf", "-inf", "1e999", "abc", "1e", "1_0", "٣", "0x10", "1+1", "maybe", ""}  # right for no number

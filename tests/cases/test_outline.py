@@ -128,7 +128,7 @@ def test_resampling_changes_nothing_while_nothing_stretches(backend):
                     inertia="lumped")
         grains = open_dem(backend, scene(solid, [block(True, 0.0525)]), DT / SUBSTEPS)
         forces = []
-        run(solid, grains, 20, on_window=[lambda w: forces.append(w.wall_force)])
+        run(solid, grains, 20, on_window=[lambda w, forces=forces: forces.append(w.wall_force)])
         assert abs(forces[-1]).max() + abs(forces[10]).max() > 0
         found.append((np.array(forces), grains.particles()))
         grains.close()

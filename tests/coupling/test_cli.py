@@ -44,7 +44,7 @@ def run(monkeypatch, *words, function=CASE):
 
 
 def test_words_become_values():
-    words = "dt=2e-6 cells=8,3 size=(1,2.5) h=1e-3 plane=strain fast=yes n=-4 out=a=b".split()
+    words = ["dt=2e-6", "cells=8,3", "size=(1,2.5)", "h=1e-3", "plane=strain", "fast=yes", "n=-4", "out=a=b"]
     assert cli.parse(main, words) == dict(dt=2e-6, cells=(8, 3), size=(1.0, 2.5), h=1e-3, plane="strain", fast=True,
                                           n=-4, out="a=b")
     assert cli.parse(main, ["h=none", "fast=0"]) == dict(h=None, fast=False)
@@ -57,7 +57,7 @@ def test_explicit_keys_win_over_the_preset(words):
 
 
 def test_options_of_petsc_are_left_alone():
-    words = "-mpm_snes_monitor dt=2e-6 -mpm_pc_type lu n=2 -mpm_shift -3 -last".split()
+    words = ["-mpm_snes_monitor", "dt=2e-6", "-mpm_pc_type", "lu", "n=2", "-mpm_shift", "-3", "-last"]
     assert cli.parse(main, words) == dict(dt=2e-6, n=2)
 
 
@@ -131,7 +131,7 @@ def test_a_bug_shows_where_it_is(monkeypatch, capsys):
 
 def test_a_warning_is_one_line(monkeypatch, capsys):
     def careless():
-        warnings.warn("the step is long")
+        warnings.warn("the step is long", stacklevel=2)
     with warnings.catch_warnings():
         warnings.simplefilter("always")
         run(monkeypatch, function=careless)

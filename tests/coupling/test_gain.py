@@ -37,9 +37,10 @@ def swing(solid, windows=400):
 
 
 def test_what_gains_is_warned_of_and_stopped():
-    with pytest.warns(UserWarning, match=r"the solid has gained energy .* J until t = .* s, 1\d% of the 1 J it had") as seen:
-        with pytest.raises(Unstable, match=r"until t = .* s, 10\d% of the 1 J it had to spend: take a smaller dt"):
-            swing(Watched(1e-3), 5000)
+    warned = r"the solid has gained energy .* J until t = .* s, 1\d% of the 1 J it had"
+    stopped = r"until t = .* s, 10\d% of the 1 J it had to spend: take a smaller dt"
+    with pytest.warns(UserWarning, match=warned) as seen, pytest.raises(Unstable, match=stopped):
+        swing(Watched(1e-3), 5000)
     assert len(seen) == 1
 
 

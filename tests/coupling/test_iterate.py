@@ -1,4 +1,6 @@
 """Iterated coupling and step control on two partitions of one mass each: rates, mass ratios, restarts, failures."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -175,9 +177,7 @@ def test_interface_that_is_resampled(relax):
             return super().advance(dt, force.sum(axis=0, keepdims=True))
 
     class Shared(Ball):
-        class scene:
-            class wall:
-                elements = Change.elements
+        scene = SimpleNamespace(wall=SimpleNamespace(elements=Change.elements))
 
         def advance(self, steps, x, v):
             return np.repeat(super().advance(steps, x[:1], v[:1]) / len(x), len(x), axis=0)

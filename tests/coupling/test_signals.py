@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -167,11 +168,8 @@ def test_a_disk_that_is_full_at_the_start_leaves_the_old_set(start, small_disk):
     process = start(f"out={small_disk}")
     assert process.communicate(timeout=20)[1] == ""
     before = {path.name: path.read_bytes() for path in small_disk.iterdir()}
-    with open(small_disk.parent / "big", "wb") as file:
-        try:
-            file.write(bytes(1 << 19))
-        except OSError:
-            pass
+    with open(small_disk.parent / "big", "wb") as file, suppress(OSError):
+        file.write(bytes(1 << 19))
     process = start(f"t_end=0.02 out={small_disk}")
     _, err = process.communicate(timeout=20)
     assert process.returncode == 1 and err.count("\n") == 1 and "(No space left on device): free some space" in err

@@ -97,9 +97,12 @@ def test_a_spring_in_series_is_taken_out(iterate):
         ground, grains = Ground(stiffness), Ball(gravity=-2.0)
         grains.v, rows = 0.0, []
         ledger = Ledger(ground, grains, -2.0)
+
+        def observe(window, grains=grains, ledger=ledger, rows=rows):
+            rows.append((grains.y, ledger(window)["energy_error"]))
+
         couple(ground, grains, spread(nearest(at_rest, at_rest), 1.0, taken), dt=10 * INNER, t_end=400 * 10 * INNER,
-               substeps=10, iterate=iterate, tol=1e-6,
-               on_window=[lambda w: rows.append((grains.y, ledger(w)["energy_error"]))])
+               substeps=10, iterate=iterate, tol=1e-6, on_window=[observe])
         paths[name], errors[name] = np.array(rows).T
     depth = -paths["rigid"].min()
     assert -paths["soft"].min() > 1.2 * depth

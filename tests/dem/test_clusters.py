@@ -5,6 +5,7 @@ import pytest
 from dem_liggghts import Cluster, Interaction, Material, Scene, Wall, quaternion
 
 WOOD, STONE = Material(5e7, 0.3), Material(5e7, 0.3)
+PLAIN = Interaction()
 SIZE, DEPTH, RHO, G = (0.02, 0.018), 0.198, 500.0, 9.81
 
 
@@ -13,7 +14,7 @@ def block(x, angle=0.0, size=SIZE, n=(8, 8), rim=True, **more):
     return Cluster.box(size, n, x, RHO, DEPTH, rim=rim, material="wood", angle=angle, **more)
 
 
-def scene(clusters, meet=Interaction(), ground=True, gravity=(0.0, -G), wall=None, **more):
+def scene(clusters, meet=PLAIN, ground=True, gravity=(0.0, -G), wall=None, **more):
     """Blocks on a floor of stone along x, from -0.3 to 0.3 m."""
     floor = Wall([[-0.3, 0.0], [0.3, 0.0]], [[0, 1]], material="stone")
     return Scene(wall=wall, clusters=clusters, walls=[floor] if ground else [], gravity=gravity,

@@ -29,7 +29,7 @@ def exact_flips(omega, time):
     """Times that the middle component of ``omega`` changes its sign (Landau and Lifshitz, Mechanics, section 37)."""
     (a, b, c), w = INERTIA, np.array(omega)
     E, L = INERTIA @ w**2, np.linalg.norm(INERTIA * w)  # twice the energy
-    if L**2 < E * b:
+    if E * b > L**2:
         a, c = c, a
     rate = np.sqrt((c - b) * (L**2 - E * a) / (a * b * c))
     m = (b - a) * (E * c - L**2) / ((c - b) * (L**2 - E * a))

@@ -60,7 +60,7 @@ def test_gravity_in_any_direction_or_none():
 
 def test_box_holds_the_spheres_at_the_start():
     low_x, high_x, low_y, high_y, low_z, high_z = map(float, line(commands(scene(), 1e-7), "region").split()[3:9])
-    assert low_x < -0.01 and 0.01 < high_x and low_y < 0.09 and 0.11 < high_y and low_z < 0.0 < high_z
+    assert low_x < -0.01 and high_x > 0.01 and low_y < 0.09 and high_y > 0.11 and low_z < 0.0 < high_z
 
 
 def test_many_spheres_are_searched_with_bins():

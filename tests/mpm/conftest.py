@@ -14,6 +14,7 @@ TOO_STRONG_TO_YIELD = {"mohr_coulomb": dict(friction_angle=30.0, cohesion=1e9),
                        "drucker_prager": dict(friction_angle=30.0, cohesion=1e9),
                        "von_mises": dict(yield_stress=1e9)}
 
+SOFT = LAWS["linear"](1e3, 0.3)
 POINTS = {"quadrilateral": 2, "triangle": 3, "hexahedron": 2, "tetrahedron": 4}  # per body cell of small tests
 
 
@@ -166,7 +167,7 @@ def make_mpm():
     m), with loads on its upper edge; keywords replace arguments of Grid, Body or MPM."""
     opened = []
 
-    def make(cell="quadrilateral", box=((0.0, 0.0), (2.0, 1.0)), h=0.5, margin=2, law=LAWS["linear"](1e3, 0.3), rho=1.0,
+    def make(cell="quadrilateral", box=((0.0, 0.0), (2.0, 1.0)), h=0.5, margin=2, law=SOFT, rho=1.0,
              body_cells=None, points=None, stress_state=None, thickness=1.0, velocity=0.0, segments=4,
              grid=None, shift=0.1, f_bar=False, **others):
         box = Box(*box)

@@ -1,7 +1,7 @@
 """All four kinds of cells, bent ones too: patch and rigid motion, derivative of the whole residual, search, state."""
 import numpy as np
 import pytest
-from mpi4py import MPI as mpi
+from mpi4py import MPI
 
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Mesh, Support, linear, neo_hooke
 from mpm_fenicsx.basis.shape import reference
@@ -141,7 +141,7 @@ def points_at(x):
 @pytest.fixture
 def bent(distorted, any_cell):
     mesh = distorted(any_cell, (7, 6, 5)[:dim(any_cell)])
-    return mesh, Background(mesh, mpi.COMM_SELF, np.zeros((0, mesh.dim)))
+    return mesh, Background(mesh, MPI.COMM_SELF, np.zeros((0, mesh.dim)))
 
 
 def test_the_tree_finds_the_cell_of_every_point(bent):
@@ -173,7 +173,7 @@ def test_a_kuhn_lattice_is_found_as_by_walking():
     mesh = Mesh(*whole_mesh(grid), "tetrahedron")
     x, cell = inside_points(mesh)
     for scene in (grid, mesh):
-        background = Background(scene, mpi.COMM_SELF, np.zeros((0, 3)))
+        background = Background(scene, MPI.COMM_SELF, np.zeros((0, 3)))
         points = points_at(x)
         rank, number = background.search.relocate(points)
         np.testing.assert_array_equal(background.original_cell[background.search.local(number)], cell)

@@ -45,7 +45,7 @@ def binary_entities():
     words, out = iter(ENTITIES.split()), b""
     take = lambda kind, n: np.array([next(words) for _ in range(n)], float).astype(kind)  # noqa: E731
     numbers = take("u8", 4)
-    for dim, number in enumerate(numbers):
+    for number in numbers:
         for _ in range(number):
             parts = [take("i4", 1), take("f8", 6)]
             for _ in range(2):  # groups, and what bounds it

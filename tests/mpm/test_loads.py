@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import LAWS, Box, Grid, Interface, Load, MPMError, Support
+from mpm_fenicsx import LAWS, Box, Interface, Load
 from mpm_fenicsx.points import surface
 
 SQUARE = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])

@@ -3,7 +3,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 
 from mpm_fenicsx import MPM, Body, Box, Cloud, Grid, Interface, Mesh, MPMError, linear, of_points
 from mpm_fenicsx.scene.mesh import lattice

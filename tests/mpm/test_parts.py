@@ -4,6 +4,7 @@ import pytest
 
 from mpm_fenicsx import MPM, Body, Box, Grid, Interface, Penalty, Support, linear, neo_hooke
 
+SOFT = linear(1e3, 0.3)
 POINTS = {"quadrilateral": 2, "triangle": 3, "hexahedron": 2, "tetrahedron": 4}
 
 
@@ -16,7 +17,7 @@ def grid_of(cell):
     return Grid(Box((-1.0,) * D, (4.0, 2.0, 2.0)[:D]), (10, 6, 6)[:D], cell)
 
 
-def block(cell, lower, upper, law=linear(1e3, 0.3), rho=1.0, **more):
+def block(cell, lower, upper, law=SOFT, rho=1.0, **more):
     """Body from ``lower`` to ``upper`` along x [m], 1 m across, in body cells of 0.5 m."""
     D = dim(cell)
     box = Box((lower, 0.0, 0.0)[:D], (upper, 1.0, 1.0)[:D])
@@ -166,7 +167,7 @@ def test_bodies_that_do_not_fit(bodies, words):
 def test_points_of_several_bodies_have_to_be_asked_for_one_by_one(start):
     solid = start(grid_of("triangle"), [block("triangle", 0.0, 1.0), block("triangle", 1.0, 2.0)])
     with pytest.raises(ValueError, match=r"there are 2 bodies: take the points of each from parts\[n\].points"):
-        solid.points
+        _ = solid.points
 
 
 def test_a_tangent_that_cannot_be_factorised_is_not_the_end(start, options, capfd):

@@ -128,7 +128,7 @@ def test_all_regions_are_met_and_their_moduli_are_derivatives(name, taylor_rate)
         if "pyramid" in name or name.startswith("no"):  # made of planes: linear in each region
             np.testing.assert_allclose(change, linear, rtol=0, atol=1e-14)
         elif np.linalg.norm(change - linear) > 1e-13:
-            assert taylor_rate(lambda h: stress(e + h * de)[0], linear, h=1.0) == pytest.approx(2.0, abs=0.02)
+            assert taylor_rate(lambda h, e=e, de=de: stress(e + h * de)[0], linear, h=1.0) == pytest.approx(2.0, abs=0.02)
     assert sorted(met) == sorted(regions) and min(met.values()) == 5
 
 

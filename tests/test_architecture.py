@@ -14,7 +14,8 @@ FORBIDDEN = {  # packages and libraries that a package must not import, nor anyt
     "mpm_fenicsx": {"coupling", "dem_liggghts", "cases"},
     "dem_liggghts": {"coupling", "mpm_fenicsx", "cases", "dolfinx", "petsc4py"},
     "coupling": {"mpm_fenicsx", "dem_liggghts", "cases", "dolfinx", "petsc4py", "ufl", "basix"}}
-MODULE, FUNCTION, KERNEL = 260, 40, 60  # lines; kernels are compiled functions with loops over points
+MODULE, FUNCTION, KERNEL, CASE = 260, 40, 60, 100  # lines; kernels are compiled functions with loops over points
+PARAMETERS = 8
 
 
 def sources(*packages):
@@ -83,6 +84,58 @@ def test_subpackages_import_downwards(package):
                 names = [node.module.split(".")[0]] if node.module else [alias.name for alias in node.names]
                 for name in set(names) & set(FLOORS[package]):
                     assert FLOORS[package].index(name) < FLOORS[package].index(floor), (path, name)
+
+
+def imported_files(path):
+    """Files of the project that a file imports, also those inside functions; a folder stands for its ``__init__.py``
+    when a name of that is taken."""
+    home, found = path.relative_to(ROOT).parts[:-1], set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            base = [*home[:len(home) + 1 - node.level]] if node.level else []
+            base += node.module.split(".") if node.module else []
+            for alias in node.names:
+                modules = [Path(*base, f"{alias.name}.py"), Path(*base, alias.name, "__init__.py"),
+                           Path(*base).with_suffix(".py"), Path(*base, "__init__.py")]
+                found |= {next((ROOT / module for module in modules if (ROOT / module).is_file()), None)}
+        elif isinstance(node, ast.Import):
+            found |= {ROOT / f"{alias.name.replace('.', '/')}.py" for alias in node.names}
+    return {file for file in found if file and file.is_file()} - {path}
+
+
+def reached(start, graph):
+    seen, ahead = set(), [start]
+    while ahead:
+        new = graph.get(ahead.pop(), set()) - seen
+        seen |= new
+        ahead += new
+    return seen
+
+
+def test_files_do_not_import_each_other_in_circles():
+    graph = {path: imported_files(path) for path in sources(*PACKAGES, "cases")}
+    circles = {str(path.relative_to(ROOT)) for path in graph if path in reached(path, graph)}
+    assert len(circles) <= 13, circles
+
+
+def test_cases_are_short_and_stand_alone():
+    """A case is a script in ``cases``; what lies in a folder there belongs to studies."""
+    cases = sorted((ROOT / "cases").glob("*.py"))
+    names = {path.stem for path in cases}
+    long = {path.name for path in cases if len(path.read_text(encoding="utf-8").splitlines()) > CASE}
+    tied = {path.name for path in cases if imports(path) & names}
+    assert len(long) <= 5 and len(tied) <= 3, (long, tied)
+
+
+def test_functions_have_few_parameters():
+    many = {}
+    for path in [*(ROOT / f"{leaf}.py" for leaf in LEAVES), *sources(*PACKAGES)]:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef):
+                names = [a.arg for a in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
+                if len([name for name in names if name not in ("self", "cls")]) > PARAMETERS:
+                    many[f"{path.relative_to(ROOT)}:{node.name}"] = len(names)
+    assert len(many) <= 31, many
 
 
 @pytest.mark.parametrize("module", [*PACKAGES, "mpm_fenicsx.laws"])

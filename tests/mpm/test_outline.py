@@ -148,7 +148,7 @@ def test_folds_are_zipped_up(width):
 def test_loads_go_on_to_the_nearest():
     x, elements = chain(circle(60) * [0.3, 3.0], True)
     change, load = changed(x, elements), np.random.default_rng(2).normal(size=(60, 2))
-    assert 0 < len(change.x) and (change.successor < len(change.x)).all()
+    assert len(change.x) > 0 and (change.successor < len(change.x)).all()
     assert change.redistribute(load).sum(axis=0) == pytest.approx(load.sum(axis=0), abs=1e-14)
     away = np.linalg.norm(change.x[change.successor] - x, axis=1)
     assert 0 < away.max() < 0.25 * S

@@ -1,11 +1,11 @@
 """The stability matrix as a tool: a case that does what its keys say, and two rows of the real one."""
 import csv
-import inspect
 from pathlib import Path
 
 import pytest
 
 from coupling import cli
+from coupling.keys import refuse_without_effect
 from coupling.ledger import balance
 from studies import extreme_keys, stability, sweep
 
@@ -109,9 +109,11 @@ def test_the_matrix_itself():
 
 def test_every_row_is_a_command_line(extreme):
     """No key twice, none without effect in its scene."""
-    default = {name: key.default for name, key in inspect.signature(extreme.main).parameters.items()}
+    keys = extreme.main.keys
     for row in stability.read(MATRIX)[1]:
-        extreme_keys.check_keys(extreme.main, {**default, **cli.parse(extreme.main, row.words.split())})
+        values = {**{name: key.default for name, key in keys.items()}, **cli.parse(extreme.main, row.words.split())}
+        refuse_without_effect(values, keys, extreme_keys.COUNTS)
+        extreme_keys.check_keys(values)
 
 
 def test_rows_of_the_matrix(tmp_path):

@@ -1,0 +1,57 @@
+"""Gauges of a body that flows: how far and how high it has come, how fast it is, its energy and volume."""
+from typing import Any, Dict, Tuple
+
+import numpy as np
+
+FLOW = {  # name → (unit, meaning)
+    "front": ("m", "largest x of a material point"), "x99": ("m", "99 % quantile of x of the points"),
+    "height": ("m", "largest height of a material point"),
+    "speed": ("m/s", "largest speed of a material point"),
+    "kinetic": ("J", "kinetic energy (plane: per metre)"),
+    "potential": ("J", "potential energy, zero at the floor"), "elastic": ("J", "elastic energy"),
+    "energy": ("J", "sum of the three"),
+    "volume": ("m^3", "volume of the material points as deformed"),
+    "gaps": ("m^3", "of it what has opened between soil that separated")}
+QUANTILE = 0.99
+
+
+class FlowGauges:
+    """Columns of the history for the only body of an ``MPM``, a plastic soil, that flows along x; observer of
+    a run. ``now``: name → number, after each window. Collective.
+
+    >>> from mpm_fenicsx import MPM, Body, Box, Grid, mohr_coulomb
+    >>> soil = mohr_coulomb(50e3, 0.4, friction_angle=22.0)
+    >>> body = Body(Box((0.0, 0.0), (1.0, 1.0)), (2, 2), 2, soil, rho=1300.0)
+    >>> solid = MPM(Grid(Box((0.0, 0.0), (2.0, 2.0)), (4, 4)), body)
+    >>> gauges = FlowGauges(solid)
+    >>> gauges(None)
+    >>> round(gauges.now["volume"], 12)
+    1.0
+    """
+
+    def __init__(self, solid: Any):
+        self._solid, self.now = solid, {}
+
+    def columns(self) -> Dict[str, Tuple]:
+        """For the record of the run: name → (unit, meaning, function of the ``Window``)."""
+        return {name: (*meaning, lambda _, name=name: self.now[name]) for name, meaning in FLOW.items()}
+
+    def __call__(self, window: Any) -> None:
+        """Read all gauges."""
+        solid, energy = self._solid, self._solid.energy()
+        x, speed = self._gathered()
+        volume = solid.parts[0].volume()
+        gaps = volume @ -np.expm1(-solid.points.state["opened"])
+        volume, gaps = solid.comm.allreduce(np.array([volume.sum(), gaps]))
+        self.now = dict(front=x[:, 0].max(), x99=np.quantile(x[:, 0], QUANTILE), height=x[:, 1].max(),
+                        speed=speed.max(), kinetic=energy["kinetic"], potential=energy["potential"],
+                        elastic=energy["strain"], energy=sum(energy.values()), volume=volume, gaps=gaps)
+
+    def _gathered(self):
+        """Positions [m], shape (n, dim), and speeds [m/s], shape (n,), of all points, on every rank."""
+        p, comm = self._solid.points, self._solid.comm
+        speed = np.sqrt(np.einsum("pi,pi->p", p.v, p.v))
+        if comm.size == 1:
+            return p.x, speed
+        pieces = comm.allgather((p.x, speed))
+        return tuple(np.concatenate(values) for values in zip(*pieces))

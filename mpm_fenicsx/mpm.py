@@ -21,7 +21,7 @@ from .solve.step import PHASES, Step
 from .terms.behind import watch
 from .terms.bonds import Bonds
 from .terms.ghost import Facets
-from .terms.kernels import compile_transfers
+from .terms.kernels import compile_grid_kernels
 from .terms.loads import SurfaceLoads
 from .terms.parts import Start, make_parts, warn_if_in_pieces
 from .terms.scene_penalties import make_penalties
@@ -87,7 +87,7 @@ class MPM(Answers):
         self._room = room_at_walls(self._grid, penalties)
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
         self._consistent = inertia != "lumped"
-        self.kernels = compile_transfers(self.background)
+        self.kernels = compile_grid_kernels(self.background)
         self._make_conditions(*map(self._frame.enter, (interface, list(loads))), penalties,
                               Start(self._parts, self.gravity, body_force))
         self._fingerprint = fingerprint(self, self._support_scene, self._sets.names(), inertia)

@@ -4,12 +4,33 @@ The kernels are templates: ``specialise`` fixes D (dimension), K (nodes per cell
 parallelepipeds: the map to the reference cell is linear). basix tabulates the same functions in ten times the time; it
 is the oracle of the tests.
 """
+from typing import NamedTuple
+
 import numpy as np
 
-from ..specialise import inlined
+from ..compiled import inlined
 
 D, K, AFFINE = 2, 4, True  # fixed by specialise
 to_reference = None
+
+
+class CellMaps(NamedTuple):
+    """Maps between m cells and the reference cell: ``corner`` (m, K, D), the cells' vertices [m], and ``inverse`` (m, D,
+    D), the inverse Jacobian at their middle [1/m]."""
+
+    corner: np.ndarray
+    inverse: np.ndarray
+
+
+class ReferencePoint(NamedTuple):
+    """What ``reference`` finds of one point: ``xi`` (D,) reference coordinates, ``to_xi`` (D, D) inverse Jacobian there
+    [1/m], ``value`` (K,) and ``gradient`` (K, D) of the basis functions by xi. J (D, D): work."""
+
+    xi: np.ndarray
+    to_xi: np.ndarray
+    value: np.ndarray
+    gradient: np.ndarray
+    J: np.ndarray
 
 
 @inlined
@@ -56,12 +77,13 @@ def invert(J, D, inverse):
                 inverse[i, j] /= det
 
 
-def reference(p, c, x, corner, inverse, xi, J, to_xi, value, gradient):
-    """Reference coordinates xi of point p in cell c; value, gradient: the basis there; to_xi: inverse Jacobian, (D, D).
+def reference(p, c, x, maps: CellMaps, found: ReferencePoint):
+    """Fill ``found`` with the place in the reference cell of point p, of those at x (n, D) [m], in cell c.
 
-    corner: (m, K, D) vertices of the cells [m]; inverse: (m, D, D) inverse Jacobian at the middle [1/m]. In a cell that
-    is not affine Newton's method starts from the linear map; far outside it may fail, which shows as NaN.
+    In a cell that is not affine Newton's method starts from the linear map; far outside it may fail, which shows as NaN.
     """
+    corner, inverse = maps
+    xi, to_xi, value, gradient, J = found
     for i in range(D):
         s = 0.0 if AFFINE else 0.5
         for j in range(D):
@@ -106,19 +128,15 @@ def reference(p, c, x, corner, inverse, xi, J, to_xi, value, gradient):
         xi[i] = np.nan
 
 
-def shapes(cell, x, corner, inverse, N, G):
+def shapes(cell, x, maps: CellMaps, N, G):
     """Values and gradients of the K basis functions at each point.
 
-    cell: (n,) cell of each point; x: (n, D) positions [m]; corner, inverse: see ``reference``; fills N: (n, K) and
-    G: (n, K, D) [1/m].
+    cell: (n,) cell of each point; x: (n, D) positions [m]; fills N: (n, K) and G: (n, K, D) [1/m].
     """
-    xi = np.empty(D)
-    J = np.empty((D, D))
-    to_xi = np.empty((D, D))
-    value = np.empty(K)
-    gradient = np.empty((K, D))
+    found = ReferencePoint(np.empty(D), np.empty((D, D)), np.empty(K), np.empty((K, D)), np.empty((D, D)))
+    _, to_xi, value, gradient, _ = found
     for p in range(len(cell)):
-        to_reference(p, cell[p], x, corner, inverse, xi, J, to_xi, value, gradient)
+        to_reference(p, cell[p], x, maps, found)
         for a in range(K):
             N[p, a] = value[a]
             for i in range(D):
@@ -129,8 +147,7 @@ def shapes(cell, x, corner, inverse, N, G):
 
 
 def cell_maps(x, cells):
-    """Vertices (m, K, D) [m] and inverse Jacobian at the middle (m, D, D) [1/m] of cells, and whether all are
-    affine."""
+    """``CellMaps`` of cells, shape (m, K), with nodes at x (n, D) [m], and whether all are affine."""
     D, corner = x.shape[1], x[cells]
     K = cells.shape[1]
     if K == D + 1:
@@ -142,4 +159,4 @@ def cell_maps(x, cells):
         round_off = 4 * np.finfo(float).eps * np.abs(x).max(initial=0.0)
         affine = bool(np.abs(linear - corner).max(initial=0.0)
                       < 1e-12 * np.abs(jacobian).max(initial=1e-300) + round_off)
-    return np.ascontiguousarray(corner), np.ascontiguousarray(np.linalg.inv(jacobian)), affine
+    return CellMaps(np.ascontiguousarray(corner), np.ascontiguousarray(np.linalg.inv(jacobian))), affine

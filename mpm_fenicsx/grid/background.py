@@ -43,8 +43,8 @@ class Background:
 
     whole: vertices and cells of the whole grid; owner: rank of each of its cells; cells: nodes of this rank's cells,
     shape (m, K), owned ones first, then ghosts; original_cell: (m,) their numbers in the whole; x: nodes [m], shape
-    (n, D), likewise; vertex_of: (n,) their numbers in the whole; h: (D,) size of a cell [m]; corner, inverse, affine:
-    see ``shape.cell_maps``; patch: patch of each cell of the whole grid, see ``patches``, or None; origin: of all these
+    (n, D), likewise; vertex_of: (n,) their numbers in the whole; h: (D,) size of a cell [m]; maps, affine: see
+    ``shape.cell_maps``; patch: patch of each cell of the whole grid, see ``patches``, or None; origin: of all these
     coordinates in the user's [m], shape (D,); tolerance: by which a point may lie outside a cell, of the cell's size,
     for the round-off in the user's coordinates. Collective.
     """
@@ -66,7 +66,7 @@ class Background:
         self.nodes_owned = self.node_map.size_local
         self.x = np.ascontiguousarray(self.mesh.geometry.x[:, :self.dim])
         self.cells = compat.geometry_cells(self.mesh, cells.shape[1])
-        self.corner, self.inverse, affine = cell_maps(self.x, self.cells)
+        self.maps, affine = cell_maps(self.x, self.cells)
         self.affine = bool(comm.allreduce(affine, MPI.LAND))
         self.original_cell = np.asarray(self.mesh.topology.original_cell_index)
         self.vertex_of = np.empty(len(self.x), np.int64)

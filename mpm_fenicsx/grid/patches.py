@@ -10,8 +10,8 @@ a lattice these are the squares and the cubes, since their diagonals are longest
 from itertools import combinations
 
 import numpy as np
-from numba import njit
 
+from ..compiled import compiled
 from ..scene.bodies import Grid
 
 FREE = -1
@@ -68,7 +68,7 @@ def _rings(vertices, cells, boundary):
     return first, order // len(pairs)
 
 
-@njit(cache=True)
+@compiled
 def _take_rings(first, of_edge, patch):
     """A patch from every ring of cells that are all free; fills ``patch``."""
     count = 0
@@ -82,7 +82,7 @@ def _take_rings(first, of_edge, patch):
             count += 1
 
 
-@njit(cache=True)
+@compiled
 def _join(behind, patch):
     """Every free cell joins the smallest patch behind one of its facets, or becomes one where there is none. behind:
     cell behind each facet, shape (m, D + 1)."""

@@ -6,81 +6,27 @@ here, and it is collective.
 """
 import numpy as np
 from mpi4py import MPI
-from numba import njit
 
 from ..basis.shape import reference
-from ..specialise import specialise
+from ..compiled import specialise
 from . import compat
-
-D, K = 2, 4  # fixed by specialise
-to_reference = None
-NOWHERE = -1
-
-
-@njit(cache=True)
-def lattice_numbers(x, lower, h, counts, simplices, room, number):
-    """Number of the lattice cell of each point into ``number``, NOWHERE outside by more than ``room`` [cells], (D, 2).
-    simplices: per box cell, 1 or D!; they are numbered by the permutation that sorts the local coordinates downwards.
-    """
-    D = x.shape[1]
-    f = np.zeros(3)
-    for p in range(len(x)):
-        c = 0
-        stride = 1
-        for d in range(D):
-            s = (x[p, d] - lower[d]) / h[d]
-            i = int(np.floor(s))
-            if i == counts[d] and s <= counts[d] + room[d, 1]:
-                i -= 1  # the far edge belongs to the last cell
-            elif i == -1 and s >= -room[d, 0]:
-                i = 0
-            if not 0 <= i < counts[d]:  # also catches NaN
-                c = NOWHERE
-                break
-            c += stride * i
-            stride *= counts[d]
-            f[d] = s - i
-        if c >= 0 and simplices > 1:
-            first = 1 if f[1] > f[0] else 0
-            if D == 3:
-                if f[2] > f[first]:
-                    first = 2
-                a, b = (1 if first == 0 else 0), (1 if first == 2 else 2)
-                first = 2 * first + (1 if f[b] > f[a] else 0)
-            c = simplices * c + first
-        number[p] = c
-
-
-@njit(cache=True)
-def locate_lattice(number, owner, local, row, rank, cell):
-    """Local cell of each point from its number; whether any point is not of this rank, and whether any lies in a cell
-    without a ``row``, see ``active_cells``."""
-    leaving = 0
-    inactive = 0
-    for p in range(len(number)):
-        c = number[p]
-        if c == NOWHERE or owner[c] != rank:
-            leaving = 1
-            continue
-        cell[p] = local[c]
-        if row[cell[p]] < 0:
-            inactive = 1
-    return leaving, inactive
+from .locate import NOWHERE, Lattice, Neighbours, holds, lattice_numbers, locate_lattice, walk
 
 
 class LatticeSearch:
     """O(1) on the regular cells of a box, however far a point moved."""
 
     def __init__(self, grid, background):
-        self._lattice = (np.asarray(grid.box.lower, float), grid.box.size / grid.cells, np.asarray(grid.cells, np.int64),
-                         len(background.owner) // int(np.prod(grid.cells)), background.room)
+        self._lattice = Lattice(np.asarray(grid.box.lower, float), grid.box.size / grid.cells,
+                                np.asarray(grid.cells, np.int64), len(background.owner) // int(np.prod(grid.cells)),
+                                background.room)
         self._rank, self._owner = background.comm.rank, background.owner
         self._local = np.full(len(background.owner), -1, np.int32)
         self._local[background.original_cell] = np.arange(len(background.cells))
 
     def _numbers(self, x):
         number = np.empty(len(x), np.int64)
-        lattice_numbers(x, *self._lattice, number)
+        lattice_numbers(x, self._lattice, number)
         return number
 
     def locate(self, points, row):
@@ -103,62 +49,6 @@ class LatticeSearch:
         return self._local[number]
 
 
-def walk(x, cell, corner, inverse, neighbour, facet_of_lower, facet_of_upper, most, tolerance, found):
-    """Cell of each point by walking from ``cell`` over the facet that the point violates most.
-
-    neighbour: (cells, facets) cell behind each facet, -1 where this rank sees none; facet_of_*: (D + 1,) facet that
-    bounds each reference coordinate from below and above (of a simplex the last entry of the upper one is the facet
-    sum(xi) = 1); most: steps before giving up; tolerance: of a cell's size, by which it may lie outside. Fills ``found``
-    with the cell, or -1 when not reached.
-    """
-    xi = np.empty(D)
-    J, to_xi, value, gradient = np.empty((D, D)), np.empty((D, D)), np.empty(K), np.empty((K, D))
-    for p in range(len(x)):
-        c = cell[p]
-        reached = False
-        for _ in range(most):
-            if c < 0:
-                break
-            to_reference(p, c, x, corner, inverse, xi, J, to_xi, value, gradient)
-            far = xi[0] != xi[0]
-            for i in range(D if far else 0):  # Newton's method fails far away: the linear map tells the direction
-                xi[i] = 0.5
-                for j in range(D):
-                    for a in range(K):
-                        xi[i] += inverse[c, i, j] * (x[p, j] - corner[c, a, j]) / K
-            total, worst = 0.0, -tolerance
-            facet = -1
-            for i in range(D):
-                total += xi[i]
-                if xi[i] < worst:
-                    worst, facet = xi[i], facet_of_lower[i]
-                if K != D + 1 and 1.0 - xi[i] < worst:
-                    worst, facet = 1.0 - xi[i], facet_of_upper[i]
-            if K == D + 1 and 1.0 - total < worst:
-                facet = facet_of_upper[D]
-            if total != total:
-                break  # not a number: no place at all
-            if facet < 0:
-                reached = not far
-                break
-            c = neighbour[c, facet]
-        found[p] = c if reached else -1
-
-
-def holds(x, cell, corner, inverse, tolerance, answer):
-    """Whether each point lies in its cell, or outside by less than the ``tolerance`` of its size, into ``answer``."""
-    xi = np.empty(D)
-    J, to_xi, value, gradient = np.empty((D, D)), np.empty((D, D)), np.empty(K), np.empty((K, D))
-    for p in range(len(x)):
-        to_reference(p, cell[p], x, corner, inverse, xi, J, to_xi, value, gradient)
-        total = 0.0
-        inside = True
-        for i in range(D):
-            total += xi[i]
-            inside = inside and xi[i] >= -tolerance and (K == D + 1 or xi[i] <= 1.0 + tolerance)
-        answer[p] = inside and (K != D + 1 or total <= 1.0 + tolerance)
-
-
 class WalkSearch:
     """On any mesh: from the last cell over neighbours; points that the walk lost, by bounding-box tree."""
 
@@ -169,11 +59,10 @@ class WalkSearch:
         topology, dim = b.mesh.topology, b.dim
         topology.create_connectivity(dim, dim - 1)
         topology.create_connectivity(dim - 1, dim)
-        self._neighbour = _neighbours(topology, dim, len(b.cells))
+        self._neighbours = Neighbours(_behind(topology, dim, len(b.cells)), *_facets_of_axes(dim, b.cells.shape[1]))
         size = dict(D=dim, K=b.cells.shape[1])
         to_reference = specialise(reference, **size, AFFINE=b.affine)
         self._walk, self._holds = (specialise(f, **size, to_reference=to_reference) for f in (walk, holds))
-        self._lower, self._upper = _facets_of_axes(dim, b.cells.shape[1])
         self._number = b.cell_map.local_to_global(np.arange(len(b.cells), dtype=np.int32))
         self._first = b.cell_map.local_range[0]
         self._starts = np.array(b.comm.allgather(self._first))
@@ -182,8 +71,7 @@ class WalkSearch:
 
     def _found(self, points):
         b, found = self._background, np.empty(len(points), np.int32)
-        self._walk(points.x, points.cell, b.corner, b.inverse, self._neighbour, self._lower, self._upper,
-                   self.longest_walk, b.tolerance, found)
+        self._walk(points.x, points.cell, b.maps, self._neighbours, self.longest_walk, b.tolerance, found)
         return found
 
     def locate(self, points, row):
@@ -229,7 +117,7 @@ class WalkSearch:
                 self._tree = compat.cell_tree(b.mesh, np.arange(b.cells_owned), b.tolerance * b.h.max())
             point, c = compat.candidates(self._tree, x)
             inside = np.empty(len(point), np.bool_)
-            self._holds(x[point], c, b.corner, b.inverse, b.tolerance, inside)
+            self._holds(x[point], c, b.maps, b.tolerance, inside)
             np.maximum.at(best, point[inside], self._number[c[inside]])
         return best
 
@@ -237,7 +125,7 @@ class WalkSearch:
         return (number - self._first).astype(np.int32)
 
 
-def _neighbours(topology, dim, cell_count):
+def _behind(topology, dim, cell_count):
     """Cell behind each facet, shape (cells, facets): -1 where this rank sees none."""
     facets = topology.connectivity(dim, dim - 1)
     cells = topology.connectivity(dim - 1, dim)

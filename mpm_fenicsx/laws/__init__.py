@@ -19,7 +19,7 @@ import numpy as np
 
 import mpm_dem_checks as check
 
-from ..specialise import specialise
+from ..compiled import specialise
 
 ELASTIC_STATE = np.dtype([("unused", np.int8)])  # an elastic law remembers nothing; numba refuses an empty record
 

@@ -1,10 +1,10 @@
 """Small matrices in scalars and tuples: at every point of a body, making an array costs more than the arithmetic."""
 import math
 
-from numba import njit
+from ..compiled import called
 
 
-@njit(error_model="numpy")
+@called
 def determinant(F, D):
     if D == 2:
         return F[0, 0] * F[1, 1] - F[0, 1] * F[1, 0]
@@ -12,7 +12,7 @@ def determinant(F, D):
             + F[0, 2] * (F[1, 0] * F[2, 1] - F[1, 1] * F[2, 0]))
 
 
-@njit(error_model="numpy")
+@called
 def cofactor(F, i, j, D):
     """Component ij of the cofactor matrix: F^-T = cofactor / det F."""
     if D == 2:
@@ -22,7 +22,7 @@ def cofactor(F, i, j, D):
     return F[a, c] * F[b, d] - F[a, d] * F[b, c]
 
 
-@njit(error_model="numpy")
+@called
 def symmetric2(xx, yy, xy):
     """Principal values (greater, smaller) and right-handed axes of [[xx, xy], [xy, yy]], in closed form."""
     mean, half = 0.5 * (xx + yy), 0.5 * (xx - yy)
@@ -35,14 +35,14 @@ def symmetric2(xx, yy, xy):
     return (mean + radius, mean - radius), ((c, s), (-s, c))
 
 
-@njit(error_model="numpy")
+@called
 def _turned(c, s, u, v):
     """The vectors u, v turned in their plane."""
     return ((c * u[0] - s * v[0], c * u[1] - s * v[1], c * u[2] - s * v[2]),
             (s * u[0] + c * v[0], s * u[1] + c * v[1], s * u[2] + c * v[2]))
 
 
-@njit(error_model="numpy")
+@called
 def symmetric3(xx, yy, zz, xy, yz, zx):
     """Principal values in descending order and orthonormal axes of a symmetric 3x3 matrix.
 
@@ -74,20 +74,20 @@ def symmetric3(xx, yy, zz, xy, yz, zx):
     return (xx, yy, zz), (u, v, w)
 
 
-@njit(error_model="numpy")
+@called
 def combine2(c1, c2, n):
     """c1 n1 + c2 n2 in the plane."""
     return c1 * n[0][0] + c2 * n[1][0], c1 * n[0][1] + c2 * n[1][1]
 
 
-@njit(error_model="numpy")
+@called
 def combine3(c1, c2, c3, n):
     """c1 n1 + c2 n2 + c3 n3 in space."""
     return (c1 * n[0][0] + c2 * n[1][0] + c3 * n[2][0], c1 * n[0][1] + c2 * n[1][1] + c3 * n[2][1],
             c1 * n[0][2] + c2 * n[1][2] + c3 * n[2][2])
 
 
-@njit(error_model="numpy")
+@called
 def from_axes2(x, n, m):
     """Turn components x[2 a + b] in the axes n, m of a matrix in the plane into sum_ab x_ab n_a m_b^T, in place."""
     first, second = combine2(x[0], x[1], m), combine2(x[2], x[3], m)
@@ -95,7 +95,7 @@ def from_axes2(x, n, m):
     x[1], x[3] = combine2(first[1], second[1], n)
 
 
-@njit(error_model="numpy")
+@called
 def from_axes3(x, n, m):
     """The same in space, x[3 a + b]."""
     first, second, third = combine3(x[0], x[1], x[2], m), combine3(x[3], x[4], x[5], m), combine3(x[6], x[7], x[8], m)

@@ -19,10 +19,9 @@ for psi = phi it is the one of section 6.4.4 there. At p = T the soil separates 
 import math
 from typing import NamedTuple, Optional
 
-from numba import njit
-
 import mpm_dem_checks as check
 
+from ..compiled import called
 from . import Law, lame
 from .hencky import ELASTIC, OPEN, deviatoric_moduli, hencky_law
 from .mohr_coulomb import soil_angles, tension_limit
@@ -43,7 +42,7 @@ class Params(NamedTuple):
     q_cut: float
 
 
-@njit(error_model="numpy")
+@called
 def _trial(p, e1, e2, e3):
     """Mean strain, q and p [Pa] of the trial state."""
     mean = (e1 + e2 + e3) / 3.0

@@ -23,8 +23,8 @@ region is ELASTIC, OPEN (separated) or a number of the law's own. The law's para
 import math
 
 import numpy as np
-from numba import njit
 
+from ..compiled import called
 from . import Law
 from .algebra import cofactor, combine2, combine3, determinant, from_axes2, from_axes3, symmetric2, symmetric3
 
@@ -39,7 +39,7 @@ D = 2  # fixed by specialise, as are the functions below
 return_map = moduli = None
 
 
-@njit(error_model="numpy")
+@called
 def _trial(F, C, i, j, D):
     """Component ij of F (1 + C) F^T."""
     s = 0.0
@@ -51,13 +51,13 @@ def _trial(F, C, i, j, D):
     return s
 
 
-@njit(error_model="numpy")
+@called
 def _pulled_back2(F, n, J):
     """F^-1 n in the plane."""
     return (F[1, 1] * n[0] - F[0, 1] * n[1]) / J, (F[0, 0] * n[1] - F[1, 0] * n[0]) / J
 
 
-@njit(error_model="numpy")
+@called
 def _pulled_back3(F, n, J):
     """F^-1 n in space."""
     return ((cofactor(F, 0, 0, 3) * n[0] + cofactor(F, 1, 0, 3) * n[1] + cofactor(F, 2, 0, 3) * n[2]) / J,
@@ -78,25 +78,25 @@ def principal_axes(F, F33, C):
     return l, n, (_pulled_back3(F, n[0], J), _pulled_back3(F, n[1], J), _pulled_back3(F, n[2], J))
 
 
-@njit(error_model="numpy")
+@called
 def _log_strain(l):
     return 0.5 * math.log(l) if l > 0.0 else math.nan
 
 
-@njit(error_model="numpy")
+@called
 def _rank(e):
     """Place of the strain across the plane, e[2], among the sorted three; e[0] >= e[1] already."""
     return 0 if e[2] > e[0] else 1 if e[2] > e[1] else 2
 
 
-@njit(error_model="numpy")
+@called
 def _sorted(e, rank):
     if rank == 2:
         return e
     return (e[0], e[2], e[1]) if rank == 1 else (e[2], e[0], e[1])
 
 
-@njit(error_model="numpy")
+@called
 def _unsorted(s, rank):
     if rank == 2:
         return s
@@ -157,7 +157,7 @@ def stress(p, F, F33, old, new, P):
     return l, n, m, ordered, rank, t, region
 
 
-@njit(error_model="numpy")
+@called
 def _spin(l, t, d, a, b):
     """(t_a - t_b) / (l_a - l_b), and its limit where the two meet: the error of either is then below 1e-10."""
     if abs(l[a] - l[b]) > 1e-5 * (l[a] + l[b]):
@@ -208,7 +208,7 @@ def hencky_law(name, params, return_map, moduli, symmetric=True):
         ("return_map", return_map), ("moduli", moduli)))
 
 
-@njit(error_model="numpy")
+@called
 def deviatoric_moduli(e1, e2, e3, volume, back, forth, across, along):
     """Moduli of a law that knows mean stress and size of the deviator only: volume 11 + back 1n + forth n1 +
     across (I - 11/3 - nn) + along nn, with n the direction of the deviatoric strain."""

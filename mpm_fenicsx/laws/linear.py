@@ -11,7 +11,7 @@ is the choice.
 import math
 from typing import NamedTuple
 
-from ..specialise import inlined
+from ..compiled import inlined
 from . import ELASTIC_STATE, Law, lame
 
 

@@ -17,10 +17,9 @@ cohesion) are not remembered. Opening and closing again at T > 0 takes and gives
 import math
 from typing import NamedTuple, Optional
 
-from numba import njit
-
 import mpm_dem_checks as check
 
+from ..compiled import called
 from . import Law, lame
 from .hencky import ELASTIC, OPEN, hencky_law
 
@@ -41,12 +40,12 @@ class Params(NamedTuple):
     low: float
 
 
-@njit(error_model="numpy")
+@called
 def _young(p):
     return p.mu * (3.0 * p.lam + 2.0 * p.mu) / (p.lam + p.mu)
 
 
-@njit(error_model="numpy")
+@called
 def _edge_compliance(p, r, g):
     """g . C r with the elastic compliance C: how far a strain moves the stress along an edge with direction r, where
     g is normal to the plastic flow."""
@@ -55,7 +54,7 @@ def _edge_compliance(p, r, g):
     return ((1.0 + nu) * product - nu * (g[0] + g[1] + g[2]) * (r[0] + r[1] + r[2])) / _young(p)
 
 
-@njit(error_model="numpy")
+@called
 def _shear(p, e1, e2, e3, s1, s2, s3, excess):
     """Return from trial stresses s to the shear plane or one of its edges, as if there were no apex."""
     lam, mu2, N, M = p.lam, 2.0 * p.mu, p.N, p.M
@@ -102,7 +101,7 @@ def return_map(p, hardening, e1, e2, e3):
     return T, T if t2 > T else low, low, CORNER
 
 
-@njit(error_model="numpy")
+@called
 def _along(p, r, g):
     """Moduli on an edge: stress moves along r only, by strain along g."""
     x = 1.0 / _edge_compliance(p, r, g)
@@ -110,7 +109,7 @@ def _along(p, r, g):
             (x * r[2] * g[0], x * r[2] * g[1], x * r[2] * g[2]))
 
 
-@njit(error_model="numpy")
+@called
 def _plane(p, f, g):
     """Moduli C - (C g) (f C) / (f C g) on the plane with normal f and flow g."""
     lam, mu2 = p.lam, 2.0 * p.mu

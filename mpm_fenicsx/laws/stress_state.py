@@ -10,7 +10,7 @@ A law that knows its stretch in closed form saves the iteration.
 """
 import math
 
-from ..specialise import specialise
+from ..compiled import specialise
 from . import Law, kernels
 
 D = 2

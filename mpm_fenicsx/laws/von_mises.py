@@ -12,10 +12,9 @@ with q = sqrt(3 J2) of the trial stress.
 import math
 from typing import NamedTuple
 
-from numba import njit
-
 import mpm_dem_checks as check
 
+from ..compiled import called
 from . import Law, lame
 from .hencky import ELASTIC, deviatoric_moduli, hencky_law
 
@@ -31,7 +30,7 @@ class Params(NamedTuple):
     H: float
 
 
-@njit(error_model="numpy")
+@called
 def _left(p, hardening, e1, e2, e3):
     """The share of the trial deviator that is left after the return; 1 in the elastic range."""
     mean = (e1 + e2 + e3) / 3.0

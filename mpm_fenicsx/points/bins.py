@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..specialise import inlined
+from ..compiled import inlined
 
 
 class Bins(NamedTuple):
@@ -37,8 +37,9 @@ def make_bins(lower, upper, size):
 
 
 @inlined
-def bin_of(p, x, origin, size, counts, D):
+def bin_of(p, x, bins, D):
     """Number of the bin that point p of x [m], shape (n, D), lies in; -1: in none."""
+    origin, size, counts = bins.origin, bins.size, bins.counts
     number, stride = 0, 1
     for i in range(D):
         s = (x[p, i] - origin[i]) / size

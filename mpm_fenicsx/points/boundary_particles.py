@@ -107,7 +107,7 @@ def near_mass(background, active_cells, parts, kernels):
         found, mine = np.zeros(len(x), np.int32), rank == comm.rank
         cell, at = np.ascontiguousarray(search.local(number[mine]), np.int32), np.ascontiguousarray(x[mine])
         N, G = np.empty((len(at), active.shape[1])), np.empty((len(at), *active.shape[1:], x.shape[1]))
-        kernels.shapes(cell, at, background.corner, background.inverse, N, G)
+        kernels.shapes(cell, at, background.maps, N, G)
         found[mine] = (N * active[cell]).sum(axis=1) > REACHES
         return somewhere(comm, *found)
 

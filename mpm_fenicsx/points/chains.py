@@ -4,13 +4,14 @@
 are NONE for a particle that is gone. A chain may be open or closed; the outside is on its left.
 """
 import numpy as np
-from numba import njit
+
+from ..compiled import compiled
 
 NONE = -1
 FOLD = np.cos(np.radians(15.0))  # two segments that leave a particle at a smaller angle are a fold
 
 
-@njit(cache=True)
+@compiled
 def links(elements, n):
     """``following`` and ``before`` of the n particles of segments a→b, shape (m, 2)."""
     following, before = np.full(n, NONE), np.full(n, NONE)
@@ -19,7 +20,7 @@ def links(elements, n):
     return following, before
 
 
-@njit(cache=True)
+@compiled
 def remove(i, following, before):
     """Take particle i out of its chain."""
     a, c = before[i], following[i]
@@ -36,13 +37,13 @@ def end_of(following, before, last):
     return ends[0] if len(ends) else NONE
 
 
-@njit(cache=True)
+@compiled
 def deviation(x, a, i, c):
     """Twice the area [m^2] that the outline loses or gains when it goes from a to c without i."""
     return abs((x[i, 0] - x[a, 0]) * (x[c, 1] - x[a, 1]) - (x[i, 1] - x[a, 1]) * (x[c, 0] - x[a, 0]))
 
 
-@njit(cache=True)
+@compiled
 def folded(x, a, i, c):
     """Whether the outline turns back at i."""
     ux, uy, vx, vy = x[a, 0] - x[i, 0], x[a, 1] - x[i, 1], x[c, 0] - x[i, 0], x[c, 1] - x[i, 1]
@@ -50,7 +51,7 @@ def folded(x, a, i, c):
     return along > 0.0 and along * along > FOLD * FOLD * (ux * ux + uy * uy) * (vx * vx + vy * vy)
 
 
-@njit(cache=True)
+@compiled
 def thin_out(x, following, before, stays, shortest):
     """Remove particles that do not ``stay``, that are folds, or that bound segments below ``shortest`` [m]: of these
     the one that changes the shape less. Ends of open chains remain. Returns whether any is gone."""
@@ -81,7 +82,7 @@ def thin_out(x, following, before, stays, shortest):
     return changed
 
 
-@njit(cache=True)
+@compiled
 def foremost(x, step, end, axis, inward, level, out, reach, loaded):
     """The particle farthest to the side ``out`` of those linked to ``end`` within ``reach`` [m] of the floor."""
     nose = i = end
@@ -92,7 +93,7 @@ def foremost(x, step, end, axis, inward, level, out, reach, loaded):
     return nose
 
 
-@njit(cache=True)
+@compiled
 def crossing(x, following):
     """First particles of two segments that cross, or (NONE, NONE)."""
     first = np.flatnonzero(following != NONE)
@@ -115,7 +116,7 @@ def crossing(x, following):
     return NONE, NONE
 
 
-@njit(cache=True)
+@compiled
 def _sides(x, a, b, c, d):
     """Whether c and d lie on different sides of the line a b."""
     ux, uy = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1]
@@ -124,7 +125,7 @@ def _sides(x, a, b, c, d):
     return of_c * of_d < 0.0
 
 
-@njit(cache=True)
+@compiled
 def untie(x, following, before, touched):
     """Where two segments cross, each goes on as the other did: a chain is cut into two, or two chains become one, with
     the outside still on their left. Marks the particles ``touched``; returns the number of crossings."""
@@ -140,7 +141,7 @@ def untie(x, following, before, touched):
     return count
 
 
-@njit(cache=True)
+@compiled
 def drop_loops(x, following, before, touched, smallest):
     """Remove closed chains with ``touched`` particles that are air (they run counter-clockwise), or body of less than
     ``smallest`` [m^2]."""
@@ -159,7 +160,7 @@ def drop_loops(x, following, before, touched, smallest):
                 remove(following[start], following, before)
 
 
-@njit(cache=True)
+@compiled
 def in_order(following, before):
     """Particles chain by chain, open ones first, shape (k,), and the place of each follower in that order or NONE.
     Closed chains of less than three are left out."""

@@ -1,6 +1,6 @@
 """Closest point of a segment or triangle to a place, by barycentric coordinates (Ericson, Real-Time Collision Detection,
 2005, section 5.1.5)."""
-from ..specialise import inlined
+from ..compiled import inlined
 
 
 @inlined

@@ -18,12 +18,12 @@ def to_grid(cell, cells, N, mass, v, a, nodal):
                 nodal[node, 1 + D + i] += w * a[p, i]
 
 
-def to_points(cell, cells, N, u, a_nodes, dt, x, v, a):
+def to_points(cell, cells, N, increment, x, v, a):
     """Phase III: move the points with the grid and update their velocity by the trapezoidal rule.
 
-    N: (n, K), u: (nodes, D) displacement over the step [m], a_nodes: (nodes, D) acceleration at its end [m/s^2];
-    changes x, v, a: (n, D).
+    N: (n, K); increment: what the nodes do, a ``newmark.Increment``; changes x [m], v [m/s], a [m/s^2]: (n, D).
     """
+    dt, u, a_nodes = increment.dt, increment.u, increment.a
     for p in range(len(cell)):
         for i in range(D):
             du = 0.0

@@ -121,7 +121,7 @@ class Step:
 
     def shapes(self, cell, x, N, G):
         """Basis values and gradients at positions x [m] in this rank's cells, see ``shape.shapes``."""
-        self.kernels.shapes(cell, x, self.background.corner, self.background.inverse, N, G)
+        self.kernels.shapes(cell, x, self.background.maps, N, G)
 
     # ---------------------------------------------------------------- phase II
 
@@ -181,7 +181,7 @@ class Step:
         alpha = newmark.alpha(self.dt)
         active_cells.clear()
         for part in self.parts:
-            part.tangent(self, alpha)
+            part.tangent(self)
         for held in self.penalties:
             held.tangent(self)
         if self.ghost:

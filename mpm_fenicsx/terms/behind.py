@@ -5,16 +5,17 @@ has gone through, until it comes back to the front; one that came around the wal
 give by pressure / k, so that a point just behind it means nothing.
 """
 import warnings
+from typing import NamedTuple
 
 import numpy as np
 
 from ..collective import somewhere
-from ..points.bins import bin_of, make_bins
+from ..compiled import specialise
+from ..points.bins import Bins, bin_of, make_bins
 from ..points.closest import closest
 from ..points.surface import normal_areas
 from ..scene.conditions import GridWall
 from ..scene.mesh import FACETS
-from ..specialise import specialise
 
 D = 2  # fixed by specialise
 BEHIND, UNKNOWN, FRONT, THROUGH = -1, 0, 1, 2  # sides; THROUGH plus the number of the wall
@@ -22,16 +23,27 @@ DEEP, FAR = 0.5, 2.0  # cells behind a wall, and from it
 TIE = 1e-9  # of two elements equally near, as at their common corner, the one that looks more straight at the point
 
 
-def look(x, origin, size, counts, start, items, corners, normal, wall, rim, deep, far, side):
+class WallElements(NamedTuple):
+    """m elements of walls: ``corners`` (m, D, D) [m]; ``normal`` (m, D), to the front; ``wall`` (m,), number of the wall;
+    ``rim`` (m, D, 2), whether the wall ends at each corner, and at the edge opposite."""
+
+    corners: np.ndarray
+    normal: np.ndarray
+    wall: np.ndarray
+    rim: np.ndarray
+
+
+def look(x, bins: Bins, elements: WallElements, deep, far, side):
     """Bring the ``side`` of each point, shape (n,), up to date; returns how many have just gone through a wall.
 
-    x: (n, D) [m]; corners: (m, D, D) of the walls' elements [m]; normal: (m, D), to the front; wall: (m,) number of the
-    wall; rim: (m, D, 2) whether the wall ends at each corner, and at the edge opposite; deep, far: [m].
+    x: (n, D) [m]; bins: of the elements; deep, far: [m].
     """
+    start, items = bins.start, bins.items
+    corners, normal, wall, rim = elements
     weight, work, best_weight = np.empty(D), np.empty((3, D)), np.empty(D)
     gone = 0
     for p in range(len(x)):
-        b = bin_of(p, x, origin, size, counts, D)
+        b = bin_of(p, x, bins, D)
         best, along, element = far * far, 0.0, -1
         for item in range(start[b] if b >= 0 else 0, start[b + 1] if b >= 0 else 0):
             e = items[item]
@@ -98,16 +110,17 @@ class Behind:
     def _place(self, time):
         x = np.concatenate([x if motion is None else x + motion(time)
                             for x, motion in zip(self._places, self._motions)])
-        self._corners = x[self._elements]
+        corners = x[self._elements]
         normal = normal_areas(x, self._elements)
         normal *= np.where(np.sum(normal * self._front, axis=1) < 0.0, -1.0, 1.0)[:, None]
-        self._normal = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        self._walls = WallElements(corners, normal, self._wall, self._rim)
         far = FAR * self._h
-        self._bins = make_bins(self._corners.min(axis=1) - far, self._corners.max(axis=1) + far, far)
+        self._bins = make_bins(corners.min(axis=1) - far, corners.max(axis=1) + far, far)
 
     def _update(self):
-        return sum(self._look(part.points.x, *self._bins, self._corners, self._normal, self._wall, self._rim,
-                              DEEP * self._h, FAR * self._h, part.points.side) for part in self._parts)
+        return sum(self._look(part.points.x, self._bins, self._walls, DEEP * self._h, FAR * self._h, part.points.side)
+                   for part in self._parts)
 
     def __call__(self, time):
         """After a step that ends at ``time`` [s]: warn of every wall through which the first points have gone."""

@@ -124,7 +124,8 @@ class Carriers:
         """Settle the springs and move the boundary particles; u: displacement over the step [m], a: acceleration at its
         end, both (nodes, D)."""
         step = self._step
+        increment = newmark.Increment(step.dt, newmark.alpha(step.dt), u, a)
         for held in step.penalties:
             held.finish(step, u)
         for p, N in self._riders:
-            step.kernels.to_points(p.cell, step.active_cells.cells, N, u, a, step.dt, p.x, p.v, p.a)
+            step.kernels.to_points(p.cell, step.active_cells.cells, N, increment, p.x, p.v, p.a)

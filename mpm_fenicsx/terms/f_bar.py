@@ -23,16 +23,16 @@ q being the patch's sum of V0 tr(tau) / D over its volume, sum V_old j, and per 
 which couples all nodes of the patch. Where A is symmetric so is the whole. The pressure that acts is the mean of the
 patch, as in the method of mean dilatation (Simo, Taylor & Pister 1985, doi 10.1016/0045-7825(85)90033-7).
 
-Templates and arguments: see ``weakform``. volume: (patches, 2) volumes at the end and at the start of the step [m^3];
-gradient: (patches, M, D) derivative of the first by the displacements of the patch's M nodes [m^2]; bulk: (patches, 2)
-sums of V0 tr(tau) / D and of V0 (s / D^2 - tr(tau) / D) [J]; push, pull: (patches, M, D) sums of V0 dev(u) / D grad N
-and V0 dev(w) / D grad N [N].
+Templates and arguments: see ``weakform``.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 from ..basis.shape import invert
+from ..compiled import inlined
 from ..laws.algebra import cofactor, determinant
-from ..specialise import inlined
+from .fields import Deformation, Elements, Patches, Quadrature
 
 D, K = 2, 4
 
@@ -83,9 +83,19 @@ def deviatoric_force(P, F, H, weight, D, T):
     return weight * pressure
 
 
+class StepGradients(NamedTuple):
+    """At one point: ``f`` (D, D), deformation over the step, its ``inverse``, and ``g`` (D K,), gradients of the basis by
+    the deformed places, one direction after the other [1/m]."""
+
+    f: np.ndarray
+    inverse: np.ndarray
+    g: np.ndarray
+
+
 @inlined
-def deformed_gradients(c, q, cells, G, u, D, K, f, f_inverse, g):
-    """Gradients by the deformed places, G f^-1, into g (D K,), one direction after the other. Returns det f."""
+def deformed_gradients(c, q, cells, G, u, D, K, found):
+    """Fill ``found``, with g = G f^-1. Returns det f."""
+    f, f_inverse, g = found
     displacement_gradient(c, q, cells, G, u, D, K, f)
     for i in range(D):
         f[i, i] += 1.0
@@ -137,8 +147,12 @@ def by_mean_volume(B, P, F, weight, shared, D, u, w):
     return s - pressure
 
 
-def mean_changes(cell, cells, patch, place, G, V0, F_old, F33_old, u, volume, gradient):
-    """Add V0 J_old j and V0 J_old to ``volume``, the derivative of the first by the displacements to ``gradient``."""
+def mean_changes(points: Quadrature, elements: Elements, old: Deformation, u, patches: Patches):
+    """Add V0 J_old j and V0 J_old to the patches' ``volume``, the derivative of the first by the displacements u (nodes,
+    D) [m] to their ``gradient``."""
+    cell, G, V0, F_old, F33_old = points.cell, points.G, points.V0, old.F, old.F33
+    cells, patch, place = elements.nodes, elements.patch, elements.place
+    volume, gradient = patches.volume, patches.gradient
     H = np.empty((D, D))
     C = np.empty((D, D))
     for q in range(len(cell)):
@@ -161,8 +175,9 @@ def mean_changes(cell, cells, patch, place, G, V0, F_old, F33_old, u, volume, gr
                 gradient[row, place[c, b], i] += s
 
 
-def add_pressure(nodes, volume, gradient, bulk, R):
+def add_pressure(nodes, patches: Patches, R):
     """Add to R [N], shape (nodes, D), the forces that do work on j_mean. nodes: (patches, M) of the patches."""
+    volume, gradient, bulk = patches.volume, patches.gradient, patches.bulk
     for row in range(len(volume)):
         if volume[row, 0] > 0.0:
             pressure = bulk[row, 0] / volume[row, 0]
@@ -171,8 +186,9 @@ def add_pressure(nodes, volume, gradient, bulk, R):
                     R[nodes[row, e], i] += pressure * gradient[row, e, i]
 
 
-def couple(volume, gradient, bulk, push, pull, Kp):
+def couple(patches: Patches, Kp):
     """Add to the patch matrices Kp [N/m], shape (patches, M, D, D, M), what comes of the change of j_mean."""
+    volume, gradient, bulk, push, pull = patches
     M = gradient.shape[1]
     for row in range(len(volume)):
         if volume[row, 0] > 0.0:

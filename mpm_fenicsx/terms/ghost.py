@@ -10,12 +10,12 @@ together (as on the mass of cut finite elements in Sticko, Ludvigsson & Kreiss 2
 Cells from which no chain of filled cells leads to a full one (drops, single fliers) get lumped inertia.
 """
 import numpy as np
-from numba import njit
 from petsc4py import PETSc
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..collective import somewhere
+from ..compiled import compiled
 from ..grid.active_cells import ghosted_vector
 
 INERTIA = "consistent", "lumped", "ghost"  # the kinds there are
@@ -31,7 +31,7 @@ def local_facets(D, K):
     return np.array([[a for a in range(K) if (a >> i) & 1 == side] for i in range(D) for side in (0, 1)])
 
 
-@njit(cache=True)
+@compiled
 def add_residual(nodes, matrix, weight, a, R):
     """Add the penalty's force [N] to R for accelerations a [m/s^2], both (nodes, D); nodes: (facets, M), matrix:
     (facets, M, M), weight: (facets,)."""
@@ -54,7 +54,7 @@ class Facets:
         """shapes: the kernel of that name, see ``shape``. Collective."""
         self._background, self._shapes, D = background, shapes, background.dim
         K = background.cells.shape[1]
-        self.volume = 1.0 / np.abs(np.linalg.det(background.inverse)) / (1.0 if K == 2**D else [2.0, 6.0][D - 2])
+        self.volume = 1.0 / np.abs(np.linalg.det(background.maps.inverse)) / (1.0 if K == 2**D else [2.0, 6.0][D - 2])
         local = local_facets(D, K)
         facets = background.cells[:, local].reshape(-1, local.shape[1])
         order = np.lexsort(np.sort(facets, axis=1).T)
@@ -116,7 +116,7 @@ class Facets:
             jump = np.zeros(self.nodes.shape)
             for side, sign in ((0, 1.0), (1, -1.0)):
                 cell = self.cells[:, side].astype(np.int32)
-                self._shapes(cell, np.ascontiguousarray(x), b.corner, b.inverse, N, G)
+                self._shapes(cell, np.ascontiguousarray(x), b.maps, N, G)
                 np.add.at(jump, (np.arange(n)[:, None], place[:, side]), sign * np.einsum("nki,ni->nk", G, normal))
             matrix += jump[:, :, None] * jump[:, None, :]
         return matrix

@@ -3,13 +3,13 @@ from typing import Callable, NamedTuple
 
 from .. import laws
 from ..basis import shape
+from ..compiled import specialise
 from ..laws.stress_state import point_functions
 from ..points import transfer
-from ..specialise import specialise
 from . import f_bar, weakform
 
 
-class Transfers(NamedTuple):
+class GridKernels(NamedTuple):
     """Alike for all bodies; see the module each comes from: ``shape``, ``transfer``."""
 
     shapes: Callable
@@ -21,8 +21,8 @@ class Transfers(NamedTuple):
     only_active: Callable
 
 
-class Material(NamedTuple):
-    """Of one law, see ``weakform`` and ``f_bar``."""
+class BodyKernels(NamedTuple):
+    """Of one body with its law, see ``weakform`` and ``f_bar``."""
 
     mean_changes: Callable
     residual: Callable
@@ -33,11 +33,11 @@ class Material(NamedTuple):
     cauchy: Callable
 
 
-def compile_transfers(background):
+def compile_grid_kernels(background):
     """Kernels on the cells of ``background``."""
     size = dict(D=background.dim, K=background.cells.shape[1])
     to_reference = specialise(shape.reference, **size, AFFINE=background.affine)
-    return Transfers(
+    return GridKernels(
         shapes=specialise(shape.shapes, **size, to_reference=to_reference),
         to_grid=specialise(transfer.to_grid, **size),
         to_points=specialise(transfer.to_points, **size),
@@ -47,14 +47,14 @@ def compile_transfers(background):
         only_active=specialise(transfer.only_active, K=size["K"]))
 
 
-def compile_material(body, background, consistent):
+def compile_body_kernels(body, background, consistent):
     """Kernels of the law of ``body``, with consistent or lumped inertia, on the cells of ``background``."""
     D, law = body.dim, body.law
     size = dict(D=D, K=background.cells.shape[1])
     stress, _ = laws.kernels(law, D)
     point_stress, point_tangent = point_functions(law, body.stress_state, D)
     form = dict(**size, CONSISTENT=consistent, FBAR=body.f_bar)
-    return Material(
+    return BodyKernels(
         mean_changes=specialise(f_bar.mean_changes, **size),
         residual=specialise(weakform.residual, **form, point_stress=point_stress),
         add_pressure=specialise(f_bar.add_pressure, D=D),

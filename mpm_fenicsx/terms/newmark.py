@@ -2,7 +2,21 @@
 
 beta = 1/4 and gamma = 1/2, the paper's average acceleration (eq. 10: alpha = 1 / (0.25 dt^2)).
 """
+from typing import NamedTuple
+
+import numpy as np
+
 BETA = 0.25
+
+
+class Increment(NamedTuple):
+    """A step of length ``dt`` [s] with the displacement ``u`` of the nodes over it [m], their acceleration ``a`` at its end
+    [m/s^2], both (nodes, D), and ``alpha`` = da/du [1/s^2]."""
+
+    dt: float
+    alpha: float
+    u: np.ndarray
+    a: np.ndarray
 
 
 def alpha(dt):

@@ -7,7 +7,9 @@ import mpm_dem_checks as check
 
 from ..points.points import Points, seed
 from ..scene.geostatic import put_stress
-from .kernels import compile_material
+from . import newmark
+from .fields import Deformation, Elements, Patches, Quadrature
+from .kernels import compile_body_kernels
 
 
 class Part:
@@ -38,15 +40,16 @@ class Part:
 
     def compile(self, background, consistent):
         """Kernels of the law on the cells of ``background``, with consistent or lumped inertia."""
-        self._material = compile_material(self.body, background, consistent)
+        self._kernels = compile_body_kernels(self.body, background, consistent)
 
     def attach(self, active_cells):
         """Work arrays on the active cells; needed whenever these or the number of points on this rank change."""
         n, K, (patches, M, D) = len(self.points), active_cells.cells.shape[1], active_cells.patch_matrices.shape[:3]
-        self._volume, self._bulk = np.zeros((patches, 2)), np.zeros((patches, 2))
-        self._gradient, self._push, self._pull = (np.zeros((patches, M, D)) for _ in range(3))
+        self._patches = Patches(np.zeros((patches, 2)), np.zeros((patches, M, D)), np.zeros((patches, 2)),
+                                *(np.zeros((patches, M, D)) for _ in range(2)))
+        self._elements = Elements(active_cells.cells, active_cells.row, active_cells.patch, active_cells.place)
         self.basis, self._G = np.empty((n, K)), np.empty((n, K, D))
-        self._F, self._F33, self._state = np.empty((n, D, D)), np.empty(n), self.points.state.copy()
+        self._new = Deformation(np.empty((n, D, D)), np.empty(n), self.points.state.copy())
         self._inert = self.points.mass  # with consistent inertia
 
     # ---------------------------------------------------------------- one step, see the kernels' modules
@@ -59,6 +62,14 @@ class Part:
         """Add the points' share to ``nodal``, see ``transfer.to_grid``."""
         p = self.points
         step.kernels.to_grid(p.cell, step.active_cells.cells, self.basis, p.mass, p.v, p.a, nodal)
+
+    def _quadrature(self):
+        p = self.points
+        return Quadrature(p.cell, self.basis, self._G, self._inert, p.V0)
+
+    def _deformation(self):
+        """At the start of the step."""
+        return Deformation(self.points.F, self.points.F33, self.points.state)
 
     @property
     def thickness(self):
@@ -84,49 +95,47 @@ class Part:
         force = p.mass[:, None] * np.asarray(self._body_force(p.rest, time), float)
         step.kernels.spread(p.cell, step.active_cells.cells, self.basis, force, load)
 
-    def _mean_changes(self, step, u):
-        """F-bar's means over the patches at the displacement u, see ``f_bar.mean_changes``; keeps u for the tangent."""
-        self._u, p, active_cells = u, self.points, step.active_cells
-        if not self.body.f_bar:
-            return
-        self._volume[:], self._gradient[:], self._bulk[:] = 0.0, 0.0, 0.0
-        self._material.mean_changes(p.cell, active_cells.cells, active_cells.patch, active_cells.place, self._G, p.V0, p.F, p.F33, u,
-                                    self._volume, self._gradient)
+    def _mean_changes(self, points, old, u):
+        """F-bar's means over the patches at the displacement u, see ``f_bar.mean_changes``."""
+        for sums in (self._patches.volume, self._patches.gradient, self._patches.bulk):
+            sums[:] = 0.0
+        self._kernels.mean_changes(points, self._elements, old, u, self._patches)
 
     def residual(self, step, u, a, R):
-        """Add inner and, with consistent inertia, inertia forces to R, see ``weakform.residual``."""
-        p = self.points
-        self._mean_changes(step, u)
-        self._material.residual(p.cell, step.active_cells.cells, step.active_cells.patch, self._volume, self.basis, self._G,
-                                self._inert, p.V0, p.F, p.F33, p.state, self._params, u, a, self._F, self._F33,
-                                self._state, self._bulk, R)
+        """Add inner and, with consistent inertia, inertia forces to R, see ``weakform.residual``; keeps u and a for the
+        tangent."""
+        points, old = self._quadrature(), self._deformation()
+        self._increment = newmark.Increment(step.dt, newmark.alpha(step.dt), u, a)
         if self.body.f_bar:
-            self._material.add_pressure(step.active_cells.nodes_of_patch, self._volume, self._gradient, self._bulk, R)
+            self._mean_changes(points, old, u)
+        self._kernels.residual(points, self._elements, old, self._new, self._patches, self._params, self._increment, R)
+        if self.body.f_bar:
+            self._kernels.add_pressure(step.active_cells.nodes_of_patch, self._patches, R)
 
     def rest(self, step):
         """Before a tangent at the start of the step, without a residual."""
-        self._u, self._F[:], self._F33[:] = np.zeros_like(step.v), self.points.F, self.points.F33
+        nothing = np.zeros_like(step.v)
+        self._increment = newmark.Increment(step.dt, newmark.alpha(step.dt), nothing, nothing)
+        self._new.F[:], self._new.F33[:] = self.points.F, self.points.F33
         if self.body.f_bar:  # its tangent needs the mean pressure
-            self.residual(step, self._u, self._u, np.empty_like(step.v))
+            self.residual(step, nothing, nothing, np.empty_like(step.v))
 
-    def tangent(self, step, alpha):
+    def tangent(self, step):
         """Add to the matrices of the active cells, see ``weakform.tangent`` and ``f_bar.couple``."""
-        p, active_cells = self.points, step.active_cells
-        self._bulk[:, 1], self._push[:], self._pull[:] = 0.0, 0.0, 0.0
-        self._material.tangent(p.cell, active_cells.cells, active_cells.row, active_cells.patch, active_cells.place, self._volume, self.basis,
-                               self._G, self._inert, p.V0, p.F, p.F33, p.state, self._params, alpha, self._u, self._F,
-                               self._F33, self._state, self._bulk, self._push, self._pull, active_cells.element_matrices)
+        patches, active_cells = self._patches, step.active_cells
+        patches.bulk[:, 1], patches.push[:], patches.pull[:] = 0.0, 0.0, 0.0
+        self._kernels.tangent(self._quadrature(), self._elements, self._deformation(), self._new, patches, self._params,
+                              self._increment, active_cells.element_matrices)
         if self.body.f_bar:
-            self._material.couple(self._volume, self._gradient, self._bulk, self._push, self._pull,
-                                  active_cells.patch_matrices)
+            self._kernels.couple(patches, active_cells.patch_matrices)
 
     def finish(self, step, u, a):
         """Move the points; deformation and state of the last residual become theirs."""
-        p = self.points
-        step.kernels.to_points(p.cell, step.active_cells.cells, self.basis, u, a, step.dt, p.x, p.v, p.a)
-        p.F, self._F = self._F, p.F
-        p.F33, self._F33 = self._F33, p.F33
-        p.state, self._state = self._state, p.state
+        p, increment = self.points, newmark.Increment(step.dt, newmark.alpha(step.dt), u, a)
+        step.kernels.to_points(p.cell, step.active_cells.cells, self.basis, increment, p.x, p.v, p.a)
+        old = self._deformation()
+        p.F, p.F33, p.state = self._new
+        self._new = old
 
     # ---------------------------------------------------------------- what others ask
 
@@ -134,8 +143,8 @@ class Part:
         """Kinetic, strain and potential energy of this rank's points [J], or of the ``chosen``, in ``gravity`` [m/s^2],
         shape (D,)."""
         p = self.points
-        mass, *fields = (values[chosen] for values in (p.mass, p.V0, p.v, p.F, p.F33, p.state))
-        return (*self._material.energies(mass, *fields, self._params), -mass @ (p.x[chosen] @ gravity))
+        mass, V0, v, *now = (values[chosen] for values in (p.mass, p.V0, p.v, *self._deformation()))
+        return (*self._kernels.energies(mass, V0, v, Deformation(*now), self._params), -mass @ (p.x[chosen] @ gravity))
 
     def volume(self):
         """Of this rank's points as deformed [m^3], shape (n,)."""
@@ -146,8 +155,8 @@ class Part:
 
     def cauchy_stress(self):
         """Of this rank's points [Pa], shape (n, D, D)."""
-        p, sigma = self.points, np.empty_like(self.points.F)
-        self._material.cauchy(self._params, p.F, p.F33, p.state, sigma)
+        sigma = np.empty_like(self.points.F)
+        self._kernels.cauchy(self._deformation(), self._params, sigma)
         return sigma
 
 

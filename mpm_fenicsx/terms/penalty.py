@@ -3,10 +3,10 @@ import numpy as np
 
 import mpm_dem_checks as check
 
+from ..compiled import specialise
 from ..points.points import Points
-from ..specialise import specialise
 from .soil_distance import SoilDistance
-from .springs import AHEAD, CLOSED, STICK, respond, spring_matrix, tangent, weigh
+from .springs import AHEAD, CLOSED, STICK, Answer, Springs, respond, spring_matrix, tangent, weigh
 
 HALF = 0.5 - 1e-9  # share of its basis on nodes with mass from which a particle in space touches the body
 # Mass of a node, over that of a full cell, below which it takes no part: one that the body has just reached would fly
@@ -99,20 +99,19 @@ class Penalties:
             self._come_near(step, gid)
         velocity = np.zeros((len(gid), self._dim))
         step.kernels.interpolate(self._cell, active_cells.cells, self.N, step.v, velocity)
-        self._base = p.gap[self._index] - AHEAD * step.dt * velocity
+        base = p.gap[self._index] - AHEAD * step.dt * velocity
         self._wall = 0.0
         if self.moves:
             before, half, now = (self._motion(time + k * step.dt)[gid] for k in (0.0, 0.5, 1.0))
             self._wall = now - before
-            self._base -= self._wall + AHEAD * (before - 4.0 * half + 3.0 * now)  # its velocity at the end, times dt
+            base -= self._wall + AHEAD * (before - 4.0 * half + 3.0 * now)  # its velocity at the end, times dt
         normal, stiffness, limit = self._normal[gid], self._stiffness[gid], self._friction[gid]
         separates, pressed = self._separates[gid], np.sum(p.force[self._index] * normal, axis=1)
         limit[separates & (pressed <= 0.0)] = 0.0
         rubs = np.isfinite(limit)
         limit[rubs] *= np.maximum(pressed[rubs], 0.0) / stiffness[rubs]
-        self._fixed = normal, stiffness, limit, separates
-        self._gap, self._force = np.empty_like(self._base), np.zeros_like(self._base)
-        self._status = np.empty(len(gid), np.int8)
+        self._springs = Springs(base, normal, stiffness, limit, separates)
+        self._answer = Answer(np.empty_like(base), np.zeros_like(base), np.empty(len(gid), np.int8))
 
     def _take_those_in_contact(self):
         """Keep in contact who has material near, let the others forget; returns the gid of the former."""
@@ -138,36 +137,33 @@ class Penalties:
 
     def respond(self, step, u):
         """Forces at the displacement u over the step [m], shape (nodes, D)."""
-        self._respond(self._cell, step.active_cells.cells, self.N, u, self._base, *self._fixed, self._gap, self._force,
-                      self._status)
+        self._respond(self._cell, step.active_cells.cells, self.N, u, self._springs, self._answer)
 
     def residual(self, step, u, R):
         """Subtract the forces [N] from R, shape (nodes, D)."""
         self.respond(step, u)
-        step.kernels.spread(self._cell, step.active_cells.cells, self.N, -self._force, R)
+        step.kernels.spread(self._cell, step.active_cells.cells, self.N, -self._answer.force, R)
 
     def switched(self):
         """Whether a particle of this rank sticks, slides or has separated otherwise than in the tangent."""
-        return self._some_left or not np.array_equal(self._status, self.points.status[self._index])
+        return self._some_left or not np.array_equal(self._answer.status, self.points.status[self._index])
 
     def tangent(self, step):
         """Add the springs to the element matrices."""
-        normal, stiffness, limit, _ = self._fixed
-        self.points.status[self._index], self._some_left = self._status, False
-        self._tangent(self._cell, step.active_cells.row, self.N, normal, stiffness, limit, self._gap, self._status,
-                      step.active_cells.element_matrices)
+        self.points.status[self._index], self._some_left = self._answer.status, False
+        self._tangent(self._cell, step.active_cells.row, self.N, self._springs, self._answer, step.active_cells.element_matrices)
 
     def finish(self, step, u):
         """Keep forces and gaps at the displacement u [m], shape (nodes, D)."""
         p, active_cells, index = self.points, step.active_cells, self._index
         self.respond(step, u)
-        normal, stiffness = self._fixed[:2]
+        normal, stiffness, (_, force, status) = self._springs.normal, self._springs.stiffness, self._answer
         moved = p.gap[index] - self._wall
         step.kernels.interpolate(self._cell, active_cells.cells, self.N, u, moved)
         along = lambda vectors: np.sum(vectors * normal, axis=1)[:, None] * normal  # noqa: E731
-        spring = np.where(self._status[:, None] % CLOSED == STICK, moved, -self._force / stiffness[:, None])
+        spring = np.where(status[:, None] % CLOSED == STICK, moved, -force / stiffness[:, None])
         p.gap[index] = along(moved) + spring - along(spring)
-        p.force[index] = self._force
+        p.force[index] = force
 
     def move(self, time):
         """Take particles that do not follow the body to their places at ``time`` [s]."""

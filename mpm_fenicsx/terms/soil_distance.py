@@ -3,26 +3,39 @@
 A gap that a particle of a wall adds up from the motion of the grid belongs to whatever soil was there when it opened.
 Other soil that comes may be nearer, and none of it says so to the grid's nodes; its points do.
 """
+from typing import NamedTuple
+
 import numpy as np
 from mpi4py import MPI
 
-from ..points.bins import bin_of, make_bins
-from ..specialise import specialise
+from ..compiled import specialise
+from ..points.bins import Bins, bin_of, make_bins
 
 D = 2  # fixed by specialise
 ROUND = 0.5  # radius of a point over the side of the square or cube of its volume: it reaches to its neighbours
 TOUCHING = 1.0 / 3.0  # the same for what has surely come to the wall: every rule of points keeps this from the surface
 
 
-def measure(x, V0, F, origin, size, counts, start, items, place, normal, reach, depth, nearest):
+class WallParticles(NamedTuple):
+    """m particles of walls at ``place`` (m, D) [m], with ``normal`` (m, D) to the soil; ``reach``: how far a point may be
+    to the side [m], ``depth``: and in front or behind [m]."""
+
+    place: np.ndarray
+    normal: np.ndarray
+    reach: float
+    depth: float
+
+
+def measure(x, V0, F, bins: Bins, walls: WallParticles, nearest):
     """Distance [m] of the nearest of the points to each particle of the walls, along its normal, if less, to
     ``nearest``, shape (m, 2), less its radius by TOUCHING and by ROUND.
 
-    x: (n, D) [m]; V0: (n,) volume, in the plane area, at rest [m^D]; F: (n, D, D); place, normal: (m, D); reach: how
-    far a point may be to the side [m]; depth: and in front or behind [m].
+    x: (n, D) [m]; V0: (n,) volume, in the plane area, at rest [m^D]; F: (n, D, D); bins: of the particles.
     """
+    start, items = bins.start, bins.items
+    place, normal, reach, depth = walls
     for p in range(len(x)):
-        b = bin_of(p, x, origin, size, counts, D)
+        b = bin_of(p, x, bins, D)
         if b < 0 or start[b] == start[b + 1]:
             continue
         if D == 2:
@@ -60,17 +73,17 @@ class SoilDistance:
 
     def place(self, x):
         """Put the particles at x [m], shape (n, D)."""
-        self._x = np.ascontiguousarray(x[self._chosen])
+        x = np.ascontiguousarray(x[self._chosen])
         around = np.sqrt(self._reach**2 + self._h**2)
-        self._bins = make_bins(self._x - around, self._x + around, self._h)
+        self._bins = make_bins(x - around, x + around, self._h)
+        self._walls = WallParticles(x, self._normal, self._reach, self._h)
 
     def __call__(self, parts, comm):
         """For each particle, shape (n, 2): see ``measure``; infinite where no point of ``parts`` is near. Collective."""
         nearest = np.full((len(self._chosen), 2), np.inf)
         for part in parts:
             p = part.points
-            self._measure(p.x, p.V0 / part.thickness, p.F, *self._bins, self._x, self._normal, self._reach, self._h,
-                          nearest)
+            self._measure(p.x, p.V0 / part.thickness, p.F, self._bins, self._walls, nearest)
         if comm.size > 1:
             comm.Allreduce(MPI.IN_PLACE, nearest, MPI.MIN)
         whole = np.full((self._count, 2), np.inf)

@@ -16,12 +16,34 @@ average acceleration turns a stiff spring into v_new = -v, for ever; with it, th
 scatters a third as much (measured), and a hit loses the energy of the nodes that touch, as at held grid nodes. What
 rests or slides does no work on the lead.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 AHEAD = 0.5  # steps
 LEAD = 1.0 + 2.0 * AHEAD  # change of the gap ahead per displacement over the step
 FREE, STICK, SLIDE, CLOSED = 0, 1, 2, 8  # along the wall, SLIDE plus 0 to 5 for its direction; CLOSED is added
 D, K = 2, 4  # fixed by specialise
+
+
+class Springs(NamedTuple):
+    """What n particles have of their springs over one step: ``base`` (n, D), the gap ahead without motion over the step
+    [m]; ``normal`` (n, D), into the body; ``stiffness`` (n,), k A [N/m]; ``limit`` (n,), mu N / (k A) [m]; ``separates``
+    (n,). Without a normal (zero) and limit all motion is held."""
+
+    base: np.ndarray
+    normal: np.ndarray
+    stiffness: np.ndarray
+    limit: np.ndarray
+    separates: np.ndarray
+
+
+class Answer(NamedTuple):
+    """What n springs do at a displacement: ``gap`` ahead (n, D) [m], ``force`` (n, D) on the body [N], ``status`` (n,)."""
+
+    gap: np.ndarray
+    force: np.ndarray
+    status: np.ndarray
 
 
 def weigh(cell, cells, heavy, N, share):
@@ -37,12 +59,13 @@ def weigh(cell, cells, heavy, N, share):
                 N[p, q] /= share[p]
 
 
-def respond(cell, cells, N, u, base, normal, stiffness, limit, separates, gap, force, status):
-    """Gap ahead [m] = base + LEAD u, force [N] on the body and status of each particle.
+def respond(cell, cells, N, u, springs: Springs, answer: Answer):
+    """Fill ``answer``: gap ahead = base + LEAD u, force and status of each particle.
 
-    u: (nodes, D) displacement over the step [m]; base, normal: (n, D); stiffness: k A [N/m], limit: mu N / (k A) [m],
-    separates: (n,); fills gap, force: (n, D) and status: (n,). Without a normal (zero) and limit all motion is held.
+    cell (n,) of the particles; cells (m, K) nodes; N (n, K) basis values; u (nodes, D) displacement over the step [m].
     """
+    base, normal, stiffness, limit, separates = springs
+    gap, force, status = answer
     for p in range(len(cell)):
         along = 0.0
         for i in range(D):
@@ -99,8 +122,10 @@ def spring_matrix(gap, normal, limit, status, C):
                 C[i, j] += limit / slip * (one - nn - s * r)
 
 
-def tangent(cell, row, N, normal, stiffness, limit, gap, status, Ke):
-    """Add -df/du to the element matrices Ke [N/m], see ``weakform.tangent``, at the gaps of the last ``respond``."""
+def tangent(cell, row, N, springs: Springs, answer: Answer, Ke):
+    """Add -df/du to the element matrices Ke [N/m], see ``weakform.tangent``, at the ``answer`` of ``respond``."""
+    normal, stiffness, limit = springs.normal, springs.stiffness, springs.limit
+    gap, status = answer.gap, answer.status
     C = np.empty((D, D))
     for p in range(len(cell)):
         c = row[cell[p]]

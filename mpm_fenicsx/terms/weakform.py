@@ -9,17 +9,15 @@ T = P F_old^T (the stress that works on du/dx, per undeformed volume)
 With FBAR, F = r (I + du/dx) F_old with a mean volume change in r, and what follows from it for R and K: ``f_bar``.
 
 Templates: ``specialise`` fixes D, K, FBAR, CONSISTENT (inertia as in eq. 11; otherwise the caller adds lumped inertia)
-and the law as ``point_stress``, ``point_tangent`` or ``energy``. Arguments throughout: cell (n,) cells of the points;
-cells (m, K) nodes; row, patch (m,) and place (m, K): see ``active_cells``; volume, bulk, push, pull: see ``f_bar``; N (n,
-K), G (n, K, D) basis values and gradients [1/m]; mass (n,) [kg]; V0 (n,) undeformed volume [m^3];
-F_old, F (n, D, D) and F33_old, F33 (n,) deformation at the start and the end of the step; old, new (n,) state records;
-p the law's parameters; u (nodes, D) [m], a (nodes, D) [m/s^2].
+and the law as ``point_stress``, ``point_tangent`` or ``energy``. Arguments throughout: points, elements, patches: see
+``fields``; old, new: ``Deformation`` at the start and the end of the step; params: of the law; increment: see ``newmark``.
 """
 import numpy as np
 
+from ..compiled import inlined
 from ..laws.algebra import determinant
-from ..specialise import inlined
 from .f_bar import (
+    StepGradients,
     by_mean_volume,
     deformed_gradients,
     deviatoric_force,
@@ -27,15 +25,23 @@ from .f_bar import (
     spread,
     volume_change,
 )
+from .fields import Deformation, Elements, Patches, Quadrature
+from .newmark import Increment
 
 D, K = 2, 4
 CONSISTENT, FBAR = True, False
 point_stress = point_tangent = strain_energy = stress = None
 
 
-def residual(cell, cells, patch, volume, N, G, mass, V0, F_old, F33_old, old, p, u, a, F, F33, new, bulk, R):
+def residual(points: Quadrature, elements: Elements, old: Deformation, new: Deformation, patches: Patches, params,
+             increment: Increment, R):
     """Add internal and inertia forces [N] to R, shape (nodes, D), with FBAR all but the mean pressure's, for which
-    bulk[:, 0] is added to; fills F, F33 and new."""
+    bulk[:, 0] is added to; fills ``new``."""
+    cell, N, G, mass, V0 = points
+    cells, patch, volume, bulk = elements.nodes, elements.patch, patches.volume, patches.bulk
+    F_old, F33_old, old_state = old
+    F, F33, new_state = new
+    u, a = increment.u, increment.a
     H = np.empty((D, D))
     P = np.empty(D * D + 1)
     A = np.empty((D * D + 1, D * D + 1))
@@ -52,7 +58,7 @@ def residual(cell, cells, patch, volume, N, G, mass, V0, F_old, F33_old, old, p,
                 for k in range(D):
                     f += H[i, k] * F_old[q, k, j]
                 F[q, i, j] = r * f
-        F33[q] = point_stress(p, F[q], F33_old[q], old[q], new[q], P, A)
+        F33[q] = point_stress(params, F[q], F33_old[q], old_state[q], new_state[q], P, A)
         if FBAR:
             bulk[patch[c], 0] += deviatoric_force(P, F[q], H, V0[q], D, T)
         else:
@@ -97,23 +103,28 @@ def _pull(A, F, weight, D, half, B):
                     B[i, j, k, l] = s
 
 
-def tangent(cell, cells, row, patch, place, volume, N, G, mass, V0, F_old, F33_old, old, p, alpha, u, F, F33, new, bulk,
-            push, pull, Ke):
+def tangent(points: Quadrature, elements: Elements, old: Deformation, new: Deformation, patches: Patches, params,
+            increment: Increment, Ke):
     """Add the point's share to the element matrices Ke [N/m], shape (rows, K, D, D, K): Ke[c, b, k, i, e] is the
     derivative of the force on node e in direction i by the displacement of node b in direction k, the mean volume
-    change held; with FBAR also to bulk[:, 1], push and pull. F, F33 and bulk[:, 0] are those of the residual at u.
+    change held; with FBAR also to bulk[:, 1], push and pull. ``new`` and bulk[:, 0] are those of the residual at u.
 
     Sums in scalars and one flat index per element matrix: half the time of the same loops over small arrays.
     """
+    cell, N, G, mass, V0 = points
+    cells, row, patch, place = elements
+    F_old, F33_old, old_state = old
+    F, F33, new_state = new
+    volume, _, bulk, push, pull = patches
+    alpha, u = increment.alpha, increment.u
     P = np.empty(D * D + 1)
     A = np.empty((D * D + 1, D * D + 1))
     half = np.empty((D, D, D, D))
     B = np.empty((D, D, D, D))
-    forth, back = np.empty((D, D)), np.empty((D, D))
-    g = np.empty(D * K)  # gradients, one direction after the other
+    forth, back, g = found = StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))
     w = np.empty(K)
     for q in range(len(cell)):
-        F33[q] = point_tangent(p, F[q], F33[q], old[q], new[q], P, A)
+        F33[q] = point_tangent(params, F[q], F33[q], old_state[q], new_state[q], P, A)
         c = cell[q]
         for e in range(K):
             w[e] = alpha * mass[q] * N[q, e] if CONSISTENT else 0.0
@@ -122,7 +133,7 @@ def tangent(cell, cells, row, patch, place, volume, N, G, mass, V0, F_old, F33_o
         if FBAR:
             own = patch[c]
             grown = V0[q] * determinant(F_old[q], D) * F33_old[q]
-            grown *= deformed_gradients(c, q, cells, G, u, D, K, forth, back, g)
+            grown *= deformed_gradients(c, q, cells, G, u, D, K, found)
             _pull(A, F[q], V0[q], D, half, B)
             bulk[own, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[own, 0] / volume[own, 0], D, forth, back)
             spread(forth, g, place[c], D, K, push[own])
@@ -149,23 +160,25 @@ def tangent(cell, cells, row, patch, place, volume, N, G, mass, V0, F_old, F33_o
                     start += K
 
 
-def energies(mass, V0, v, F, F33, old, p):
-    """Kinetic energy of the points and strain energy [J]."""
+def energies(mass, V0, v, now: Deformation, params):
+    """Kinetic energy of the points with mass (n,) [kg], V0 (n,) [m^3] and v (n, D) [m/s], and strain energy [J]."""
+    F, F33, state = now
     kinetic = 0.0
     strain = 0.0
     for q in range(len(mass)):
         for i in range(D):
             kinetic += 0.5 * mass[q] * v[q, i] * v[q, i]
-        strain += V0[q] * strain_energy(p, F[q], F33[q], old[q])
+        strain += V0[q] * strain_energy(params, F[q], F33[q], state[q])
     return kinetic, strain
 
 
-def cauchy(p, F, F33, state, sigma):
+def cauchy(now: Deformation, params, sigma):
     """Cauchy stress sigma = P F^T / J [Pa], shape (n, D, D)."""
+    F, F33, state = now
     P = np.empty(D * D + 1)
     new = state[:1].copy()  # a law fills it; the points' own states stay as they are
     for q in range(len(F)):
-        stress(p, F[q], F33[q], state[q], new[0], P)
+        stress(params, F[q], F33[q], state[q], new[0], P)
         J = determinant(F[q], D) * F33[q]
         for i in range(D):
             for j in range(D):

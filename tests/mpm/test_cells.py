@@ -4,10 +4,10 @@ import pytest
 from mpi4py import MPI
 
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Mesh, Support, linear, neo_hooke
-from mpm_fenicsx.basis.shape import reference
+from mpm_fenicsx.basis.shape import ReferencePoint, reference
+from mpm_fenicsx.compiled import specialise
 from mpm_fenicsx.grid.background import Background, whole_mesh
 from mpm_fenicsx.points.points import Points, gauss_rule
-from mpm_fenicsx.specialise import specialise
 
 POINTS = {"quadrilateral": 2, "triangle": 3, "hexahedron": 2, "tetrahedron": 4}
 
@@ -195,10 +195,10 @@ def test_the_inverse_map_of_bent_cells(bent):
     kernel = specialise(reference, D=D, K=K, AFFINE=background.affine)
     assert background.affine == (K == D + 1)
     local = np.argsort(background.original_cell)[cell]
-    xi, value, J, gradient = np.empty(D), np.empty(K), np.empty((D, D)), np.empty((K, D))
+    found = ReferencePoint(np.empty(D), np.empty((D, D)), np.empty(K), np.empty((K, D)), np.empty((D, D)))
     for p in range(len(x)):
-        kernel(p, local[p], x, background.corner, background.inverse, xi, J, np.empty((D, D)), value, gradient)
-        np.testing.assert_allclose(value @ mesh.vertices[mesh.cells[cell[p]]], x[p], rtol=0, atol=1e-14)
+        kernel(p, local[p], x, background.maps, found)
+        np.testing.assert_allclose(found.value @ mesh.vertices[mesh.cells[cell[p]]], x[p], rtol=0, atol=1e-14)
 
 
 # ---------------------------------------------------------------- state

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mpm_fenicsx import LAWS, Box, Grid, GridWall, Interface, Load, Mesh, MPMError, Penalty, Support
+from mpm_fenicsx.compiled import specialise
 from mpm_fenicsx.scene.mesh import lattice
-from mpm_fenicsx.specialise import specialise
 from mpm_fenicsx.terms import springs
 
 G = 9.81
@@ -266,7 +266,8 @@ def test_spring_matrix_is_the_derivative_of_the_force(taylor_rate, D):
     def force(s):
         gap, f, status = np.empty((n, D)), np.empty((n, D)), np.empty(n, np.int8)
         u = np.tile(s * du, (K, 1))
-        respond(np.zeros(n, np.int32), cells, N, u, base, normal, k, limit, separates, gap, f, status)
+        respond(np.zeros(n, np.int32), cells, N, u, springs.Springs(base, normal, k, limit, separates),
+                springs.Answer(gap, f, status))
         return gap, f, status
     gap, f, status = force(0.0)
     slope, C = np.empty((n, D)), np.empty((D, D))

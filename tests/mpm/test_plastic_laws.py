@@ -8,6 +8,7 @@ from numba.core.runtime import rtsys
 from scipy.optimize import nnls
 
 from mpm_fenicsx import drucker_prager, mohr_coulomb, von_mises
+from mpm_fenicsx.compiled import specialise
 from mpm_fenicsx.laws import kernels
 from mpm_fenicsx.laws.drucker_prager import CONE
 from mpm_fenicsx.laws.hencky import ELASTIC, OPEN
@@ -21,7 +22,6 @@ from mpm_fenicsx.laws.mohr_coulomb import (
     TENSION_EDGE,
 )
 from mpm_fenicsx.laws.von_mises import FLOW
-from mpm_fenicsx.specialise import specialise
 
 MC = dict(E=1.0, nu=0.3, friction_angle=30.0, dilation_angle=10.0, cohesion=0.01)
 LAWS = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mpm_fenicsx.basis.shape import cell_maps, reference, shapes
-from mpm_fenicsx.specialise import specialise
+from mpm_fenicsx.compiled import specialise
 
 EPS = np.finfo(float).eps
 DIMS = {"triangle": 2, "quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}
@@ -13,10 +13,10 @@ DIMS = {"triangle": 2, "quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}
 def tabulate(cells, corners, cell, x):
     """N and G at points x in cells of vertices ``corners``, by the project's kernels."""
     D, K = corners.shape[1], cells.shape[1]
-    corner, inverse, affine = cell_maps(corners, cells)
+    maps, affine = cell_maps(corners, cells)
     N, G = np.empty((len(x), K)), np.empty((len(x), K, D))
     to_reference = specialise(reference, D=D, K=K, AFFINE=affine)
-    specialise(shapes, D=D, K=K, to_reference=to_reference)(cell, x, corner, inverse, N, G)
+    specialise(shapes, D=D, K=K, to_reference=to_reference)(cell, x, maps, N, G)
     return N, G, affine
 
 

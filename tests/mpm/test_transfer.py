@@ -4,9 +4,10 @@ import pytest
 
 from mpm_fenicsx import Box, Grid
 from mpm_fenicsx.basis.shape import cell_maps, reference, shapes
+from mpm_fenicsx.compiled import specialise
 from mpm_fenicsx.grid.background import whole_mesh
 from mpm_fenicsx.points import transfer
-from mpm_fenicsx.specialise import specialise
+from mpm_fenicsx.terms.newmark import Increment, alpha
 
 EPS = np.finfo(float).eps
 
@@ -26,9 +27,9 @@ class Cloud:
         above = np.subtract(*(self.x % 1).T) < 0
         self.cell = column if cell == "quadrilateral" else (2 * column + above).astype(np.int32)
         self.N, G = np.empty((n, K)), np.empty((n, K, 2))
-        corner, inverse, _ = cell_maps(self.nodes, self.cells)
+        maps, _ = cell_maps(self.nodes, self.cells)
         to_reference = specialise(reference, D=2, K=K, AFFINE=True)
-        specialise(shapes, D=2, K=K, to_reference=to_reference)(self.cell, self.x, corner, inverse, self.N, G)
+        specialise(shapes, D=2, K=K, to_reference=to_reference)(self.cell, self.x, maps, self.N, G)
         assert (self.N >= 0).all()  # every point really lies in its cell
 
     def to_grid(self):
@@ -78,7 +79,8 @@ def test_points_gain_the_momentum_of_the_grid(cloud):
     u, a_nodes = cloud.random.normal(size=(2, len(cloud.nodes), 2))
     expected = cloud.mass @ cloud.v + 0.5 * dt * (cloud.mass @ cloud.a + m @ a_nodes)
     centre = cloud.mass @ cloud.x + m @ u
-    cloud.kernel("to_points")(cloud.cell, cloud.cells, cloud.N, u, a_nodes, dt, cloud.x, cloud.v, cloud.a)
+    increment = Increment(dt, alpha(dt), u, a_nodes)
+    cloud.kernel("to_points")(cloud.cell, cloud.cells, cloud.N, increment, cloud.x, cloud.v, cloud.a)
     np.testing.assert_allclose(cloud.mass @ cloud.v, expected, rtol=0, atol=100 * EPS)
     np.testing.assert_allclose(cloud.mass @ cloud.x, centre, rtol=100 * EPS)
     np.testing.assert_allclose(cloud.mass @ cloud.a, m @ a_nodes, rtol=0, atol=100 * EPS)
@@ -87,7 +89,8 @@ def test_points_gain_the_momentum_of_the_grid(cloud):
 def test_points_follow_a_linear_field_exactly(cloud):
     x, H = cloud.x.copy(), np.array([[0.1, -0.2], [0.3, 0.4]])
     u, a = cloud.nodes @ H.T, np.zeros_like(cloud.nodes)
-    cloud.kernel("to_points")(cloud.cell, cloud.cells, cloud.N, u, a, 1.0, cloud.x, cloud.v, cloud.a)
+    increment = Increment(1.0, alpha(1.0), u, a)
+    cloud.kernel("to_points")(cloud.cell, cloud.cells, cloud.N, increment, cloud.x, cloud.v, cloud.a)
     np.testing.assert_allclose(cloud.x, x + x @ H.T, rtol=0, atol=20 * EPS)
 
 

@@ -19,7 +19,7 @@ from coupling.maps.spread import dent_in_plane, dent_in_space
 from coupling.pictures import figure, picture
 from coupling.records import report
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, open_dem
-from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, Interface, Support
+from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, Interface, Numerics, Support
 
 PAPER = dict(dt=5e-8, substeps=1, t_end=4e-4)
 PRESETS = {"paper": dict(cells=(62, 13), body=(120, 8), points=4, segments=(60,), **PAPER),
@@ -117,7 +117,7 @@ def strike(case, compare, modes=50, **keys):
     runs, wait = {}, p.gap / p.v0
     for backend in ("liggghts", "reference") if p.dem == "compare" else (p.dem,):
         label = "liggghts" if (p.dem, backend) == ("compare", "liggghts") else ""
-        solid = MPM(grid, beam, supports, interface, rebalance=p.rebalance, solver=p.solver)
+        solid = MPM(grid, beam, supports, interface, numerics=Numerics(p.solver, p.rebalance))
         grains = open_dem(backend, scene, p.dt / p.substeps)
         start_points = solid.snapshot() if p.picture else None
         with Record(case, keys, p.out, solid, grains, windows=windows, columns=columns, paraview=p.paraview,

@@ -16,7 +16,7 @@ import mpm_dem_checks as check
 from coupling import Record, cli, count_windows, march
 from coupling.keys import refuse_unused
 from coupling.pictures import figure, frames
-from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, GridWall, Support
+from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, GridWall, Numerics, Support
 from mpm_fenicsx.scene.geostatic import at_rest
 
 PRESETS = {"paper": dict(h=0.005, dt=5e-5)}
@@ -95,7 +95,7 @@ def make_column(p, surface=None):
         if p.dim == 3 and there:
             supports.append(Support.column("z", z, grid, "z", name=f"the side wall at z = {z} m"))
     return MPM(grid, body, supports, surface and surface(body), gravity=(0.0, -p.g, 0.0)[:p.dim], inertia=p.inertia,
-               penalties=walls, rebalance=p.rebalance, halvings=HALVINGS, solver=p.solver,
+               penalties=walls, halvings=HALVINGS, numerics=Numerics(p.solver, p.rebalance),
                outflow={side: p.outflow for side in ("+x", "+y", "+z")[:p.dim] if side != "+z" or p.open_side})
 
 

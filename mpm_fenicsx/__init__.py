@@ -25,8 +25,8 @@ from .scene.conditions import GridWall, Load, Penalty  # noqa: E402
 from .scene.interface import Interface, Resampling  # noqa: E402
 from .scene.mesh import Box, Mesh  # noqa: E402
 from .scene.meshfile import read_cloud, read_mesh  # noqa: E402
-from .solve.solvers import SOLVERS  # noqa: E402
+from .scene.numerics import SOLVERS, Numerics  # noqa: E402
 
 __all__ = ["Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "LAWS", "Load", "MPM", "MPMDiverged", "MPMError",
-           "Mesh", "Penalty", "Resampling", "SOLVERS", "Support", "drucker_prager", "linear", "mohr_coulomb",
+           "Mesh", "Numerics", "Penalty", "Resampling", "SOLVERS", "Support", "drucker_prager", "linear", "mohr_coulomb",
            "neo_hooke", "of_points", "read_cloud", "read_mesh", "von_mises"]

@@ -5,13 +5,13 @@ from .scene.bodies import Body, Grid, Support
 from .scene.conditions import GridWall, Load, Penalty
 from .scene.interface import Interface
 from .scene.mesh import Mesh
-from .solve.solvers import SOLVERS
+from .scene.numerics import Numerics
 from .terms.ghost import INERTIA
 
 MOST_HALVINGS = 20  # of a step, into a millionth
 
 
-def check_arguments(grid, bodies, supports, interface, gravity, inertia, rebalance, loads, penalties, body_force, solver,
+def check_arguments(grid, bodies, supports, interface, gravity, inertia, loads, penalties, body_force, numerics,
                     halvings):
     """ValueError for the first argument of ``MPM`` that is none; bodies: a list."""
     check.record("grid", grid, Grid, Mesh)
@@ -20,10 +20,8 @@ def check_arguments(grid, bodies, supports, interface, gravity, inertia, rebalan
     check.records("loads", loads, Load)
     check.records("penalties", penalties, Penalty, GridWall)
     check.choice("inertia", inertia, INERTIA)
-    check.choice("solver", solver, SOLVERS)
+    check.record("numerics", numerics, Numerics)
     check.count("halvings", halvings, 0, MOST_HALVINGS)
-    check.between("rebalance", rebalance, 1, float("inf"),
-                  rule="an imbalance is never below 1, give a larger number")
     if interface is not None:
         check.record("interface", interface, Interface)
     if gravity is not None:

@@ -15,6 +15,7 @@ from .points.migrate import Router
 from .points.outflow import Outflow, read_ways
 from .points.sets import Set, Sets
 from .scene.frame import Frame
+from .scene.numerics import Numerics
 from .scene.room import room_at_walls
 from .solve.ladder import Ladder
 from .solve.step import PHASES, Step
@@ -63,12 +64,12 @@ class MPM(Answers):
         arguments, keys = self._scene
         return type(self)(*arguments, **keys)
 
-    def __init__(self, grid, body, supports=(), interface=None, gravity=None, inertia="consistent",
-                 rebalance=1.2, comm=MPI.COMM_WORLD, loads=(), penalties=(), body_force=None, solver="auto", halvings=4,
-                 outflow="stop", bonded=False):
+    def __init__(self, grid, body, supports=(), interface=None, *, gravity=None,  # noqa: PLR0913 - states a scene
+                 inertia="consistent", loads=(), penalties=(), body_force=None, outflow="stop", bonded=False,
+                 numerics=Numerics(), comm=MPI.COMM_WORLD, halvings=4):
         bodies = body if isinstance(body, (list, tuple)) else [body]
-        check_arguments(grid, bodies, supports, interface, gravity, inertia, rebalance, loads, penalties, body_force,
-                        solver, halvings)
+        check_arguments(grid, bodies, supports, interface, gravity, inertia, loads, penalties, body_force, numerics,
+                        halvings)
         check.truth("bonded", bonded)
         self.comm, self.dim, self.grid, self._frame = comm, grid.box.dim, grid, Frame(grid.box)
         self._grid, body_force = self._frame.enter(grid), self._frame.enter_function(body_force)
@@ -79,10 +80,10 @@ class MPM(Answers):
         self._parts = make_parts(self._frame.enter(bodies), self._grid, self.gravity, body_force)
         x = np.concatenate([part.points.x for part in self._parts])
         check_inside(self._grid, x, "the body reaches out of the grid: a material point", self.origin)
-        self._count, self.rebalance, self.rebalances, self.outflow = len(x), rebalance, [], outflow
+        self._count, self.numerics, self.rebalances, self.outflow = len(x), numerics, [], outflow
         self._outflow = Outflow(read_ways(outflow, self.dim), self._grid, comm, self.gravity)
         self._bonds = Bonds(self._parts, comm, bonded)
-        self._support_scene, self._solver = tuple(self._frame.enter(list(supports))), solver
+        self._support_scene = tuple(self._frame.enter(list(supports)))
         penalties = self._frame.enter(list(penalties))
         self._room = room_at_walls(self._grid, penalties)
         self._lay_out(np.array_split(x, comm.size)[comm.rank])
@@ -187,7 +188,7 @@ class MPM(Answers):
         if self.ladder.penalises:
             facets = self._facets = self._facets or Facets(self.background, self.kernels.shapes)
         self.step = Step(self.background, filled, self.supports, self._parts, self.gravity, self.kernels,
-                         self._consistent, self.phases, self.loads, self.penalties, self._solver, facets,
+                         self._consistent, self.phases, self.loads, self.penalties, self.numerics.solver, facets,
                          self._outflow)
         self._attach()
 
@@ -204,7 +205,7 @@ class MPM(Answers):
         """A new distribution of the grid when the points have gathered on few ranks; they move with all they carry. It
         costs a new mesh, so it is looked at only every ``rebalance_every`` steps."""
         before = self.imbalance()
-        if before <= self.rebalance:
+        if before <= self.numerics.rebalance:
             return
         self.step.destroy()
         self._router.free()

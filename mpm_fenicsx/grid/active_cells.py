@@ -9,10 +9,10 @@ from petsc4py import PETSc
 from . import compat
 
 
-def ghosted_vector(index_map, comm):
-    """New vector with one value for each index, those of ghosts from the ranks that own them. Collective."""
-    size = index_map.size_local, PETSc.DETERMINE
-    return PETSc.Vec().createGhost(index_map.ghosts.astype(PETSc.IntType), size, comm=comm)
+def ghosted_vector(numbering, comm):
+    """New vector with one value for each cell or node of a ``compat.Numbering``, those of ghosts from the ranks that own
+    them. Collective."""
+    return PETSc.Vec().createGhost(numbering.ghosts.astype(PETSc.IntType), (numbering.owned, PETSc.DETERMINE), comm=comm)
 
 
 class ActiveCells:
@@ -37,7 +37,7 @@ class ActiveCells:
         matrices; walls: None on all ranks, or a mask of the local cells that may hold particles of walls."""
         self.comm, self.dim = background.comm, background.dim
         self._vectors, self._symmetric = {}, symmetric
-        grid_vec = ghosted_vector(background.node_map, self.comm)
+        grid_vec = ghosted_vector(background.node_numbering, self.comm)
         near = self._flags(grid_vec, background, background.cells[filled])  # nodes of filled cells, on any rank
         self.active = near[background.cells].any(axis=1)
         chosen = np.flatnonzero(self.active[:background.cells_owned]).astype(np.int32)

@@ -60,15 +60,13 @@ class Background:
         self.patch = patches(grid, vertices, cells) if averaged else None
         self.owner = bisect(centres, weights, comm.size, self.patch)
         self.mesh = self._distribute(vertices, cells)
-        self.cell_map = self.mesh.topology.index_map(self.dim)
-        self.cells_owned = self.cell_map.size_local
-        self.node_map = self.mesh.geometry.index_map()
-        self.nodes_owned = self.node_map.size_local
-        self.x = np.ascontiguousarray(self.mesh.geometry.x[:, :self.dim])
-        self.cells = compat.geometry_cells(self.mesh, cells.shape[1])
+        self.cell_numbering, self.node_numbering = compat.cell_numbering(self.mesh), compat.node_numbering(self.mesh)
+        self.cells_owned, self.nodes_owned = self.cell_numbering.owned, self.node_numbering.owned
+        self.x = compat.node_positions(self.mesh)
+        self.cells = compat.nodes_of_cells(self.mesh, cells.shape[1])
         self.maps, affine = cell_maps(self.x, self.cells)
         self.affine = bool(comm.allreduce(affine, MPI.LAND))
-        self.original_cell = np.asarray(self.mesh.topology.original_cell_index)
+        self.original_cell = compat.original_cells(self.mesh)
         self.vertex_of = np.empty(len(self.x), np.int64)
         self.vertex_of[self.cells] = cells[self.original_cell]
         sizes = np.ptp(vertices[cells], axis=1)
@@ -120,6 +118,6 @@ class Background:
 
     def _ranks_around(self):
         """Ranks with which this one shares cells, in both directions alike."""
-        mine = set(np.concatenate([self.cell_map.owners, self.node_map.owners]).tolist()) - {self.comm.rank}
+        mine = set(np.concatenate([self.cell_numbering.owners, self.node_numbering.owners]).tolist()) - {self.comm.rank}
         shared = self.comm.allgather(sorted(mine))
         return sorted(mine | {rank for rank, others in enumerate(shared) if self.comm.rank in others})

@@ -1,6 +1,7 @@
-"""The only file with names of dolfinx and PETSc that differ between versions (written for dolfinx 0.5, petsc4py
-3.18)."""
+"""The only file with names of dolfinx, and of PETSc where these differ between versions (written for dolfinx 0.5 and
+petsc4py 3.18)."""
 import ctypes
+from typing import NamedTuple
 
 import numpy as np
 import ufl
@@ -79,9 +80,68 @@ def create_mesh(comm, cells, x, cell, owners):
     return dmesh.create_mesh(comm, cells, x, domain, dmesh.GhostMode.shared_facet, partitioner)
 
 
-def geometry_cells(mesh, nodes_per_cell):
+class Numbering(NamedTuple):
+    """Numbers of a rank's cells or nodes, the owned ones first, then the ghosts: ``owned`` of them are its own, which
+    have the numbers from ``first`` on in the whole mesh; ghosts: (k,) numbers of the others there; owners: (k,) their
+    ranks."""
+
+    owned: int
+    first: int
+    ghosts: np.ndarray
+    owners: np.ndarray
+
+    @property
+    def in_whole(self):
+        """Numbers in the whole mesh of all cells or nodes, shape (owned + k,)."""
+        return np.concatenate([np.arange(self.first, self.first + self.owned), self.ghosts])
+
+
+def _numbering(index_map):
+    return Numbering(index_map.size_local, index_map.local_range[0], np.asarray(index_map.ghosts),
+                     np.asarray(index_map.owners))
+
+
+def cell_numbering(mesh):
+    """``Numbering`` of the cells."""
+    return _numbering(mesh.topology.index_map(mesh.topology.dim))
+
+
+def node_numbering(mesh):
+    """``Numbering`` of the nodes."""
+    return _numbering(mesh.geometry.index_map())
+
+
+def node_positions(mesh):
+    """Positions of owned and ghost nodes [m], shape (n, D)."""
+    return np.ascontiguousarray(mesh.geometry.x[:, :mesh.geometry.dim])
+
+
+def nodes_of_cells(mesh, nodes_per_cell):
     """Node numbers of owned and ghost cells, shape (n, nodes_per_cell)."""
     return np.asarray(mesh.geometry.dofmap.array, np.int32).reshape(-1, nodes_per_cell)
+
+
+def original_cells(mesh):
+    """Numbers of owned and ghost cells among those that the mesh was made of, shape (n,)."""
+    return np.asarray(mesh.topology.original_cell_index)
+
+
+def cells_behind_facets(mesh, cell_count):
+    """Cell behind each facet of the ``cell_count`` owned and ghost cells, shape (cells, facets): -1 where this rank sees
+    none."""
+    topology, dim = mesh.topology, mesh.topology.dim
+    topology.create_connectivity(dim, dim - 1)
+    topology.create_connectivity(dim - 1, dim)
+    facets = topology.connectivity(dim, dim - 1)
+    cells = topology.connectivity(dim - 1, dim)
+    of_cell = facets.array.reshape(cell_count, -1) if cell_count else np.zeros((0, dim + 1), np.int32)
+    first, count = cells.offsets[:-1], np.diff(cells.offsets)
+    pair = np.full((len(count), 2), -1, np.int32)
+    pair[:, 0] = cells.array[first]
+    two = count == 2
+    pair[two, 1] = cells.array[first[two] + 1]
+    both = pair[of_cell]
+    return np.where(both[..., 0] == np.arange(cell_count)[:, None], both[..., 1], both[..., 0]).astype(np.int32)
 
 
 def cell_tree(mesh, cells, padding):

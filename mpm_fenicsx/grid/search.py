@@ -56,17 +56,14 @@ class WalkSearch:
 
     def __init__(self, background):
         self._background = b = background
-        topology, dim = b.mesh.topology, b.dim
-        topology.create_connectivity(dim, dim - 1)
-        topology.create_connectivity(dim - 1, dim)
-        self._neighbours = Neighbours(_behind(topology, dim, len(b.cells)), *_facets_of_axes(dim, b.cells.shape[1]))
-        size = dict(D=dim, K=b.cells.shape[1])
+        behind = compat.cells_behind_facets(b.mesh, len(b.cells))
+        self._neighbours = Neighbours(behind, *_facets_of_axes(b.dim, b.cells.shape[1]))
+        size = dict(D=b.dim, K=b.cells.shape[1])
         to_reference = specialise(reference, **size, AFFINE=b.affine)
         self._walk, self._holds = (specialise(f, **size, to_reference=to_reference) for f in (walk, holds))
-        self._number = b.cell_map.local_to_global(np.arange(len(b.cells), dtype=np.int32))
-        self._first = b.cell_map.local_range[0]
+        self._number, self._first = b.cell_numbering.in_whole, b.cell_numbering.first
         self._starts = np.array(b.comm.allgather(self._first))
-        self._owner = np.concatenate([np.full(b.cells_owned, b.comm.rank), b.cell_map.owners]).astype(np.int32)
+        self._owner = np.concatenate([np.full(b.cells_owned, b.comm.rank), b.cell_numbering.owners]).astype(np.int32)
         self._tree = None
 
     def _found(self, points):
@@ -123,20 +120,6 @@ class WalkSearch:
 
     def local(self, number):
         return (number - self._first).astype(np.int32)
-
-
-def _behind(topology, dim, cell_count):
-    """Cell behind each facet, shape (cells, facets): -1 where this rank sees none."""
-    facets = topology.connectivity(dim, dim - 1)
-    cells = topology.connectivity(dim - 1, dim)
-    of_cell = facets.array.reshape(cell_count, -1) if cell_count else np.zeros((0, dim + 1), np.int32)
-    first, count = cells.offsets[:-1], np.diff(cells.offsets)
-    pair = np.full((len(count), 2), -1, np.int32)
-    pair[:, 0] = cells.array[first]
-    two = count == 2
-    pair[two, 1] = cells.array[first[two] + 1]
-    both = pair[of_cell]
-    return np.where(both[..., 0] == np.arange(cell_count)[:, None], both[..., 1], both[..., 0]).astype(np.int32)
 
 
 def _facets_of_axes(dim, nodes_per_cell):

@@ -15,7 +15,8 @@ on each rank (-mpm_pc_type redundant). docs/solvers.md says which one does what.
 """
 from petsc4py import PETSc
 
-SOLVERS = ("auto", "direct", "cholesky", "lu", "cg", "gmres", "gamg", "hypre")
+from ..scene.numerics import SOLVERS
+
 FACTORISATIONS = ("cholesky", "lu")
 DIRECT_UP_TO = {2: 100_000, 3: 60_000}  # unknowns: a factor that is kept pays up to here
 FRESH_UP_TO = {2: 20_000, 3: 3_000}  # and one that is made in every iteration, where inertia dominates, up to here

@@ -68,7 +68,7 @@ class Facets:
         self.cells, self._facet = cells[mine], facets[first[mine]]
         self.nodes, place = self._all_nodes(background.cells[self.cells])
         self.matrix = self._integrate(place)
-        self._values = ghosted_vector(background.cell_map, background.comm) if background.comm.size > 1 else None
+        self._values = ghosted_vector(background.cell_numbering, background.comm) if background.comm.size > 1 else None
 
     def with_ghosts(self, values):
         """Values of this rank's cells, shape (m,), those of ghosts from the ranks that own them. Collective."""

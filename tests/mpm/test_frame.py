@@ -61,7 +61,7 @@ def scene(at, cell, counts, D, regular):
     top = Interface(np.array([place(0.1, 0.45, 0.2), place(0.9, 0.45, 0.2), place(0.5, 0.45, 0.4)]),
                     np.array([[0, 1], [1, 2]]) if D == 2 else np.array([[0, 2, 1]]))
     sole = replace(top, x=top.x - 0.4 * np.eye(D)[1])
-    return MPM(grid, body, [Support(lambda x: x[:, 1] < at[1] + 0.1, "y")], top, (0.0, -9.81, 0.0)[:D],
+    return MPM(grid, body, [Support(lambda x: x[:, 1] < at[1] + 0.1, "y")], top, gravity=(0.0, -9.81, 0.0)[:D],
                loads=[Load(top, pressure=100.0)],
                penalties=[Penalty(sole, (0.0, 1.0, 0.0)[:D], friction=0.3, follows=True, at=place(0.0, 0.0, 0.0)),
                           Penalty(replace(top, x=top.x - np.eye(D)[1] * 0.44), (0.0, 1.0, 0.0)[:D],

@@ -6,7 +6,7 @@ RUN = """
 import sys
 import numpy as np
 from mpi4py import MPI
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Numerics
 _, path, cell, law, inertia, bodies = sys.argv
 D = 2 if cell in ("quadrilateral", "triangle") else 3
 grid = Grid(Box((-1,) * D, (5, 3, 2)[:D]), (12, 8, 6)[:D], cell)
@@ -17,7 +17,7 @@ def body(lower, upper, law):
 body = [body(0, 1, law), body(1, 2, "linear")] if bodies == "two" else body(0, 2, law)
 top = np.column_stack([np.linspace(0, 2, 7), np.full(7, 0.9), np.full(7, 0.5)])[:, :D]
 solid = MPM(grid, body, interface=Interface(top, np.zeros((0, D), int)), gravity=(0, -0.5, 0)[:D], inertia=inertia,
-            rebalance=1.05)
+            numerics=Numerics(rebalance=1.05))
 solid.rebalance_every = 7 if bodies == "two" else 50
 def field(name):
     return np.concatenate([getattr(part.points, name) for part in solid.parts])

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from petsc4py import PETSc
 
-from mpm_fenicsx import SOLVERS, drucker_prager
+from mpm_fenicsx import SOLVERS, Numerics, drucker_prager
 from mpm_fenicsx.solve import solvers
 
 BLOCK = dict(h=0.25, margin=1, gravity=(0.0, -1.0), velocity=(0.0, -0.1))
@@ -25,7 +25,7 @@ def motion(solid, dt=0.01, steps=3):
     ("hypre", "cg, hypre")])
 def test_every_solver_gives_the_same_motion(make_mpm, options, solver, described):
     options(snes_rtol=1e-12, snes_atol=1e-12)
-    automatic, solid = make_mpm(**BLOCK), make_mpm(**BLOCK, solver=solver)
+    automatic, solid = make_mpm(**BLOCK), make_mpm(**BLOCK, numerics=Numerics(solver))
     expected, fall = motion(automatic), 0.01 * 3 * 0.1
     assert np.abs(motion(solid) - expected).max() < 1e-9 * fall
     assert described in solid.step.newton.describe()
@@ -37,26 +37,26 @@ def test_every_solver_gives_the_same_motion(make_mpm, options, solver, described
     ("gamg", "gmres, gamg")])
 def test_a_tangent_that_is_not_symmetric(make_mpm, options, solver, described):
     options(snes_rtol=1e-12, snes_atol=1e-12)
-    solid = make_mpm(**BLOCK, **SOIL, solver=solver)
-    assert np.abs(motion(solid) - motion(make_mpm(**BLOCK, **SOIL, solver="lu"))).max() < 1e-11
+    solid = make_mpm(**BLOCK, **SOIL, numerics=Numerics(solver))
+    assert np.abs(motion(solid) - motion(make_mpm(**BLOCK, **SOIL, numerics=Numerics("lu")))).max() < 1e-11
     assert described in solid.step.newton.describe()
 
 
 def test_one_preset_leaves_nothing_behind_for_the_next(make_mpm, options):
     """The factors inside block Jacobi are an option in PETSc's data base, which outlives the first body."""
     options(snes_rtol=1e-12, snes_atol=1e-12)
-    motion(make_mpm(**BLOCK, solver="cg"))
-    motion(make_mpm(**BLOCK, **SOIL, solver="gmres"))
+    motion(make_mpm(**BLOCK, numerics=Numerics("cg")))
+    motion(make_mpm(**BLOCK, **SOIL, numerics=Numerics("gmres")))
     assert PETSc.Options("mpm_").getString("sub_pc_type") == "ilu"
 
 
 def test_options_win_over_the_preset(make_mpm, options):
     options(pc_type="jacobi", ksp_rtol=1e-4)
-    solid = make_mpm(**BLOCK, solver="direct")
+    solid = make_mpm(**BLOCK, numerics=Numerics("direct"))
     motion(solid)
     assert "cg, jacobi" in solid.step.newton.describe() and solid.step.newton.snes.getKSP().getTolerances()[0] == 1e-4
     options(pc_type="lu", pc_factor_mat_solver_type="petsc")
-    solid = make_mpm(**BLOCK, solver="gamg")
+    solid = make_mpm(**BLOCK, numerics=Numerics("gamg"))
     motion(solid)
     assert "preonly, lu (petsc)" in solid.step.newton.describe()
 
@@ -72,13 +72,13 @@ def test_the_automatic_choice():
     assert solvers.automatic(30_000, 2, symmetric=False, fresh=True, stiffness=1.0) == "gmres"
 
 
-@pytest.mark.parametrize("changes, sentence", [
-    (dict(solver="pardiso"), "solver is 'pardiso': choose one of auto, direct, "),
-    (dict(solver="cholesky", **SOIL), "solver=cholesky needs a symmetric tangent.*take lu"),
-    (dict(solver="cg", **SOIL), "solver=cg needs a symmetric tangent.*take gmres")])
-def test_a_solver_that_does_not_exist_or_fit(make_mpm, changes, sentence):
+@pytest.mark.parametrize("solver, law, sentence", [
+    ("pardiso", {}, "solver is 'pardiso': choose one of auto, direct, "),
+    ("cholesky", SOIL, "solver=cholesky needs a symmetric tangent.*take lu"),
+    ("cg", SOIL, "solver=cg needs a symmetric tangent.*take gmres")])
+def test_a_solver_that_does_not_exist_or_fit(make_mpm, solver, law, sentence):
     with pytest.raises(ValueError, match=sentence):
-        make_mpm(**BLOCK, **changes)
+        make_mpm(**BLOCK, **law, numerics=Numerics(solver))
 
 
 def test_f_bar_keeps_the_tangent_symmetric(make_mpm):

@@ -110,13 +110,13 @@ RANKS = """
 import sys
 import numpy as np
 sys.path[:0] = sys.argv[2:4]
-from mpm_fenicsx import MPM
+from mpm_fenicsx import MPM, Numerics
 import test_walls
 test_walls.Step.tolerance = 1e-12
 MPM.rebalance_every = 5
 solid = test_walls.thrown([test_walls.line(2.0, friction=0.3), test_walls.GridWall(lambda x: abs(x[:, 1]) < 1e-9, "+y", 0.3,
                                                                                True, name="floor")], (3.0, -1.0))
-solid.rebalance = 1.05
+solid.numerics = Numerics(rebalance=1.05)
 for _ in range(30):
     solid.advance(2.5e-3)
 gather = lambda values: np.concatenate(solid.comm.allgather(values))

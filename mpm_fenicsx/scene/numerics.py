@@ -1,0 +1,27 @@
+"""How a scene is computed, apart from what it is: frozen data, checked when made."""
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import mpm_dem_checks as check
+
+Solver = Literal["auto", "direct", "cholesky", "lu", "cg", "gmres", "gamg", "hypre"]
+SOLVERS = get_args(Solver)
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """Linear solver of a step, and how uneven the ranks' shares of the work may be.
+
+    >>> Numerics(solver="cg")
+    Numerics(solver='cg', rebalance=1.2)
+
+    Raises ValueError for a value that is not allowed.
+    """
+
+    solver: Solver = "auto"  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
+    rebalance: float = 1.2  # imbalance of material points over the ranks that calls for a new distribution [-]
+
+    def __post_init__(self):
+        check.choice("solver", self.solver, SOLVERS)
+        object.__setattr__(self, "rebalance", check.between(
+            "rebalance", self.rebalance, 1, float("inf"), rule="an imbalance is never below 1, give a larger number"))

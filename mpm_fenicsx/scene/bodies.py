@@ -1,6 +1,6 @@
 """What an MPM scene consists of: frozen data in SI units, checked when made. No numerics, MPI or PETSc in here."""
 from dataclasses import dataclass
-from typing import Callable, Optional, Tuple
+from typing import Callable, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -24,7 +24,7 @@ class Grid:
     cells: Tuple[int, ...]
     cell: Optional[str] = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check.record("box of the grid", self.box, Box)
         object.__setattr__(self, "cells", check.counts("cells of the grid", self.cells, self.box.dim))
         object.__setattr__(self, "cell", cell_of(self.box.dim, self.cell, "grid"))
@@ -34,12 +34,17 @@ class Grid:
         check.check_work(f"{what} at the start", n * START_PER_CELL, "take larger and fewer cells (h), or a smaller box")
 
     @property
-    def dim(self):
+    def dim(self) -> int:
+        """Number of dimensions."""
         return self.box.dim
 
     @staticmethod
-    def counts(size, h):
-        """Cells per direction of size about ``h`` [m] for a box of ``size`` [m]."""
+    def counts(size: Sequence[float], h: float) -> Tuple[int, ...]:
+        """Cells per direction of size about ``h`` [m] for a box of ``size`` [m].
+
+        >>> Grid.counts((0.5, 0.2), h=0.1)
+        (5, 2)
+        """
         size = check.numbers("size of the box", size, len(np.atleast_1d(size)), "m", check.positive)
         check.positive("h", h, "m", f"the cell size must lie between 0 and {min(size):.3g} m")
         check.between("h", h, 0, min(size), "m", f"the cell size must lie between 0 and {min(size):.3g} m", "(]")
@@ -53,7 +58,7 @@ class Cloud:
     x: np.ndarray
     volume: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         x = check.array("positions of the cloud", self.x, ("n", 2), ("n", 3), unit="m")
         volume = check.array("volumes of the cloud", self.volume, (len(x),), unit="m^3")
         if not len(x):
@@ -65,7 +70,8 @@ class Cloud:
         object.__setattr__(self, "volume", volume)
 
     @property
-    def box(self):
+    def box(self) -> Box:
+        """Smallest box around the points."""
         return Box(tuple(self.x.min(axis=0)), tuple(self.x.max(axis=0)))
 
 
@@ -84,7 +90,7 @@ class Body:
     ``geostatic``; the body is then at rest, not in free fall.
     """
 
-    shape: object
+    shape: Union[Box, Mesh, Cloud]
     cells: Optional[Tuple[int, ...]]
     points: Optional[int]
     law: Law
@@ -96,7 +102,7 @@ class Body:
     f_bar: bool = False
     stress: Optional[Callable] = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen
         if isinstance(self.shape, Box):
             put("cells", check.counts("body (its cells)", self.cells, self.dim))
@@ -119,25 +125,26 @@ class Body:
         if not isinstance(self.shape, Cloud):
             self._check_points()
 
-    def _check_points(self):
+    def _check_points(self) -> None:
         tensor = self.cell in ("quadrilateral", "hexahedron")
         allowed = TENSOR_POINTS if tensor else SIMPLEX_POINTS[self.dim]
         if self.points not in list(allowed) or isinstance(self.points, bool):
             raise ValueError(f"points is {check.shown(self.points)}: choose one of {', '.join(map(str, allowed))} "
-                             f"({'per direction' if tensor else 'per ' + self.cell})")
-        cells = cell_count(self.cells, self.cell) if isinstance(self.shape, Box) else len(self.shape.cells)
+                             f"({'per direction' if tensor else f'per {self.cell}'})")
+        cells = len(self.shape.cells) if isinstance(self.shape, Mesh) else cell_count(self.cells or (), self.cell)
         n = cells * (self.points**self.dim if tensor else self.points)
         check.check_memory(f"{n:.3g} material points of the body ({cells:.3g} cells, points={self.points})",
                            n * BYTES_PER_POINT[self.dim],
                            "take fewer body cells (body or refine, a larger h), or fewer points in each")
 
     @property
-    def box(self):
+    def box(self) -> Box:
         """The body, or the smallest box around it."""
         return self.shape if isinstance(self.shape, Box) else self.shape.box
 
     @property
-    def dim(self):
+    def dim(self) -> int:
+        """Number of dimensions."""
         return self.box.dim
 
 
@@ -155,7 +162,7 @@ class Support:
     motion: Optional[Callable] = None
     name: str = "support"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not isinstance(self.fix, str) or not self.fix or set(self.fix) - set(AXES):
             raise ValueError(f"{self.name} fixes {check.shown(self.fix)}: give one or more of the letters x, y, z")
         check.function(f"where of {self.name}", self.where)
@@ -163,7 +170,8 @@ class Support:
             check.function(f"motion of {self.name}", self.motion)
 
     @staticmethod
-    def column(axis: str, at: float, grid: Grid, fix: str, motion=None, name="support"):
+    def column(axis: str, at: float, grid: Grid, fix: str, motion: Optional[Callable] = None,
+               name: str = "support") -> "Support":
         """Support on the grid nodes of the column (in space: plane) across ``axis`` that is nearest to ``at`` [m]."""
         check.record("grid", grid, Grid)
         d = AXES.index(check.choice("axis", axis, tuple(AXES[:grid.dim])))

@@ -3,7 +3,7 @@
 Boundary particles carry them. They come as an ``Interface``: positions and the elements from which their areas follow.
 """
 from dataclasses import dataclass
-from typing import Callable, Optional
+from typing import Any, Callable, List, Optional, Tuple, Union
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from .bodies import AXES
 from .interface import Interface
 
 
-def _check_rubbing(wall):
+def _check_rubbing(wall: Union["Penalty", "GridWall"]) -> None:
     """Friction, separation and stiffness of a wall: a ``Penalty`` or ``GridWall``."""
     if not (isinstance(wall.friction, (int, float)) and wall.friction >= 0):
         check.refuse(f"the friction of {wall.name}", wall.friction, "it must be 0 or more (inf sticks)")
@@ -40,16 +40,16 @@ class Penalty:
     """
 
     surface: Interface
-    normal: Optional[object] = None
+    normal: Any = None
     friction: float = 0.0
     separates: bool = False
     follows: bool = False
     motion: Optional[Callable] = None
-    at: Optional[object] = None
+    at: Any = None
     stiffness: Optional[float] = None
     name: str = "penalty"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check.record(f"the surface of {self.name}", self.surface, Interface)
         _check_rubbing(self)
         check.truth(f"follows of {self.name}", self.follows)
@@ -63,7 +63,7 @@ class Penalty:
         if self.normal is not None:
             object.__setattr__(self, "normal", self._unit_normals())
 
-    def _unit_normals(self):
+    def _unit_normals(self) -> np.ndarray:
         shape = np.shape(self.surface.x)
         given = check.array(f"the normal of {self.name}", self.normal, shape[1:], shape)
         normal = np.broadcast_to(given, shape)
@@ -89,18 +89,18 @@ class GridWall:
     stiffness: Optional[float] = None
     name: str = "grid wall"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.normal not in [sign + axis for sign in "+-" for axis in AXES]:
             raise ValueError(f"the normal of {self.name} is {check.shown(self.normal)}: give a sign and an axis, as "
                              "\"+y\"")
         check.function(f"where of {self.name}", self.where)
         _check_rubbing(self)
 
-    def holds(self, vertices):
+    def holds(self, vertices: np.ndarray) -> np.ndarray:
         """Mask, shape (n,), of the vertices [m], shape (n, dim), of the grid that the wall is made of."""
         return check.mask(f"where of {self.name}", self.where, vertices)
 
-    def penalty(self, vertices):
+    def penalty(self, vertices: np.ndarray) -> Penalty:
         """The same as a ``Penalty`` on the vertices [m], shape (n, dim), of the grid."""
         axis = AXES.index(self.normal[1])
         if axis >= vertices.shape[1]:
@@ -126,28 +126,38 @@ class Load:
     """
 
     surface: Interface
-    force: object = None
-    traction: object = None
-    pressure: object = None
+    force: Any = None
+    traction: Any = None
+    pressure: Any = None
     name: str = "load"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check.record(f"the surface of {self.name}", self.surface, Interface)
-        given = [kind for kind in ("force", "traction", "pressure") if getattr(self, kind) is not None]
+        given = self._given()
         if len(given) != 1:
             raise ValueError(f"{self.name} has {' and '.join(given) or 'nothing'}: give one of force, traction, "
                              "pressure")
-        object.__setattr__(self, "kind", given[0])
-        D = self.surface.x.shape[1]
-        shapes = {"force": ((D,), self.surface.x.shape), "traction": ((D,),), "pressure": ((),)}[self.kind]
-        object.__setattr__(self, "shapes", shapes)
         if not callable(getattr(self, self.kind)):
-            check.array(f"the {self.kind} of {self.name}", getattr(self, self.kind), *shapes)
+            check.array(f"the {self.kind} of {self.name}", getattr(self, self.kind), *self.shapes)
         if self.kind != "force" and not len(self.surface.elements):
             raise ValueError(f"{self.name} has a {self.kind}, but its surface has no elements to take the area from: give "
                              "a force, or a surface of segments or triangles")
 
-    def at(self, time):
+    def _given(self) -> List[str]:
+        return [kind for kind in ("force", "traction", "pressure") if getattr(self, kind) is not None]
+
+    @property
+    def kind(self) -> str:
+        """Which of the three it is."""
+        return self._given()[0]
+
+    @property
+    def shapes(self) -> Tuple[Tuple[int, ...], ...]:
+        """Shapes that its value may have."""
+        D = self.surface.x.shape[1]
+        return {"force": ((D,), self.surface.x.shape), "traction": ((D,),), "pressure": ((),)}[self.kind]
+
+    def at(self, time: float) -> np.ndarray:
         """The force [N], traction or pressure [Pa] at ``time`` [s]."""
         value = getattr(self, self.kind)
         if not callable(value):

@@ -7,6 +7,7 @@ frame of numbers in a map grid is a shift alone: no rotation, no scale.
 import copy
 from dataclasses import replace
 from functools import singledispatch
+from typing import Any, Callable, Optional, Union
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from .mesh import Box, Mesh
 FAR = 64.0  # distance from zero over the size of the grid: from there on six bits of the coordinates are lost
 
 
-def find_origin(box):
+def find_origin(box: Box) -> np.ndarray:
     """Origin [m], shape (dim,), of the frame for a grid with this ``box``: zero along axes on which it is near zero.
 
     A multiple of a power of two that is larger than the grid, so that the differences to it are exact.
@@ -33,111 +34,111 @@ def find_origin(box):
 class Frame:
     """``origin`` [m], shape (dim,): x in the frame is x + origin in the user's coordinates."""
 
-    def __init__(self, box):
+    def __init__(self, box: Box):
         self.origin = find_origin(box)
         self.moved = bool(self.origin.any())
 
-    def enter(self, thing):
+    def enter(self, thing: Any) -> Any:
         """A part of the scene, or a list of parts, in the frame; of None, None."""
         if not self.moved or thing is None:
             return thing
         return [shifted(one, -self.origin) for one in thing] if isinstance(thing, (list, tuple)) else \
             shifted(thing, -self.origin)
 
-    def leave(self, thing):
+    def leave(self, thing: Any) -> Any:
         """Positions, shape (n, dim), an ``Interface`` or None in the user's coordinates."""
         if not self.moved or thing is None:
             return thing
         return thing + self.origin if isinstance(thing, np.ndarray) else shifted(thing, self.origin)
 
-    def enter_function(self, f):
+    def enter_function(self, f: Optional[Callable]) -> Optional[Callable]:
         """A function of positions and more in the user's coordinates as one of those in the frame."""
         return _of_shifted(f, -self.origin) if self.moved else f
 
 
 @singledispatch
-def shifted(thing, by):
+def shifted(thing: Any, by: np.ndarray) -> Any:
     """A part of a scene moved by ``by`` [m], shape (dim,); functions of positions move along."""
     raise TypeError(f"{type(thing).__name__} is no part of a scene")
 
 
-def _of_shifted(f, by):
+def _of_shifted(f: Any, by: np.ndarray) -> Any:
     return (lambda x, *more: f(x - by, *more)) if callable(f) else f
 
 
 @shifted.register(Box)
-def _(box, by):
+def _(box: Box, by: np.ndarray) -> Box:
     return Box(tuple(box.lower + by), tuple(box.upper + by))
 
 
 @shifted.register(Grid)
-def _(grid, by):
+def _(grid: Grid, by: np.ndarray) -> Grid:
     return replace(grid, box=shifted(grid.box, by))
 
 
 @shifted.register(Mesh)
-def _(mesh, by):
+def _(mesh: Mesh, by: np.ndarray) -> Mesh:
     other = copy.copy(mesh)  # not made anew: its checks take time, and nothing has changed
     object.__setattr__(other, "vertices", mesh.vertices + by)
     return other
 
 
 @shifted.register(Cloud)
-def _(cloud, by):
+def _(cloud: Cloud, by: np.ndarray) -> Cloud:
     return Cloud(cloud.x + by, cloud.volume)
 
 
 @shifted.register(Body)
-def _(body, by):
+def _(body: Body, by: np.ndarray) -> Body:
     return replace(body, shape=shifted(body.shape, by), velocity=_of_shifted(body.velocity, by),
                    stress=_of_shifted(body.stress, by))
 
 
 @shifted.register(Support)
 @shifted.register(GridWall)
-def _(held, by):
+def _(held: Union[Support, GridWall], by: np.ndarray) -> Union[Support, GridWall]:
     return replace(held, where=_of_shifted(held.where, by))
 
 
 @shifted.register(Interface)
-def _(interface, by):
+def _(interface: Interface, by: np.ndarray) -> Interface:
     rule = interface.resampling
     return replace(interface, x=np.asarray(interface.x, float) + by, resampling=rule and shifted(rule, by))
 
 
 @shifted.register(Resampling)
-def _(rule, by):
+def _(rule: Resampling, by: np.ndarray) -> Resampling:
     return replace(rule, feet=tuple(foot and (foot[0], foot[1] + by[SIDES[foot[0]][0]]) for foot in rule.feet))
 
 
 @shifted.register(Penalty)
-def _(penalty, by):
+def _(penalty: Penalty, by: np.ndarray) -> Penalty:
     return replace(penalty, surface=shifted(penalty.surface, by),
                    at=None if penalty.at is None else np.asarray(penalty.at, float) + by)
 
 
 @shifted.register(Load)
-def _(load, by):
+def _(load: Load, by: np.ndarray) -> Load:
     return replace(load, surface=shifted(load.surface, by))
 
 
 class Seen:
     """Something as others see it: some attributes replaced, the rest is its own."""
 
-    def __init__(self, of, **replaced):
+    def __init__(self, of: Any, **replaced: Any):
         self.__dict__.update(replaced, _of=of)
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         return getattr(self._of, name)
 
-    def __setattr__(self, name, value):
+    def __setattr__(self, name: str, value: Any) -> None:
         setattr(self._of, name, value)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self._of)
 
 
-def seen_points(points, frame):
+def seen_points(points: Any, frame: Frame) -> Any:
     """Points whose positions, to be read only, are in the user's coordinates."""
     if not frame.moved:
         return points

@@ -5,7 +5,8 @@ stand for one group in each dimension. Files of version 2 repeat an element for 
 number is at the element. A minus before a number turns the element round, the group is the same.
 """
 import re
-from typing import NamedTuple, Optional
+from pathlib import Path
+from typing import Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -18,7 +19,7 @@ class Groups(NamedTuple):
     entities: Optional[dict]
 
 
-def read_groups(path):
+def read_groups(path: Path) -> Optional[Groups]:
     """The ``Groups`` of the file, or None when it is not one of Gmsh's. Raises ValueError for a section that is cut."""
     with open(path, "rb") as file:
         data = file.read()
@@ -37,22 +38,23 @@ def read_groups(path):
     return Groups(names, _entities(_section(data, b"Entities"), binary, size, box_of_point))
 
 
-def _section(data, name):
+def _section(data: bytes, name: bytes) -> bytes:
     """What stands between $name and $Endname, b"" when there is no such section."""
     start = re.search(rb"^\$" + name + rb"[ \r]*\n", data, re.MULTILINE)
     end = data.rfind(b"$End" + name)
     return data[start.end():end] if start and end >= 0 else b""
 
 
-def _entities(section, binary, size, box_of_point):
+def _entities(section: bytes, binary: int, size: int, box_of_point: int) -> Dict[Tuple[int, int], List[int]]:
     """(dimension, entity) → numbers of its physical groups. size: bytes of a size_t; box_of_point: numbers that say
     where a point is, of other entities 6."""
     if not section:
         return {}
-    tokens, place, entities = section.split(), 0, {}
+    tokens, place = section.split(), 0
+    entities: Dict[Tuple[int, int], List[int]] = {}
     kinds = {"int": np.dtype("i4"), "size": np.dtype(f"u{size}"), "real": np.dtype("f8")}
 
-    def take(kind, count):
+    def take(kind: str, count: int) -> np.ndarray:
         nonlocal place
         start = place
         if binary:

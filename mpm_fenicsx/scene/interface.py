@@ -1,7 +1,7 @@
 """Surfaces of boundary particles: frozen data in SI units, checked when made. No numerics, MPI or PETSc in here."""
 import math
 from dataclasses import dataclass
-from typing import Optional, Tuple
+from typing import Any, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -30,7 +30,7 @@ class Resampling:
     feet: Tuple = (None, None)
     reach: float = 4.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check.positive("the spacing of the outline", self.spacing, "m", "it must be positive")
         if not 0 <= check.not_negative("the outline's shortest segment", self.shortest) < 0.5 * check.positive(
                 "the outline's longest segment", self.longest):
@@ -56,7 +56,7 @@ class Interface:
     elements: np.ndarray
     resampling: Optional[Resampling] = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         x = check.array("x of the interface", self.x, ("n", 2), ("n", 3), unit="m")
         elements = check.shaped("elements of the interface", self.elements, ("n", "nodes of each"))
         columns = (1, x.shape[1]) if elements.size else elements.shape[1:]
@@ -67,7 +67,8 @@ class Interface:
             check.record("resampling of the interface", self.resampling, Resampling)
 
     @staticmethod
-    def around(body: Body, spacing: Optional[float] = None, inset: float = 0.05, open_sides=(), floor=None, **rule):
+    def around(body: Body, spacing: Optional[float] = None, inset: float = 0.05, open_sides: Sequence[str] = (),
+               floor: Optional[str] = None, **rule: Any) -> "Interface":
         """Outline of a plane body whose shape is a box, resampled as the body flows.
 
         spacing: of the boundary particles [m]; None: half a body cell. inset: how far inside the body they lie, in body
@@ -88,17 +89,17 @@ class Interface:
                       f"of them show nothing more below a thousandth of a body cell, {FINEST * cell:.3g} m: take that")
         check.record("open_sides", open_sides, tuple, list)
         corner, ends = _corners(body.box, inset * cell, tuple(open_sides), floor)
-        rule = Resampling(spacing, feet=ends, **rule)
+        resampling = Resampling(spacing, feet=ends, **rule)
         pieces = [np.linspace(a, b, max(1, round(np.hypot(*(b - a)) / spacing)), endpoint=False)
                   for a, b in zip(corner, corner[1:])]
         if open_sides:
             pieces.append(corner[-1:])
         x = np.concatenate(pieces)
         i = np.arange(len(x) - bool(open_sides))
-        return Interface(x, np.column_stack([i, (i + 1) % len(x)]), rule)
+        return Interface(x, np.column_stack([i, (i + 1) % len(x)]), resampling)
 
     @staticmethod
-    def of_mesh(mesh: Mesh, surface: Optional[str] = None):
+    def of_mesh(mesh: Mesh, surface: Optional[str] = None) -> "Interface":
         """The surface of a body mesh, or the named one of its surfaces, as segments or triangles; its vertices become
         the boundary particles. Raises ValueError as ``Mesh.boundary``."""
         facets = mesh.boundary(surface)
@@ -108,7 +109,7 @@ class Interface:
         return Interface(mesh.vertices[vertices], elements.reshape(facets.shape))
 
     @staticmethod
-    def top(box: Box, segments, shift: float = 0.0):
+    def top(box: Box, segments: Union[int, Sequence[int]], shift: float = 0.0) -> "Interface":
         """Upper side of a box, moved into the body by ``shift`` [m] (the paper's delta). segments: of the upper edge of a
         plane box, one number; of the upper face of a box in space two, along x and z, each rectangle being two triangles.
         """
@@ -128,7 +129,7 @@ class Interface:
         return Interface(x, np.concatenate([np.column_stack([a, c, d]), np.column_stack([a, d, b])]))
 
     @staticmethod
-    def line(a, b, segments: int):
+    def line(a: Sequence[float], b: Sequence[float], segments: int) -> "Interface":
         """Segments of equal length from a to b [m] in the plane; their outside is on the left of the way."""
         segments, a, b = check.count("segments", segments), *(
             check.numbers(f"{name} of the line", end, 2, "m") for name, end in (("a", a), ("b", b)))
@@ -137,7 +138,8 @@ class Interface:
         return Interface(np.linspace(a, b, segments + 1), np.column_stack([i, i + 1]))
 
     @staticmethod
-    def patch(corner, first, second, counts):
+    def patch(corner: Sequence[float], first: Sequence[float], second: Sequence[float],
+              counts: Sequence[int]) -> "Interface":
         """Parallelogram in space from ``corner`` along the edges ``first`` and ``second`` [m], in counts[0] x counts[1]
         pieces of two triangles each; its outside is that of first x second."""
         n, m = check.counts("counts (pieces of the patch)", counts, 2)
@@ -152,21 +154,22 @@ class Interface:
                                             np.column_stack([corners, along + 1, across])]))
 
 
-def _check_size(counts, name, dim):
+def _check_size(counts: Sequence[int], name: str, dim: int) -> None:
     """ValueError for more pieces than fit into the memory."""
     n = math.prod(counts)
     check.check_memory(f"{n:.3g} pieces of the interface ({name}={','.join(map(str, counts))})",
                        n * BYTES_PER_POINT[dim], f"take fewer {name}")
 
 
-def _corners(box, inset, open_sides, floor):
+def _corners(box: Box, inset: float, open_sides: Sequence[str],
+             floor: Optional[str]) -> Tuple[np.ndarray, Tuple]:
     """Corners of an outline in clockwise order, the first once more at the end when it is closed, and its feet; see
     ``Interface.around``."""
     for side in (*open_sides, *([] if floor is None else [floor])):
         check.choice("side of the outline", side, tuple(SIDES))
     if floor is not None and floor not in open_sides:
         raise ValueError(f"the floor is side {floor!r}, which has boundary particles: name it among the open sides")
-    (left, bottom), (right, top) = box.lower + inset, box.upper - inset
+    (left, bottom), (right, top) = np.add(box.lower, inset), np.subtract(box.upper, inset)
     names, corner = list(SIDES), np.array([(left, bottom), (left, top), (right, top), (right, bottom)])
     starts = [k for k in range(4) if names[k] not in open_sides and names[k - 1] in open_sides]
     if open_sides and len(starts) != 1:

@@ -2,7 +2,7 @@
 import math
 from dataclasses import dataclass, field
 from itertools import permutations
-from typing import Dict, Tuple
+from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ BYTES_PER_CELL = {2: 600, 3: 1300}  # of a grid, on each rank, measured
 START_PER_CELL = 2.5e4  # operations to set up a grid, measured
 FLAT = 1e-12  # volume of a cell over the cube (in the plane: square) of its longest edge
 # Facets of a cell as local vertices, outward by the right hand (left hand of a→b in the plane) for positive cells.
-FACETS = {
+FACETS: Dict[str, List[Tuple[int, ...]]] = {
     "triangle": [(1, 0), (2, 1), (0, 2)],
     "quadrilateral": [(1, 0), (3, 1), (2, 3), (0, 2)],
     "tetrahedron": [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)],
@@ -22,16 +22,16 @@ FACETS = {
 }
 
 
-def cell_of(dim, cell, what):
+def cell_of(dim: int, cell: Optional[str], what: str) -> str:
     """The kind of cell, the tensor-product one for None; ValueError when it does not fit the dimension."""
     if cell is None:
         return CELLS[dim][0]
     return check.choice(f"cell of the {what}", cell, CELLS[dim])
 
 
-def cell_count(counts, cell):
+def cell_count(counts: Sequence[int], cell: Optional[str]) -> int:
     """Number of cells of that kind in a regular mesh, see ``lattice``."""
-    return math.prod(counts) * {"triangle": 2, "tetrahedron": 6}.get(cell, 1)
+    return math.prod(counts) * {"triangle": 2, "tetrahedron": 6}.get(cell or "", 1)
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Box:
     lower: Tuple[float, ...]
     upper: Tuple[float, ...]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         lower, upper = (tuple(end) if np.ndim(end) == 1 else () for end in (self.lower, self.upper))
         if len(lower) != len(upper) or len(lower) not in CELLS:
             raise ValueError(f"box from {self.lower} to {self.upper}: give two corners with 2 or 3 coordinates each")
@@ -52,11 +52,12 @@ class Box:
             raise ValueError(f"box from {self.lower} to {self.upper}: every upper coordinate must exceed the lower one")
 
     @property
-    def dim(self):
+    def dim(self) -> int:
+        """Number of dimensions."""
         return len(self.lower)
 
     @property
-    def size(self):
+    def size(self) -> np.ndarray:
         """Edge lengths [m], shape (dim,)."""
         return np.subtract(self.upper, self.lower)
 
@@ -79,7 +80,7 @@ class Mesh:
     groups: Dict[str, np.ndarray] = field(default_factory=dict)
     surfaces: Dict[str, np.ndarray] = field(default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         vertices = check.array("vertices of the mesh", self.vertices, ("n", 2), ("n", 3), unit="m")
         check.choice("cell of the mesh", self.cell, CELLS[vertices.shape[1]])
         name = f"the {self.cell} cells of the mesh"
@@ -91,17 +92,20 @@ class Mesh:
         self._check_names()
         self._check_cells()
 
-    def _check_names(self):
+    def _check_names(self) -> None:
         facet = (len(FACETS[self.cell][0]),)
-        for kind, named, end, columns, of in (("group of cells", self.groups, len(self.cells), None, "cells"),
-                                              ("surface", self.surfaces, len(self.vertices), facet, "vertices")):
-            for name, numbers in check.record(f"{kind} of the mesh", named, dict).items():
-                if not np.size(numbers):
-                    raise ValueError(f"the {kind} {name!r} of the mesh is empty: leave it out")
-                rows = numbers if columns else np.reshape(numbers, (-1, 1))
-                check.indices(f"the {kind} {name!r} of the mesh", rows, end, columns or (1,), of)
+        self._check_named("group of cells", self.groups, len(self.cells), None, "cells")
+        self._check_named("surface", self.surfaces, len(self.vertices), facet, "vertices")
 
-    def _check_cells(self):
+    @staticmethod
+    def _check_named(kind: str, named: Dict[str, np.ndarray], end: int, columns: Optional[Tuple[int]], of: str) -> None:
+        for name, numbers in check.record(f"{kind} of the mesh", named, dict).items():
+            if not np.size(numbers):
+                raise ValueError(f"the {kind} {name!r} of the mesh is empty: leave it out")
+            rows = numbers if columns else np.reshape(numbers, (-1, 1))
+            check.indices(f"the {kind} {name!r} of the mesh", rows, end, columns or (1,), of)
+
+    def _check_cells(self) -> None:
         x = self.vertices[self.cells]
         volume = corner_volumes(x, self.cell)
         least = FLAT * np.ptp(x, axis=1).max(axis=1) ** self.dim
@@ -121,19 +125,20 @@ class Mesh:
             raise ValueError(f"{self._place(one)} and cell {other} lie on the same side of their common facet: one is "
                              "inside out or there twice, repair the mesh")
 
-    def _place(self, cell):
+    def _place(self, cell: int) -> str:
         return f"cell {cell} of the mesh at {self.vertices[self.cells[cell]].mean(axis=0)} m"
 
     @property
-    def dim(self):
+    def dim(self) -> int:
+        """Number of dimensions."""
         return self.vertices.shape[1]
 
     @property
-    def box(self):
+    def box(self) -> Box:
         """Smallest box around the mesh."""
         return Box(tuple(self.vertices.min(axis=0)), tuple(self.vertices.max(axis=0)))
 
-    def part(self, group):
+    def part(self, group: str) -> "Mesh":
         """The cells of one named group as a mesh of its own, with what it has of the surfaces; ValueError lists the
         groups that exist."""
         if group not in self.groups:
@@ -146,13 +151,13 @@ class Mesh:
         return Mesh(self.vertices[used], cells.reshape(-1, NODES[self.cell]), self.cell,
                     surfaces={name: facets for name, facets in surfaces.items() if len(facets)})
 
-    def _surface(self, name):
+    def _surface(self, name: str) -> np.ndarray:
         if name not in self.surfaces:
             raise ValueError(f"the mesh has no surface {name!r}; it has "
                              f"{', '.join(sorted(self.surfaces)) or 'none'}: look at the name")
         return np.asarray(self.surfaces[name])
 
-    def on_surface(self, name):
+    def on_surface(self, name: str) -> Callable[[np.ndarray], np.ndarray]:
         """Function from positions, shape (n, dim), to the mask of those that are vertices of the named surface: the
         ``where`` of a support. ValueError lists the surfaces that exist."""
         from scipy.spatial import cKDTree  # takes time to import, and few scenes need it
@@ -161,7 +166,7 @@ class Mesh:
         near = 1e-9 * np.ptp(self.vertices, axis=0).max()
         return lambda x: cKDTree(places).query(x, distance_upper_bound=near)[0] < np.inf
 
-    def _facets(self):
+    def _facets(self) -> np.ndarray:
         """Facets of all cells, cell by cell, outside on the left (of a→b) or seen counter-clockwise, shape (m * facets
         per cell, nodes per facet) in cyclic order."""
         local = np.array(FACETS[self.cell])
@@ -170,7 +175,7 @@ class Mesh:
         facets[turned] = facets[turned][:, :, ::-1]
         return facets.reshape(-1, local.shape[1])
 
-    def boundary(self, surface=None):
+    def boundary(self, surface: Optional[str] = None) -> np.ndarray:
         """Facets that belong to one cell only, outside on the left (of a→b) or seen counter-clockwise, shape (k, nodes
         per facet) in cyclic order; with ``surface`` those of the named one.
 
@@ -196,7 +201,7 @@ class Mesh:
         return facets
 
 
-def _alike(rows):
+def _alike(rows: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows that hold the same numbers: ``order`` puts them next to each other, ``first`` and ``count`` say where each
     lot begins in it and how many there are."""
     key = np.sort(rows, axis=1)
@@ -206,7 +211,7 @@ def _alike(rows):
     return order, first, np.diff(np.append(first, len(rows)))
 
 
-def _runs_up(facets):
+def _runs_up(facets: np.ndarray) -> np.ndarray:
     """Whether each facet goes from its lowest vertex to the lower of the two beside it: tells the ways round apart."""
     if facets.shape[1] == 2:
         return facets[:, 0] < facets[:, 1]
@@ -215,7 +220,7 @@ def _runs_up(facets):
     return facets[row, (lowest + 1) % n] < facets[row, (lowest - 1) % n]
 
 
-def corner_volumes(x, cell):
+def corner_volumes(x: np.ndarray, cell: str) -> np.ndarray:
     """Jacobian determinant at the vertices of each cell (one value for simplices), x: (m, nodes, dim); shape (m, k)."""
     dim = x.shape[2]
     if NODES[cell] == dim + 1:
@@ -227,7 +232,7 @@ def corner_volumes(x, cell):
     return np.stack(corners, axis=1)
 
 
-def lattice(box, counts, cell):
+def lattice(box: Box, counts: Sequence[int], cell: Optional[str]) -> Tuple[np.ndarray, np.ndarray]:
     """Vertices, shape (n, D), and cells, shape (m, K), of a regular mesh; direction 0 runs fastest in both.
 
     Simplices: each box cell is cut into D! of them along its main diagonal (Kuhn), numbered by the permutation that

@@ -2,6 +2,8 @@
 import contextlib
 import io
 import sys
+from pathlib import Path
+from typing import Any, Dict, Iterator, List, Optional, Tuple, Union
 
 import numpy as np
 
@@ -16,7 +18,7 @@ FACET = {"quadrilateral": "line", "triangle": "line", "hexahedron": "quad", "tet
 TENSOR = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}  # from around the cell (VTK, Gmsh)
 
 
-def read_mesh(path, dim):
+def read_mesh(path: Union[str, Path], dim: int) -> Mesh:
     """Mesh of ``dim`` dimensions from a file, with its named physical groups: those of cells become ``groups`` (see
     ``Mesh.part``), those of facets ``surfaces`` (see ``Mesh.on_surface`` and ``Interface.of_mesh``).
 
@@ -36,13 +38,14 @@ def read_mesh(path, dim):
     used, cells = np.unique(cells[:, TENSOR.get(cell, range(NODES[cell]))], return_inverse=True)
     number = np.full(len(data.points), -1)
     number[used] = np.arange(len(used))
-    groups, surfaces = {}, {}
+    groups: Dict[str, List[np.ndarray]] = {}
+    facets_of: Dict[str, List[np.ndarray]] = {}
     for name, b, chosen in _named(data, named):
         if b in first:
             groups.setdefault(name, []).append(place[chosen + first[b]])
         elif data.cells[b].type == FACET[cell]:
-            surfaces.setdefault(name, []).append(number[np.asarray(data.cells[b].data, np.int64)[chosen]])
-    surfaces = {name: np.concatenate(facets) for name, facets in surfaces.items()}
+            facets_of.setdefault(name, []).append(number[np.asarray(data.cells[b].data, np.int64)[chosen]])
+    surfaces = {name: np.concatenate(facets) for name, facets in facets_of.items()}
     for name, facets in surfaces.items():
         if facets.min() < 0:
             raise ValueError(f"the surface {name!r} of {path} has vertices that belong to no cell: give cells to them, or "
@@ -51,7 +54,7 @@ def read_mesh(path, dim):
                 {name: np.concatenate(lots) for name, lots in groups.items()}, surfaces)
 
 
-def read_cloud(path, dim):
+def read_cloud(path: Union[str, Path], dim: int) -> Cloud:
     """Material points from a file: its points, and their point data "volume" [m^3]. Raises ValueError when the file
     cannot be read or has no volumes, and for what ``Cloud`` refuses."""
     check.choice("dim", dim, tuple(CELLS))
@@ -63,10 +66,10 @@ def read_cloud(path, dim):
     return Cloud(data.points[:, :dim], np.ravel(data.point_data["volume"]))
 
 
-def _read(path):
+def _read(given: Union[str, Path]) -> Tuple[Any, Path]:
     import meshio  # slow to import, and few scenes read files
 
-    path = check.file("path of the mesh", path)
+    path = check.file("path of the mesh", given)
     said = io.StringIO()  # of its readers, which print what is wrong, and leave Python without a reason
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
@@ -81,7 +84,7 @@ def _read(path):
     return data, path
 
 
-def _reason(error, said):
+def _reason(error: BaseException, said: str) -> str:
     """Why a reader of meshio failed with the ``error``, after it had printed the text ``said``."""
     if not isinstance(error, SystemExit):
         return f"{type(error).__name__}: {error}"
@@ -89,7 +92,7 @@ def _reason(error, said):
     return check.shown(lines[0], plain=True) if lines else "it is not of the format that its ending says"
 
 
-def _kind(data, path, dim):
+def _kind(data: Any, path: Path, dim: int) -> str:
     """The only kind of cell of that dimension."""
     found = sorted({block.type for block in data.cells if len(block.data)})
     kinds = sorted({block.type for block in data.cells if block.dim == dim and len(block.data)})
@@ -104,7 +107,7 @@ def _kind(data, path, dim):
     return MESHIO[kinds[0]]
 
 
-def _check_plane(points, path, dim):
+def _check_plane(points: np.ndarray, path: Path, dim: int) -> None:
     if points.shape[1] < dim:
         raise ValueError(f"the points of {path} have {points.shape[1]} coordinates: for a {dim}D scene give {dim}")
     if len(points) and np.ptp(points[:, dim:], axis=0).any():
@@ -112,7 +115,7 @@ def _check_plane(points, path, dim):
                          "scene give points with one z")
 
 
-def _once(cells):
+def _once(cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Cells, shape (m, K), each once: a Gmsh file of version 2 repeats an element for each of its physical groups. Returns
     also the place of each given cell among them, shape (m,)."""
     _, first, inverse = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)
@@ -122,7 +125,7 @@ def _once(cells):
     return cells[first[order]], place[inverse]
 
 
-def _named(data, groups):
+def _named(data: Any, groups: Optional[Groups]) -> Iterator[Tuple[str, int, np.ndarray]]:
     """(name, number of the block, numbers in the block) of every named group; groups: of a Gmsh file, else None."""
     if groups is None and "gmsh:physical" not in data.cell_data:
         for name, sets in data.cell_sets.items():

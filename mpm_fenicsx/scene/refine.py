@@ -1,16 +1,18 @@
 """Surfaces of boundary particles made as fine as the grid: between particles farther apart than its cells there are
 nodes that no spring holds, and soil flows through (measured: a patch with particles every 2 cells lets 21 % pass)."""
 from dataclasses import replace
+from typing import Any, Callable, Tuple
 
 import numpy as np
 
 from .bodies import Grid
+from .conditions import Penalty
 from .interface import Interface
 
 SPACING = 0.5  # of the particles over the size of a cell: none has passed a wall as fine as that
 
 
-def as_fine_as_the_grid(penalty, background):
+def as_fine_as_the_grid(penalty: Penalty, background: Any) -> Penalty:
     """The ``Penalty`` with its elements divided until its particles are half a cell apart; its own particles come
     first. Normals and motions between them are interpolated; one without elements stays as it is."""
     x, elements = np.asarray(penalty.surface.x, float), np.asarray(penalty.surface.elements)
@@ -30,13 +32,20 @@ def as_fine_as_the_grid(penalty, background):
         flat = np.linalg.norm(normal, axis=1) < 1e-6  # between opposite ones
         normal[flat] = penalty.normal[parents[flat, 0]]
 
-    def moved(time):
+    return replace(penalty, surface=Interface(between(x), divided), normal=normal,
+                   motion=motion and _of_parents(motion, x.shape, between))
+
+
+def _of_parents(motion: Callable, shape: Tuple[int, ...], between: Callable) -> Callable[[float], np.ndarray]:
+    """A motion given for the particles that are divided, where it has their ``shape``, as one of those then there."""
+    def moved(time: float) -> np.ndarray:
         shift = np.asarray(motion(time), float)
-        return between(shift) if shift.shape == x.shape else shift
-    return replace(penalty, surface=Interface(between(x), divided), normal=normal, motion=motion and moved)
+        return between(shift) if shift.shape == shape else shift
+
+    return moved
 
 
-def _cell_sizes(background, corners):
+def _cell_sizes(background: Any, corners: np.ndarray) -> np.ndarray:
     """Smallest size of the grid's cells near each element [m], shape (m,); corners: (m, K, D)."""
     if isinstance(background.grid, Grid):
         return background.h.min()
@@ -48,7 +57,7 @@ def _cell_sizes(background, corners):
     return sizes[cKDTree(vertices[cells].mean(axis=1)).query(places)[1]].min(axis=1)
 
 
-def divide(elements, count, pieces):
+def divide(elements: np.ndarray, count: int, pieces: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Divide each side of element e, a segment or a triangle, into pieces[e] pieces.
 
     elements: (m, K) numbers of ``count`` particles. Returns parents, shape (n, K), and weights, shape (n, K), of the
@@ -78,7 +87,7 @@ def divide(elements, count, pieces):
     return np.concatenate([first, np.maximum(new[:, :K], 0)]), weights, place[np.concatenate(divided)]
 
 
-def _lattice(K, p):
+def _lattice(K: int, p: int) -> Tuple[np.ndarray, np.ndarray]:
     """Particles of a segment (K = 2) or triangle (K = 3) with sides in p pieces, as p times their barycentric
     coordinates, shape (n, K), and the parts they form, shape (p^(K-1), K), which turn as the whole does."""
     if K == 2:

@@ -16,8 +16,7 @@ import mpm_dem_checks as check
 from coupling import Record, cli, count_windows, march
 from coupling.keys import refuse_unused
 from coupling.pictures import figure, frames
-from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, GridWall, Numerics, Support
-from mpm_fenicsx.scene.geostatic import at_rest
+from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, GridWall, Numerics, Support, at_rest
 
 PRESETS = {"paper": dict(h=0.005, dt=5e-5)}
 TIMES = 0.0, 0.10, 0.25, 0.30, 0.36, 0.40, 0.45  # [s] of the pictures, from the third on those of the paper

@@ -19,14 +19,19 @@ import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
 from .errors import MPMDiverged, MPMError  # noqa: E402
 from .laws import LAWS, drucker_prager, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
 from .mpm import MPM  # noqa: E402
-from .points.points import of_points  # noqa: E402
+from .points.points import of_points, seed  # noqa: E402
 from .scene.bodies import Body, Cloud, Grid, Support  # noqa: E402
 from .scene.conditions import GridWall, Load, Penalty  # noqa: E402
+from .scene.geostatic import at_rest  # noqa: E402
 from .scene.interface import Interface, Resampling  # noqa: E402
 from .scene.mesh import Box, Mesh  # noqa: E402
 from .scene.meshfile import read_cloud, read_mesh  # noqa: E402
 from .scene.numerics import SOLVERS, Numerics  # noqa: E402
 
-__all__ = ["Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "LAWS", "Load", "MPM", "MPMDiverged", "MPMError",
-           "Mesh", "Numerics", "Penalty", "Resampling", "SOLVERS", "Support", "drucker_prager", "linear", "mohr_coulomb",
-           "neo_hooke", "of_points", "read_cloud", "read_mesh", "von_mises"]
+__all__ = [  # a scene; how it is computed; laws; points; errors
+    "Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "Load", "Mesh", "Penalty", "Resampling", "Support", "at_rest",
+    "read_cloud", "read_mesh",
+    "MPM", "Numerics", "SOLVERS",
+    "LAWS", "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "von_mises",
+    "of_points", "seed",
+    "MPMDiverged", "MPMError"]

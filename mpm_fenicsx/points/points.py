@@ -1,4 +1,6 @@
 """Material points and boundary particles as arrays, one array per field, and their seeding."""
+from typing import Optional, Tuple
+
 import basix
 import numpy as np
 
@@ -10,7 +12,7 @@ from ..scene.interface import Interface
 from ..scene.mesh import lattice
 
 
-def gauss_rule(cell: str, points: int):
+def gauss_rule(cell: Optional[str], points: Optional[int]) -> Tuple[np.ndarray, np.ndarray]:
     """Points (n, D) and weights (n,) on the reference cell: tensor Gauss rule with ``points`` per direction, or the
     symmetric simplex rule of basix with that many points."""
     if cell in ("quadrilateral", "hexahedron"):
@@ -25,8 +27,14 @@ def gauss_rule(cell: str, points: int):
     raise ValueError(f"points is {points}: no symmetric rule of that size on a {cell}")
 
 
-def seed(body: Body):
-    """Positions [m], shape (n, D), and volumes [m^3], shape (n,), of the body's material points."""
+def seed(body: Body) -> Tuple[np.ndarray, np.ndarray]:
+    """Positions [m], shape (n, D), and volumes [m^3], shape (n,), of the body's material points.
+
+    >>> from mpm_fenicsx import Box, linear
+    >>> x, volume = seed(Body(Box((0.0, 0.0), (1.0, 0.5)), (2, 1), 1, linear(1e6, 0.3), 1000.0))
+    >>> x.tolist(), volume.tolist()
+    ([[0.25, 0.25], [0.75, 0.25]], [0.25, 0.25])
+    """
     thickness = body.thickness if body.dim == 2 else 1.0
     if isinstance(body.shape, Cloud):
         return body.shape.x.copy(), body.shape.volume * thickness
@@ -46,7 +54,12 @@ def seed(body: Body):
 
 
 def of_points(body: Body) -> Interface:
-    """The body's material points as its interface: particles that coincide with them, in their order, and stay so."""
+    """The body's material points as its interface: particles that coincide with them, in their order, and stay so.
+
+    >>> from mpm_fenicsx import Box, linear
+    >>> of_points(Body(Box((0.0, 0.0), (1.0, 0.5)), (2, 1), 1, linear(1e6, 0.3), 1000.0)).elements.tolist()
+    [[0], [1]]
+    """
     x = seed(check.record("body", body, Body))[0]
     return Interface(x, np.arange(len(x))[:, None])
 

@@ -18,7 +18,11 @@ BYTES_PER_POINT = {2: 1000, 3: 3500}  # with its share of matrix and solver, mea
 @dataclass(frozen=True)
 class Grid:
     """Regular background grid: ``box`` divided into ``cells`` per direction; cell: kind of cell, None for
-    quadrilaterals and hexahedra."""
+    quadrilaterals and hexahedra.
+
+    >>> Grid(Box((0.0, 0.0), (2.0, 1.0)), (20, 10)).cell
+    'quadrilateral'
+    """
 
     box: Box
     cells: Tuple[int, ...]
@@ -53,7 +57,11 @@ class Grid:
 
 @dataclass(frozen=True)
 class Cloud:
-    """Material points given one by one: positions x [m], shape (n, dim), and volumes [m^3], shape (n,)."""
+    """Material points given one by one: positions x [m], shape (n, dim), and volumes [m^3], shape (n,).
+
+    >>> Cloud([(0.0, 0.0), (0.1, 0.2)], volume=[0.01, 0.01]).box
+    Box(lower=(0.0, 0.0), upper=(0.1, 0.2))
+    """
 
     x: np.ndarray
     volume: np.ndarray
@@ -87,7 +95,12 @@ class Body:
     from positions (n, dim) to velocities (n, dim). f_bar: average the volume change over each cell of the background
     grid, or over patches of its triangles and tetrahedra, against locking of bodies that keep their volume. stress:
     normal stresses along x, y and z at the start [Pa], shape (n, 3), as a function of positions (n, dim), see
-    ``geostatic``; the body is then at rest, not in free fall.
+    ``at_rest``; the body is then at rest, not in free fall.
+
+    >>> from mpm_fenicsx import linear
+    >>> beam = Body(Box((0.0, 0.0), (1.0, 0.1)), cells=(20, 2), points=2, law=linear(E=210e9, nu=0.3), rho=7800.0)
+    >>> beam.stress_state
+    'plane_strain'
     """
 
     shape: Union[Box, Mesh, Cloud]
@@ -155,6 +168,10 @@ class Support:
     where: function from node positions [m], shape (n, dim), to a mask, shape (n,). fix: the directions held, such as
     "y" or "xy". motion: displacement from the start [m] as a function of time [s], one number or one per direction of
     ``fix``; None holds still.
+
+    >>> floor = Support(lambda x: x[:, 1] < 1e-6, fix="xy", name="floor")
+    >>> floor.where(np.array([(0.0, 0.0), (0.0, 1.0)]))
+    array([ True, False])
     """
 
     where: Callable
@@ -172,7 +189,12 @@ class Support:
     @staticmethod
     def column(axis: str, at: float, grid: Grid, fix: str, motion: Optional[Callable] = None,
                name: str = "support") -> "Support":
-        """Support on the grid nodes of the column (in space: plane) across ``axis`` that is nearest to ``at`` [m]."""
+        """Support on the grid nodes of the column (in space: plane) across ``axis`` that is nearest to ``at`` [m].
+
+        >>> grid = Grid(Box((0.0, 0.0), (1.0, 1.0)), (10, 10))
+        >>> Support.column("x", 0.52, grid, "y").where(np.array([(0.5, 0.3), (0.6, 0.3)]))
+        array([ True, False])
+        """
         check.record("grid", grid, Grid)
         d = AXES.index(check.choice("axis", axis, tuple(AXES[:grid.dim])))
         at = check.finite("at", at, "m")

@@ -37,6 +37,10 @@ class Penalty:
     distance at the start; None: every particle is on its plane. stiffness: of the springs per area [Pa/m]; None:
     the nearest body's stiffness (against stretch in one direction) over the cell size, and 100 times that for supports,
     which neither rub nor separate. It gives by pressure / stiffness.
+
+    >>> slope = Interface.line((2.0, 0.0), (0.0, 1.0), segments=4)
+    >>> Penalty(slope, normal=(1.0, 2.0), friction=0.4, name="slope").normal[0]
+    array([0.4472136 , 0.89442719])
     """
 
     surface: Interface
@@ -80,6 +84,11 @@ class GridWall:
 
     where: function from node positions [m], shape (n, dim), to a mask, shape (n,). normal: a direction such as "+y" or
     "-x", from the wall into the body. friction, separates and stiffness: see ``Penalty``, whose springs hold the nodes.
+
+    >>> floor = GridWall(lambda x: x[:, 1] < 1e-6, "+y", friction=0.5, name="floor")
+    >>> floor.penalty(np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])).normal
+    array([[0., 1.],
+           [0., 1.]])
     """
 
     where: Callable
@@ -123,6 +132,10 @@ class Load:
     direction, on the area of the deformed surface; pressure: [Pa], positive against the outside of the deformed
     surface. Each is constant or a function of time [s]; force has shape (dim,) or (n, dim), traction (dim,), pressure
     is a number.
+
+    >>> wind = Load(Interface.line((1.0, 1.0), (0.0, 1.0), 4), pressure=lambda t: 100.0 * t, name="wind")
+    >>> wind.kind, float(wind.at(0.5))
+    ('pressure', 50.0)
     """
 
     surface: Interface

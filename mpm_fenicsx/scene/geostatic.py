@@ -12,7 +12,11 @@ def at_rest(top: float, rho: float, gravity: float, ratio: float) -> Callable[[n
     """Stress under a level surface at height ``top`` [m]: a function from positions [m], shape (n, dim), to the normal
     stresses along x, y and z [Pa], shape (n, 3), for the field ``stress`` of ``Body``. gravity: downward [m/s^2];
     ratio: of horizontal to vertical stress, as 1 - sin phi (Jaky 1944) or nu / (1 - nu) (elastic, held at the
-    sides)."""
+    sides).
+
+    >>> at_rest(top=2.0, rho=1500.0, gravity=10.0, ratio=0.5)(np.array([(0.0, 1.0)]))
+    array([[ -7500., -15000.,  -7500.]])
+    """
     check.not_negative("ratio", ratio, rule="the ratio of horizontal to vertical stress must be 0 or a positive number")
 
     def stress(x: np.ndarray) -> np.ndarray:

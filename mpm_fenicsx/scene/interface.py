@@ -22,6 +22,9 @@ class Resampling:
     or loses an end. feet: for the first and the last end of an open outline None, or the side, such as "y-", and the
     level [m] of the floor on which the body sticks and the end rests; reach: of a foot above its floor, a multiple of
     the spacing.
+
+    >>> Resampling(0.01).longest
+    2.0
     """
 
     spacing: float
@@ -50,7 +53,11 @@ class Resampling:
 class Interface:
     """Boundary particles: positions x [m], shape (n, dim), and the elements they form, shape (m, dim): segments a→b
     with the outside on their left, or triangles that run counter-clockwise seen from outside; shape (m, 1): single
-    particles. resampling: how it keeps up with a body that flows; None: the same particles all the time."""
+    particles. resampling: how it keeps up with a body that flows; None: the same particles all the time.
+
+    >>> Interface([(0.0, 1.0), (0.5, 1.0), (1.0, 1.0)], [(0, 1), (1, 2)]).x.shape
+    (3, 2)
+    """
 
     x: np.ndarray
     elements: np.ndarray
@@ -74,6 +81,12 @@ class Interface:
         spacing: of the boundary particles [m]; None: half a body cell. inset: how far inside the body they lie, in body
         cells (the paper's delta). open_sides: those without boundary particles ("x-", "x+", "y-", "y+"), where a wall
         or the floor is; floor: the one of them on which the body sticks. rule: further fields of ``Resampling``.
+
+        >>> from mpm_fenicsx import mohr_coulomb
+        >>> soil = Body(Box((0.0, 0.0), (0.2, 0.1)), (20, 10), 2, mohr_coulomb(1e6, 0.3, friction_angle=30.0), 1600.0)
+        >>> outline = Interface.around(soil, open_sides=("x-", "y-"), floor="y-")
+        >>> len(outline.x), outline.resampling.feet[0]
+        (61, None)
         """
         if check.record("body", body, Body).dim != 2 or not isinstance(body.shape, Box):
             raise ValueError("an outline goes around a plane body whose shape is a Box: give other interfaces their "
@@ -101,7 +114,13 @@ class Interface:
     @staticmethod
     def of_mesh(mesh: Mesh, surface: Optional[str] = None) -> "Interface":
         """The surface of a body mesh, or the named one of its surfaces, as segments or triangles; its vertices become
-        the boundary particles. Raises ValueError as ``Mesh.boundary``."""
+        the boundary particles. Raises ValueError as ``Mesh.boundary``.
+
+        >>> Interface.of_mesh(Mesh([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], [(0, 1, 2)], "triangle")).elements
+        array([[1, 0],
+               [2, 1],
+               [0, 2]])
+        """
         facets = mesh.boundary(surface)
         if facets.shape[1] == 4:
             facets = np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]])
@@ -112,6 +131,11 @@ class Interface:
     def top(box: Box, segments: Union[int, Sequence[int]], shift: float = 0.0) -> "Interface":
         """Upper side of a box, moved into the body by ``shift`` [m] (the paper's delta). segments: of the upper edge of a
         plane box, one number; of the upper face of a box in space two, along x and z, each rectangle being two triangles.
+
+        >>> Interface.top(Box((0.0, 0.0), (1.0, 0.1)), segments=2).x
+        array([[0. , 0.1],
+               [0.5, 0.1],
+               [1. , 0.1]])
         """
         across = [d for d in range(check.record("box", box, Box).dim) if d != 1]
         several = isinstance(segments, (tuple, list, np.ndarray))
@@ -130,7 +154,12 @@ class Interface:
 
     @staticmethod
     def line(a: Sequence[float], b: Sequence[float], segments: int) -> "Interface":
-        """Segments of equal length from a to b [m] in the plane; their outside is on the left of the way."""
+        """Segments of equal length from a to b [m] in the plane; their outside is on the left of the way.
+
+        >>> Interface.line((0.0, 0.0), (1.0, 0.0), 2).elements
+        array([[0, 1],
+               [1, 2]])
+        """
         segments, a, b = check.count("segments", segments), *(
             check.numbers(f"{name} of the line", end, 2, "m") for name, end in (("a", a), ("b", b)))
         _check_size((segments,), "segments", 2)
@@ -141,7 +170,12 @@ class Interface:
     def patch(corner: Sequence[float], first: Sequence[float], second: Sequence[float],
               counts: Sequence[int]) -> "Interface":
         """Parallelogram in space from ``corner`` along the edges ``first`` and ``second`` [m], in counts[0] x counts[1]
-        pieces of two triangles each; its outside is that of first x second."""
+        pieces of two triangles each; its outside is that of first x second.
+
+        >>> Interface.patch((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1, 1)).elements
+        array([[0, 2, 3],
+               [0, 3, 1]])
+        """
         n, m = check.counts("counts (pieces of the patch)", counts, 2)
         _check_size((n, m), "counts", 3)
         corner, first, second = (check.numbers(f"{name} of the patch", value, 3, "m") for name, value in

@@ -36,7 +36,11 @@ def cell_count(counts: Sequence[int], cell: Optional[str]) -> int:
 
 @dataclass(frozen=True)
 class Box:
-    """Axis-parallel box from ``lower`` to ``upper`` [m], tuples of 2 or 3 numbers."""
+    """Axis-parallel box from ``lower`` to ``upper`` [m], tuples of 2 or 3 numbers.
+
+    >>> Box((0.0, 0.0), (2.0, 1.0)).size
+    array([2., 1.])
+    """
 
     lower: Tuple[float, ...]
     upper: Tuple[float, ...]
@@ -72,6 +76,11 @@ class Mesh:
 
     Raises ValueError for an empty mesh, arrays that do not fit, cells that are flat, inside out or folded over their
     neighbours, and facets shared by more than two cells.
+
+    >>> corners = np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)])
+    >>> square = Mesh(corners, [(0, 1, 2), (1, 3, 2)], "triangle", surfaces={"left": [(0, 2)]})
+    >>> square.on_surface("left")(corners)
+    array([ True, False,  True, False])
     """
 
     vertices: np.ndarray

@@ -24,6 +24,12 @@ def read_mesh(path: Union[str, Path], dim: int) -> Mesh:
 
     Raises ValueError for a file that cannot be read, holds no cells of that dimension, several kinds of them, or a mesh
     of another dimension, and for what ``Mesh`` refuses.
+
+    >>> import meshio, tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "one_triangle.vtk"
+    >>> meshio.write_points_cells(file, [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)], [("triangle", [(0, 1, 2)])])
+    >>> read_mesh(file, dim=2).box
+    Box(lower=(0.0, 0.0), upper=(1.0, 1.0))
     """
     check.choice("dim", dim, tuple(CELLS))
     data, path = _read(path)
@@ -56,7 +62,14 @@ def read_mesh(path: Union[str, Path], dim: int) -> Mesh:
 
 def read_cloud(path: Union[str, Path], dim: int) -> Cloud:
     """Material points from a file: its points, and their point data "volume" [m^3]. Raises ValueError when the file
-    cannot be read or has no volumes, and for what ``Cloud`` refuses."""
+    cannot be read or has no volumes, and for what ``Cloud`` refuses.
+
+    >>> import meshio, tempfile
+    >>> file, x = Path(tempfile.mkdtemp()) / "two_points.vtk", [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]
+    >>> meshio.write_points_cells(file, x, [("vertex", [(0,), (1,)])], point_data={"volume": [0.01, 0.02]})
+    >>> read_cloud(file, dim=2).volume
+    array([0.01, 0.02])
+    """
     check.choice("dim", dim, tuple(CELLS))
     data, path = _read(path)
     if "volume" not in data.point_data:

@@ -18,13 +18,13 @@ from mpm_fenicsx import (
     Penalty,
     Resampling,
     Support,
+    at_rest,
     linear,
     mohr_coulomb,
 )
 from mpm_fenicsx.grid.background import Background
 from mpm_fenicsx.points.points import Points
 from mpm_fenicsx.scene.frame import Frame, find_origin, shifted
-from mpm_fenicsx.scene.geostatic import at_rest
 from mpm_fenicsx.scene.mesh import lattice
 
 MAP = np.array([4.5e5, 5.2e6, 1.2e3])  # [m], easting, northing, height

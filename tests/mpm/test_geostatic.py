@@ -2,8 +2,7 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Support
-from mpm_fenicsx.scene.geostatic import at_rest
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Support, at_rest
 
 SOIL = LAWS["mohr_coulomb"](5e4, 0.4, 22.0)
 

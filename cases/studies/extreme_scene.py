@@ -5,8 +5,7 @@ import mpm_dem_checks as check
 from coupling import linear, spread
 from coupling.maps.spread import dent_in_plane, dent_in_space
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall
-from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, Interface, Support
-from mpm_fenicsx.points.points import seed
+from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, Interface, Support, seed
 from studies import extreme_references as known
 from studies.extreme_keys import ALONE
 

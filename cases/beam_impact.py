@@ -13,9 +13,9 @@ import numpy as np
 from mpi4py import MPI
 
 import mpm_dem_checks as check
-from coupling import Record, analytic, cli, count_windows, couple, linear, nearest, spread
+from coupling import Record, Scheme, analytic, cli, count_windows, couple, linear, nearest, spread
 from coupling.keys import of_iteration, refuse_unused
-from coupling.maps.spread import dent_in_plane, dent_in_space
+from coupling.maps.spread import compliance_in_plane, compliance_in_space
 from coupling.pictures import figure, picture
 from coupling.records import report
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, open_dem
@@ -56,7 +56,7 @@ def main(
     iterate: int = 0,  # most repetitions of a window until both sides agree [-]; 0: weak coupling
     tol: float = 1e-4,  # how well they agree, as a part of the force [-]
     relax: Literal["aitken", "constant", "iqn"] = "aitken",  # how the force is corrected in a repetition
-    adapt: Optional[float] = None,  # shorter windows; none: never, 0: where one fails, 0.01: also for that error [-]
+    adapt: Optional[float] = 0.0,  # shorter windows; none: never, 0: where one fails, 0.01: also for that error [-]
     t_end: float = 4e-4,  # end of the run [s]
     plane: Literal["stress", "strain"] = "stress",  # plane state of the beam, which is 1 cm thick (dim=2)
     law: Literal["linear", "neo_hooke"] = "linear",  # of the beam
@@ -122,7 +122,7 @@ def strike(case, compare, modes=50, **keys):
         start_points = solid.snapshot() if p.picture else None
         with Record(case, keys, p.out, solid, grains, windows=windows, columns=columns, paraview=p.paraview,
                     label=label) as record:
-            couple(solid, grains, follow, **{key: keys[key] for key in SCHEME}, on_window=[record])
+            couple(solid, grains, follow, Scheme(**{key: keys[key] for key in SCHEME}), on_window=[record])
             runs[backend] = record.history
             record.finish(compare(runs, reference, wait), lambda path: draw(path, runs, reference, wait))
             if p.picture:
@@ -134,8 +134,8 @@ def strike(case, compare, modes=50, **keys):
 def dent(p):
     """Compliance [m/N] that the beam still has under a force spread over ``spread``, and Hertz's law contains."""
     if p.dim == 3:
-        return dent_in_space(p.spread, p.E, p.nu)
-    return dent_in_plane(p.spread, p.E if p.plane == "stress" else p.E / (1 - p.nu**2), WIDTH)
+        return compliance_in_space(p.spread, p.E, p.nu)
+    return compliance_in_plane(p.spread, p.E if p.plane == "stress" else p.E / (1 - p.nu**2), WIDTH)
 
 
 def solid_scene(p):

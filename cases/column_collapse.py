@@ -13,7 +13,7 @@ from typing import Literal, Optional, Tuple
 import numpy as np
 
 import mpm_dem_checks as check
-from coupling import Record, cli, count_windows, march
+from coupling import Record, Steps, cli, count_windows, march
 from coupling.keys import refuse_unused
 from coupling.pictures import figure, frames
 from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, GridWall, Numerics, Support, at_rest
@@ -21,7 +21,6 @@ from mpm_fenicsx import LAWS, MPM, SOLVERS, Body, Box, Grid, GridWall, Numerics,
 PRESETS = {"paper": dict(h=0.005, dt=5e-5)}
 TIMES = 0.0, 0.10, 0.25, 0.30, 0.36, 0.40, 0.45  # [s] of the pictures, from the third on those of the paper
 POINTS = {"triangle": 3, "quadrilateral": 2, "tetrahedron": 4, "hexahedron": 2}  # per body cell, unless others are asked for
-HALVINGS = 5  # of a step that fails
 
 
 def main(
@@ -69,7 +68,7 @@ def main(
     flow = Flow(solid, p)
     with Record("column_collapse", keys, out, solid, None, windows=steps, columns=flow.columns(),
                 paraview=paraview, pictures=flow.pictures("column_collapse_flow")) as record:
-        march(solid, dt=dt, t_end=t_end, on_window=[flow, record])
+        march(solid, Steps(dt, t_end), on_window=[flow, record])
         record.finish(compare(record.history, p), lambda path: draw(path, record.history))
     solid.close()
     return record.history
@@ -94,7 +93,7 @@ def make_column(p, surface=None):
         if p.dim == 3 and there:
             supports.append(Support.column("z", z, grid, "z", name=f"the side wall at z = {z} m"))
     return MPM(grid, body, supports, surface and surface(body), gravity=(0.0, -p.g, 0.0)[:p.dim], inertia=p.inertia,
-               penalties=walls, halvings=HALVINGS, numerics=Numerics(p.solver, p.rebalance),
+               penalties=walls, numerics=Numerics(p.solver, p.rebalance),
                outflow={side: p.outflow for side in ("+x", "+y", "+z")[:p.dim] if side != "+z" or p.open_side})
 
 
@@ -163,8 +162,7 @@ class Flow:
                  "kinetic": ("J", "kinetic energy (plane: per metre)"),
                  "potential": ("J", "potential energy, zero at the floor"), "elastic": ("J", "elastic energy"),
                  "energy": ("J", "sum of the three"), "volume": ("m^3", "volume of the material points as deformed"),
-                 "gaps": ("m^3", "of it what has opened between soil that separated"),
-                 "substeps": ("1", "steps taken: more than 1 where Newton's method failed and the step was halved")}
+                 "gaps": ("m^3", "of it what has opened between soil that separated")}
         return {name: (*meaning, lambda _, name=name: self.now[name]) for name, meaning in shown.items()}
 
     def __call__(self, step):
@@ -174,7 +172,7 @@ class Flow:
         volume, gaps = self._solid.comm.allreduce(np.array([volume.sum(), gaps]))
         self.now = dict(front=x[:, 0].max(), x99=np.quantile(x[:, 0], 0.99), height=x[:, 1].max(), speed=speed.max(),
                         kinetic=energy["kinetic"], potential=energy["potential"], elastic=energy["strain"],
-                        energy=sum(energy.values()), volume=volume, gaps=gaps, substeps=self._solid.substeps)
+                        energy=sum(energy.values()), volume=volume, gaps=gaps)
         if self._times and step.time > self._times[0] - 0.5 * step.dt:
             self._picture(step.time)
 

@@ -15,7 +15,7 @@ from beam_impact import SCHEME
 from blocks_history import Obstacles, draw, events, miss
 
 import mpm_dem_checks as check
-from coupling import Record, cli, count_windows, couple, nearest
+from coupling import Record, Scheme, cli, count_windows, couple, nearest
 from coupling.keys import of_iteration, refuse_unused
 from dem_liggghts import (
     Cluster,
@@ -41,7 +41,7 @@ def main(
     iterate: int = 0,  # most repetitions of a window until both sides agree [-]; 0: weak coupling
     tol: float = 1e-4,  # how well they agree, as a part of the force [-]
     relax: Literal["aitken", "constant", "iqn"] = "aitken",  # how the force is corrected in a repetition
-    adapt: Optional[float] = None,  # shorter windows; none: never, 0: where one fails, 0.01: also for that error [-]
+    adapt: Optional[float] = 0.0,  # shorter windows; none: never, 0: where one fails, 0.01: also for that error [-]
     t_end: float = 0.5,  # end of the run [s]
     law: Literal["mohr_coulomb", "drucker_prager"] = "mohr_coulomb",  # of the soil
     E: float = 50e3,  # Young's modulus of the soil [Pa]
@@ -88,7 +88,7 @@ def main(
                     gravity=-p.g, paraview=paraview, label=label,
                     pictures=flow.pictures(f"granular_blocks_flow{'_' if label else ''}{label}")) as record:
             x = solid.interface.x
-            couple(solid, grains, nearest(x, x), **{key: keys[key] for key in SCHEME}, on_window=[flow, record])
+            couple(solid, grains, nearest(x, x), Scheme(**{key: keys[key] for key in SCHEME}), on_window=[flow, record])
             runs[backend] = record.history
             table = events(record.history, p)
             record.finish(miss(table, runs), lambda path: draw(path, runs, p), events=table)

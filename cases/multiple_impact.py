@@ -36,7 +36,7 @@ def main(
     iterate: int = 0,  # most repetitions of a window until both sides agree [-]; 0: weak coupling
     tol: float = 1e-4,  # how well they agree, as a part of the force [-]
     relax: Literal["aitken", "constant", "iqn"] = "aitken",  # how the force is corrected in a repetition
-    adapt: Optional[float] = None,  # shorter windows; none: never, 0: where one fails, 0.01: also for that error [-]
+    adapt: Optional[float] = 0.0,  # shorter windows; none: never, 0: where one fails, 0.01: also for that error [-]
     t_end: float = 4e-3,  # end of the run [s]
     solver: Literal[SOLVERS] = "auto",  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
     dem: Literal["reference", "liggghts", "compare"] = "reference",  # back end; compare runs both

@@ -6,8 +6,8 @@ import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
 
 from . import cli  # noqa: E402
 from .cli import case  # noqa: E402
-from .loop.couple import NotConverged, Window, count_windows, couple  # noqa: E402
-from .loop.march import march  # noqa: E402
+from .loop.control import count_windows  # noqa: E402
+from .loop.couple import NotConverged, Window, couple, march  # noqa: E402
 from .maps.mapping import Mapping, copy, linear, nearest  # noqa: E402
 from .maps.spread import spread  # noqa: E402
 from .output import Output  # noqa: E402

@@ -1,38 +1,54 @@
-"""What the coupling needs of its two partitions: arrays, shapes and units, written down once.
+"""What the coupling needs of its two partitions, the solid and the grains: arrays, shapes and units.
 
 Both are matched by structure, so that neither solver package is imported here. n: interface points of the solid, m:
 wall nodes of the grains, p: particles, dim: 2 or 3. All arrays are the same on every rank, every method is collective.
 """
-from typing import Protocol, Tuple
+from typing import Any, Callable, Dict, List, Optional, Protocol, Tuple
 
 import numpy as np
 
+State = Dict[str, Any]  # of a partition: everything that decides its future
+
 
 class Solid(Protocol):
-    """The continuum as the loop sees it: takes forces, answers with motion (eq. 26). It may have a method
-    ``resample()`` that renews the points of its interface between two steps, see ``resampling``, and a method
+    """The continuum as the loop sees it: takes forces, answers with motion (eq. 26).
+
+    Where ``advance`` fails with an ArithmeticError it leaves the solid as it was. These may be there besides:
+    ``fall_back()``: after such a failure, changes something so that the step may succeed now, and returns a text of
+    what that is, "" when nothing remains.
+    ``resample()``: between two steps, renews the points of the interface; returns an ``InterfaceChange`` or
+    None, see ``resampling``.
     ``window_mass()``: of each interface point, the mass [kg] of a free body that a force would have moved as far over
     the last step, shape (n,). With it and with that of the grains the loop checks the length of weak windows.
-    One that has ``energy()``, ``count`` and the truth values ``driven`` and ``springs`` is watched for energy out of
-    nothing, see ``gain``."""
+    ``energy()``, ``count`` and the truth values ``driven`` and ``springs``: it is watched for energy out of nothing,
+    see ``energy_watch``.
+    """
 
     time: float  # [s]
 
     def surface(self) -> Tuple[np.ndarray, np.ndarray]:
         """Positions [m] and velocities [m/s] of the interface, shape (n, dim) each."""
 
-    def advance(self, dt: float, force: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-        """Advance by dt [s] under ``force`` [N], shape (n, dim), constant meanwhile; returns ``surface()``."""
+    def advance(self, dt: float, force: Optional[np.ndarray] = None) -> Tuple[np.ndarray, np.ndarray]:
+        """Advance by dt [s] under ``force`` [N], shape (n, dim), constant meanwhile, or none; returns ``surface()``."""
 
-    def get_state(self) -> dict: ...
+    def get_state(self) -> State:
+        """Everything that decides the future, name → array copies."""
 
-    def set_state(self, state: dict) -> None: ...
+    def set_state(self, state: State) -> None:
+        """Go back to ``state``: the run continues bit for bit as it did from there."""
 
 
 class Grains(Protocol):
-    """The discrete elements as the loop sees them: take motion, answer with forces (eq. 25). They may have a method
+    """The discrete elements as the loop sees them: take motion, answer with forces (eq. 25).
+
+    These may be there besides:
+    ``remember()``: a function that sets them back to where they are now, to round-off; it costs less than a state and
+    holds until the next call of either.
     ``contact_at_wall(force)``: tangent stiffness [N/m] and damping [kg/s] of the contact of each particle with the
-    moving wall under ``force`` [N], and its mass [kg], shape (p,) each."""
+    moving wall under ``force`` [N], and its mass [kg], shape (p,) each.
+    ``scene.wall`` with ``elements`` and ``replace_wall(wall)``: they can follow a solid that renews its interface.
+    """
 
     dt: float  # inner step [s]
 
@@ -43,46 +59,71 @@ class Grains(Protocol):
     def particles(self) -> np.ndarray:
         """Structured array with at least ``x`` [m] and ``v`` [m/s], shape (p, dim or 3), and ``mass`` [kg], (p,)."""
 
-    def get_state(self) -> dict: ...
+    def get_state(self) -> State:
+        """Everything that decides the future, name → array copies."""
 
-    def set_state(self, state: dict) -> None: ...
+    def set_state(self, state: State) -> None:
+        """Go back to ``state``: the run continues bit for bit as it did from there."""
 
 
-class BookedSolid(Solid, Protocol):
+class InterfaceChange(Protocol):
+    """From an interface of k points to one of n, renewed between two windows.
+
+    x: places [m], shape (n, dim); elements: their numbers in each segment or triangle; keeps_numbers: whether every
+    point is the one that it was.
+    """
+
+    x: np.ndarray
+    elements: np.ndarray
+    keeps_numbers: bool
+
+    def interpolate(self, values: np.ndarray) -> np.ndarray:
+        """Values at the new points, shape (n, …), from those at the old ones, shape (k, …) (consistent)."""
+
+    def redistribute(self, loads: np.ndarray) -> np.ndarray:
+        """Loads on the new points, shape (n, …), from those on the old ones, shape (k, …): the sum stays
+        (conservative)."""
+
+
+class RecordedSolid(Solid, Protocol):
     """What the ledger and the record of a case ask besides. It may have a method ``columns()`` with what else belongs
-    into the history: name → (unit, meaning, function without arguments)."""
+    into the history: name → (unit, meaning, function without arguments); and ``origin`` [m], shape (dim,): about which
+    moments are taken."""
 
     applied: np.ndarray  # sum of the interface forces that arrived in the last step [N], shape (dim,)
     iterations: int  # of Newton's method in the last step
-    phases: dict  # name of a phase of the step → seconds spent in it so far
+    phases: Dict[str, float]  # name of a phase of the step → seconds spent in it so far
     count: int  # material points in all
 
-    def energy(self) -> dict:
+    def energy(self) -> Dict[str, float]:
         """Kinds of energy now [J], name → number."""
 
-    def snapshot(self) -> dict:
+    def snapshot(self) -> Dict[str, tuple]:
         """For ParaView, this rank's piece: name → (positions, {cell type: connectivity}, data); "interface" is among
         them on rank 0. The one method whose answer differs from rank to rank."""
 
-    def describe(self) -> dict:
+    def describe(self) -> Dict[str, Any]:
         """Entries of report.json that only the solid knows."""
 
-    def resolution(self) -> dict:
+    def resolution(self) -> Dict[str, Any]:
         """``cell_size`` along each axis [m], ``points_per_cell`` (least, mean, most), ``explicit_limit`` [s] or None."""
 
-    def options(self) -> dict:
+    def options(self) -> Dict[str, str]:
         """Options of the user that changed the run, name → text. Not collective."""
 
-    def unused_options(self) -> list:
+    def unused_options(self) -> List[str]:
         """Options that nobody asked for."""
 
 
-class BookedGrains(Grains, Protocol):
+class RecordedGrains(Grains, Protocol):
     """What the ledger and the record of a case ask besides. ``scene.wall`` has ``nodes`` [m], shape (m, dim), and
     ``elements``, shape (k, dim). With ``scene.clusters`` (``mass`` [kg], ``flags``: free along each axis) there is a
     method ``bodies()``, with their ``mass`` and ``v`` [m/s], and particles have ``body``: 0 for single spheres."""
 
-    scene: object
+    scene: Any
 
-    def energy(self) -> dict:
+    def energy(self) -> Dict[str, float]:
         """Kinds of energy now [J], name → number."""
+
+
+Observer = Callable[[Any], object]  # of a run: is called with each ``Window``

@@ -10,7 +10,6 @@ import numpy as np
 from mpi4py import MPI
 
 from .loop.couple import couple
-from .loop.march import march
 from .maps.mapping import Mapping, copy, linear
 from .output import Output
 from .pictures.views import Animation, EndPicture
@@ -122,11 +121,8 @@ class Run:
         return views
 
     def _loop(self, solid, grains, on_window):
-        s = self.scheme
-        if grains is None:
-            return march(solid, dt=s.dt, t_end=s.t_end, on_window=on_window)
-        couple(solid, grains, self._mapping(solid), dt=s.dt, t_end=s.t_end, substeps=s.substeps, iterate=s.iterate,
-               tol=s.tol, relax=s.relax, adapt=s.adapt, on_window=on_window)
+        mapping = None if grains is None else self._mapping(solid)
+        couple(solid, grains, mapping, self.scheme, on_window)
 
     def _mapping(self, solid):
         if self.mapping is not None:

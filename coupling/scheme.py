@@ -2,7 +2,7 @@
 from dataclasses import dataclass
 from typing import ClassVar, Literal, Optional
 
-from .loop.couple import count_windows
+from .loop.control import count_windows
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from .library import ARGUMENTS, SHIM, Comm, LiggghtsError, MissingLiggghts, chec
 from .outflow import Outflow
 from .pieces import Pieces
 from .protocol import BODY, PARTICLE
-from .records import CHANGING, always, at_start, by_tag
+from .records import CHANGING, always, at_start, by_tag, copied, gathered
 from .script import commands
 from .states import check_state, fingerprint
 from .window import AtWall
@@ -124,7 +124,7 @@ class LiggghtsDEM(AtWall):
 
     def _take_out(self):
         """Go on without what is out."""
-        self._restore(self._state(), keep=0)
+        self._restore(self._read()(), keep=0)
 
     def _sum(self, array):
         """Sum over ranks, the same to the last bit on all of them."""
@@ -197,7 +197,7 @@ class LiggghtsDEM(AtWall):
         """Rows of all ranks, sorted by the id in the first column."""
         mine = np.empty((getattr(self._library, count)(self._handle) if self._handle else 0, width))
         self._call(read, _pointer(mine))
-        table = mine if self.comm.size == 1 else np.concatenate(self.comm.allgather(mine))
+        table = gathered(self.comm, mine)
         return table[np.argsort(table[:, 0])]
 
     def energy(self):
@@ -211,24 +211,26 @@ class LiggghtsDEM(AtWall):
     def get_state(self):
         """See `protocol.DEM.get_state`. LIGGGHTS makes its neighbour lists anew here as in `set_state`, so that both
         go on with the same order of summation."""
-        state = self._state()
+        state = self._read()()
         self.set_state(state)
         return state
 
-    def _state(self):
-        records, count = ctypes.c_void_p(), ctypes.c_int()
-        wall, force = np.empty(self._nodes.shape), np.empty(self._nodes.shape)
-        code = self._call("dem_get_state", self.scene.dim, ctypes.byref(records), ctypes.byref(count), _pointer(wall),
-                          _pointer(force))
-        if code:
+    def remember(self):
+        """A function that sets everything back to where it is now, to round-off; costs less than a state."""
+        state = self._read()
+        return lambda: self.set_state(state())
+
+    def _read(self):
+        """What a state consists of, as it is now: a function that makes the state of it. Both are collective."""
+        records, count, (wall, force) = ctypes.c_void_p(), ctypes.c_int(), np.empty((2, *self._nodes.shape))
+        if self._call("dem_get_state", self.scene.dim, ctypes.byref(records), ctypes.byref(count), _pointer(wall),
+                      _pointer(force)):
             self._report()
-        mine = np.empty(count.value)
-        if count.value:
-            mine[:] = (ctypes.c_double * count.value).from_address(records.value)
-        everybody = mine if self.comm.size == 1 else np.concatenate(self.comm.allgather(mine))
-        return dict(scene=self._fingerprint, origin=self.origin.copy(), particles=by_tag(everybody, self._outflow.out),
-                    bodies=self._changing(), wall=wall, wall_elements=np.array(self.scene.wall.elements),
-                    wall_force=self._sum(force), steps=np.array(self._steps), **self._outflow.get_state())
+        mine, out = copied(records, count.value), self._outflow.out.copy()
+        kept = dict(scene=self._fingerprint, origin=self.origin.copy(), bodies=self._changing(), wall=wall,
+                    wall_elements=np.array(self.scene.wall.elements), steps=np.array(self._steps),
+                    **self._outflow.get_state())
+        return lambda: dict(kept, particles=by_tag(gathered(self.comm, mine), out), wall_force=self._sum(force))
 
     def set_state(self, state):
         """See `protocol.DEM.set_state`. The state may come from another instance of the same scene, on any ranks."""
@@ -246,9 +248,8 @@ class LiggghtsDEM(AtWall):
         particles, wall = np.array(state["particles"], float), np.array(state["wall"])
         force = np.array(state["wall_force"]) if self.comm.rank == 0 else np.zeros(wall.shape)
         bodies = np.hstack([self._always[~self._outflow.out_bodies], state["bodies"]])
-        code = self._call("dem_set_state", self.scene.dim, len(particles), _pointer(particles), len(bodies),
-                          _pointer(bodies), _pointer(wall), _pointer(force), keep)
-        if code:
+        if self._call("dem_set_state", self.scene.dim, len(particles), _pointer(particles), len(bodies),
+                      _pointer(bodies), _pointer(wall), _pointer(force), keep):
             self._report()
         self._steps, self._nodes = int(state["steps"]), wall
 

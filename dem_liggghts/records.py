@@ -1,4 +1,6 @@
 """Arrays that LIGGGHTS and its shim understand: records of particles, rows of bodies."""
+import ctypes
+
 import numpy as np
 
 from . import quaternion
@@ -13,6 +15,18 @@ def starts(records):
     while first[-1] < len(numbers):
         first.append(first[-1] + int(numbers[first[-1]]))
     return np.array(first)
+
+
+def copied(address, count):
+    """``count`` numbers that begin at an address of the shim, as an array of its own."""
+    out = np.empty(count)
+    ctypes.memmove(out.ctypes.data, address, out.nbytes)
+    return out
+
+
+def gathered(comm, mine):
+    """The rows or numbers of all ranks, one after the other, on every rank."""
+    return mine if comm.size == 1 else np.concatenate(comm.allgather(mine))
 
 
 def by_tag(records, out):

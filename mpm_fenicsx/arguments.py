@@ -8,11 +8,8 @@ from .scene.mesh import Mesh
 from .scene.numerics import Numerics
 from .terms.ghost import INERTIA
 
-MOST_HALVINGS = 20  # of a step, into a millionth
 
-
-def check_arguments(grid, bodies, supports, interface, gravity, inertia, loads, penalties, body_force, numerics,
-                    halvings):
+def check_arguments(grid, bodies, supports, interface, gravity, inertia, loads, penalties, body_force, numerics):
     """ValueError for the first argument of ``MPM`` that is none; bodies: a list."""
     check.record("grid", grid, Grid, Mesh)
     check.records("bodies", bodies, Body)
@@ -21,7 +18,6 @@ def check_arguments(grid, bodies, supports, interface, gravity, inertia, loads, 
     check.records("penalties", penalties, Penalty, GridWall)
     check.choice("inertia", inertia, INERTIA)
     check.record("numerics", numerics, Numerics)
-    check.count("halvings", halvings, 0, MOST_HALVINGS)
     if interface is not None:
         check.record("interface", interface, Interface)
     if gravity is not None:

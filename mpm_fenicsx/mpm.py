@@ -17,7 +17,6 @@ from .points.sets import Set, Sets
 from .scene.frame import Frame
 from .scene.numerics import Numerics
 from .scene.room import room_at_walls
-from .solve.ladder import Ladder
 from .solve.step import PHASES, Step
 from .terms.behind import watch
 from .terms.bonds import Bonds
@@ -36,17 +35,16 @@ class MPM(Answers):
     [m/s^2], shape (dim,); inertia: "consistent" (eq. 11), "lumped" or "ghost", see ``ghost``; rebalance: imbalance of
     material points over the ranks from which the grid is distributed anew; body_force: force per mass [m/s^2] besides
     gravity, a function of the points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim);
-    solver: of ``SOLVERS``; halvings: how often a step in which Newton's method fails is halved, see ``ladder``; outflow:
-    what happens to material that leaves the grid, "stop" (the run ends), "hold" (at the edge, at rest) or "remove", or a
-    dict by side, such as {"+x": "remove"}, whose other sides stop, see ``outflow`` and ``removed``; bonded: that bodies
-    stick where they share grid nodes is meant (layers of one soil), else a warning says so, as there is no contact
-    between bodies.
+    solver: of ``SOLVERS``; outflow: what happens to material that leaves the grid, "stop" (the run ends), "hold" (at
+    the edge, at rest) or "remove", or a dict by side, such as {"+x": "remove"}, whose other sides stop, see ``outflow``
+    and ``removed``; bonded: that bodies stick where they share grid nodes is meant (layers of one soil), else a warning
+    says so, as there is no contact between bodies.
 
     ``parts`` are the bodies with their points, numbered through, see ``parts.Part``; ``phases`` sums the seconds spent
-    per phase, ``iterations`` is the number of Newton iterations of the last ``advance``, ``substeps`` of the steps that
-    it took, ``count`` the number of material points, ``rebalances`` lists the new distributions over the ranks:
-    (step, imbalance before, after).
-    Everything is collective.
+    per phase, ``iterations`` is the number of Newton iterations of the last ``advance``, ``ghost_since`` the time [s]
+    from which the ghost penalty has been needed, or None, see ``fall_back``, ``count`` the number of material points,
+    ``rebalances`` lists the new distributions over the ranks: (step, imbalance before, after). Everything is
+    collective.
 
     Raises ValueError for a scene that cannot be run, MPMError and MPMDiverged when a step fails.
     """
@@ -66,16 +64,15 @@ class MPM(Answers):
 
     def __init__(self, grid, body, supports=(), interface=None, *, gravity=None,  # noqa: PLR0913 - states a scene
                  inertia="consistent", loads=(), penalties=(), body_force=None, outflow="stop", bonded=False,
-                 numerics=Numerics(), comm=MPI.COMM_WORLD, halvings=4):
+                 numerics=Numerics(), comm=MPI.COMM_WORLD):
         bodies = body if isinstance(body, (list, tuple)) else [body]
-        check_arguments(grid, bodies, supports, interface, gravity, inertia, loads, penalties, body_force, numerics,
-                        halvings)
+        check_arguments(grid, bodies, supports, interface, gravity, inertia, loads, penalties, body_force, numerics)
         check.truth("bonded", bonded)
         self.comm, self.dim, self.grid, self._frame = comm, grid.box.dim, grid, Frame(grid.box)
         self._grid, body_force = self._frame.enter(grid), self._frame.enter_function(body_force)
         self.gravity = np.zeros(self.dim) if gravity is None else np.array(gravity, float)
-        self.time, self.steps, self.iterations, self.substeps = 0.0, 0, 0, 1
-        self.ladder, self.closed = Ladder(inertia, halvings), False
+        self.time, self.steps, self.iterations = 0.0, 0, 0
+        self._inertia, self.ghost_since, self.closed = inertia, None, False
         self._located, self.phases = False, dict.fromkeys(PHASES, 0.0)  # located: the points are in their cells
         self._parts = make_parts(self._frame.enter(bodies), self._grid, self.gravity, body_force)
         x = np.concatenate([part.points.x for part in self._parts])
@@ -122,20 +119,15 @@ class MPM(Answers):
 
     @while_open
     def advance(self, dt, force=None):
-        """Advance by ``dt`` [s], in one step unless that fails, under point loads ``force`` on the boundary particles
-        [N], shape (n, dim), constant meanwhile, the same on every rank. Returns ``surface()``."""
+        """Advance by ``dt`` [s] in one step, under point loads ``force`` on the boundary particles [N], shape (n, dim),
+        constant meanwhile, the same on every rank. Returns ``surface()``. MPMDiverged when Newton's method fails; all
+        points are then as they were."""
         dt = check.positive("dt", dt, "s", "it must be positive")
         shape = self._surface.count, self.dim
         force = np.zeros(shape) if force is None else check.shaped("force", force, shape)
         if not np.isfinite(force).all():
             raise MPMError(f"the force on boundary particle {np.argwhere(~np.isfinite(force))[0][0]} is not a number "
                            f"at t = {self.time:.6g} s: look at the grains that sent it")
-        self.iterations = self.substeps = 0
-        self.ladder.climb(self, dt, force)
-        return self.surface()
-
-    def take_step(self, dt, force):
-        """One step, see ``advance``; raises MPMDiverged and leaves the points as they were when Newton's method fails."""
         self.step.restart_clock()
         if self.comm.size > 1 and self.steps and self.steps % self.rebalance_every == 0:
             if self._outflow.active:
@@ -145,14 +137,24 @@ class MPM(Answers):
         self._outflow.check_left(self._count, self.time)
         self._located = False
         self.step.begin(dt, self.time, force[self.boundary.gid])
-        u, iterations = self.step.solve(f"step {self.steps + 1}, t = {self.time + dt:.6g} s")
+        u, self.iterations = self.step.solve(f"step {self.steps + 1}, t = {self.time + dt:.6g} s")
         self.step.finish(u)
         self.time, self.steps = self.time + dt, self.steps + 1
-        self.substeps, self.iterations = self.substeps + 1, self.iterations + iterations
         for held in self.penalties:
             held.move(self.time)
         if self._behind:
             self._behind(self.time)
+        return self.surface()
+
+    @while_open
+    def fall_back(self):
+        """After a step that failed: consistent inertia gets the ghost penalty from now on, as it is singular alone where
+        cells at the rim of a free body are nearly empty, see ``ghost``. Returns what it has changed, or ""."""
+        if self._inertia != "consistent" or self.ghost_since is not None:
+            return ""
+        self.ghost_since = self.time
+        self._make_step(self.step.filled)
+        return "the ghost penalty on inertia"
 
     @while_open
     def resample(self):
@@ -185,16 +187,13 @@ class MPM(Answers):
         if self.step is not None:
             self.step.destroy()
         facets = None
-        if self.ladder.penalises:
+        if self._inertia == "ghost" or self.ghost_since is not None:
             facets = self._facets = self._facets or Facets(self.background, self.kernels.shapes)
         self.step = Step(self.background, filled, self.supports, self._parts, self.gravity, self.kernels,
                          self._consistent, self.phases, self.loads, self.penalties, self.numerics.solver, facets,
                          self._outflow)
+        self.step.newton.otherwise = ', or inertia="lumped"' if self._consistent else ""
         self._attach()
-
-    def renew_step(self):
-        """The same cells with the inertia of now, see ``ladder``."""
-        self._make_step(self.step.filled)
 
     def _attach(self):
         """Work arrays for the points now here, and the order in which their surface is put together."""
@@ -228,7 +227,8 @@ class MPM(Answers):
         """Everything that decides the future of this rank's points, as name → array copy."""
         state, time = self._sets.get_state(), np.array([self.time, self.steps, len(self.rebalances)])
         state.update(self._surface.get_state(), **self._outflow.get_state(), **self.step.get_state(), time=time,
-                     scene=self._fingerprint.copy(), ladder=self.ladder.get_state())
+                     scene=self._fingerprint.copy(),
+                     ghost_since=np.array([np.nan if self.ghost_since is None else self.ghost_since]))
         return state
 
     @while_open
@@ -239,7 +239,9 @@ class MPM(Answers):
         self._sets.set_state(state)
         self._surface.set_state(state)
         self._outflow.set_state(state)
-        self._located, other = False, self.ladder.set_state(state["ladder"])
+        since, before = float(state["ghost_since"][0]), self.ghost_since
+        self._located, self.ghost_since = False, None if np.isnan(since) else since
+        other = (before is None) != (self.ghost_since is None)
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])
         if state["time"][2] != len(self.rebalances):
             self._sets.relocate(self.background.search, self._router, self.time)

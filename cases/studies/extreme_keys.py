@@ -82,7 +82,7 @@ class Windows:
     windows: int = 120  # their number [-]
     substeps: Optional[int] = None  # DEM steps per window [-]; none: of half the DEM's critical step
     iterate: int = 0  # repetitions of a window, at most, until both sides agree [-]; 0: weak coupling
-    adapt: Optional[float] = None  # shorter windows; none: never, 0: where one fails; see couple()
+    adapt: Optional[float] = 0.0  # shorter windows; none: never, 0: where one fails; see couple()
     dem: Literal["reference", "liggghts"] = "reference"  # back end
 
 

@@ -3,7 +3,7 @@ import numpy as np
 
 import mpm_dem_checks as check
 from coupling import linear, spread
-from coupling.maps.spread import dent_in_plane, dent_in_space
+from coupling.maps.spread import compliance_in_plane, compliance_in_space
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall
 from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, Interface, Support, seed
 from studies import extreme_references as known
@@ -115,7 +115,7 @@ def make_mapping(p, interface):
     """The wall follows the interface; the force is spread where that is asked for."""
     dent, radius = 0.0, p.ball.spread
     if p.ball.take_out and p.dim == 3:
-        dent = dent_in_space(radius, p.block.E, p.block.nu)
+        dent = compliance_in_space(radius, p.block.E, p.block.nu)
     elif p.ball.take_out:
-        dent = dent_in_plane(radius, known.moduli(p)[0], p.block.width)
+        dent = compliance_in_plane(radius, known.moduli(p)[0], p.block.width)
     return spread(linear(interface.x, interface.elements, interface.x), radius, dent)

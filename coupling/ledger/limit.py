@@ -7,9 +7,12 @@ characteristic polynomial leave the unit circle at k dt^2/m = 4/3 without dampin
 stiffness, and in between beyond the straight line from one to the other, by at most 6 %.
 """
 import warnings
+from typing import Any, Union
 
 import numpy as np
 from mpi4py import MPI
+
+Number = Union[float, np.ndarray]
 
 LIGHT = 0.8  # a particle lighter than this part of m cannot push it away, whatever the contact: the exact value is 0.87
 MADE = 0.25  # energy made at the interface, relative to what is exchanged, from which a run rings
@@ -17,30 +20,30 @@ SLOWLY, FAST = 0.99, 0.9  # weights of what a contact did one window ago
 ENOUGH = 20  # windows in contact before the energy is judged: the first one alone is all error
 
 
-def load(dt, mass, stiffness, damping):
+def load(dt: Number, mass: Number, stiffness: Number, damping: Number) -> Number:
     """1 at the limit: see above. SI units, numbers or arrays."""
     return (0.75 * stiffness * dt**2 + 0.5 * np.sqrt(3.0) * damping * dt) / mass
 
 
-def longest(mass, stiffness, damping):
+def longest(mass: Number, stiffness: Number, damping: Number) -> Number:
     """The window [s] at the limit."""
     k, c = 0.75 * stiffness, 0.5 * np.sqrt(3.0) * damping
     return 2.0 * mass / (c + np.sqrt(c**2 + 4.0 * k * mass))
 
 
-class Watch:
+class LimitWatch:
     """Warns once of each: a contact for which the window is too long, and energy made at the interface. Collective."""
 
-    def __init__(self, solid, grains):
+    def __init__(self, solid: Any, grains: Any) -> None:
         self._solid, self._grains = solid, grains
         self._looks = hasattr(solid, "window_mass") and hasattr(grains, "contact_at_wall")
         self._seen, self._count, self._judges = 0.0, 0, True
         self._made = self._exchanged = self._size = self._late = 0.0
 
-    def look(self, time, dt, force):
+    def look(self, time: float, dt: float, force: np.ndarray) -> None:
         """Is the contact under the largest of the forces [N] on the interface, shape (n, dim), beyond the limit of the
         window that ends at ``time`` [s]? Looks only when that force is twice what it has seen, and if the solid has a
-        ``window_mass`` and the grains a ``contact_at_wall``, see ``partition``."""
+        ``window_mass`` and the grains a ``contact_at_wall``, see ``protocols``."""
         size = np.einsum("ni,ni->n", force, force) if self._looks else ()
         at = int(np.argmax(size)) if len(size) else 0
         if not len(size) or not size[at] > 4.0 * self._seen**2:
@@ -60,7 +63,7 @@ class Watch:
             f"{self._seen:.3g} N pushes {mass:.3g} kg of the solid. The force rings and may throw particles off: repeat "
             "the windows (iterate=20), or take a smaller dt, a softer or a less damped contact")
 
-    def judge(self, window, last):
+    def judge(self, window: Any, last: Any) -> None:
         """Has more energy been made at the interface of late than a right exchange makes, and does that not die away?
         last: the window before, or None."""
         given = float(np.vdot(window.force, window.moved)) if self._judges else 0.0
@@ -78,7 +81,7 @@ class Watch:
                 "be thrown off: repeat the windows (iterate=20) or take a smaller dt")
 
 
-def work_on_wall(window, last):
+def work_on_wall(window: Any, last: Any) -> float:
     """Work [J] in a window, and in the jump before it from where the wall was carried in the ``last`` one, or None, to
     where the interface went, under the mean of the forces on both sides of it; points that are new have jumped as their
     neighbours."""
@@ -93,7 +96,7 @@ def work_on_wall(window, last):
     return work + 0.5 * float(np.vdot(last.wall_force, before) + np.vdot(window.wall_force, jump))
 
 
-def say(text):
+def say(text: str) -> None:
     """Warn, once for all ranks."""
     if MPI.COMM_WORLD.rank == 0:
-        warnings.warn(text, stacklevel=6)  # where couple() was called
+        warnings.warn(text, stacklevel=2)

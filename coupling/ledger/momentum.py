@@ -1,4 +1,6 @@
 """Linear and angular momentum of the grains and of what the interface gives the solid, all components."""
+from typing import Any, Iterator, Tuple
+
 import numpy as np
 
 from .departures import left
@@ -6,7 +8,7 @@ from .departures import left
 AXES = "xyz"
 
 
-def turning(x, f):
+def turning(x: np.ndarray, f: np.ndarray) -> np.ndarray:
     """Sum of the moments x × f about the origin; x, f: shape (n, 2 or 3). Shape (1,) in a plane, about z, else (3,)."""
     if x.shape[1] == 2:
         return np.array([x[:, 0] @ f[:, 1] - x[:, 1] @ f[:, 0]])
@@ -22,7 +24,7 @@ class Momentum:
     trapezoidal rule over each window.
     """
 
-    def __init__(self, grains, gravity, time, about=0.0):
+    def __init__(self, grains: Any, gravity: np.ndarray, time: float, about: Any = 0.0) -> None:
         self._grains, self._gravity, self._time, self._about = grains, gravity, time, about
         self._without = np.zeros(len(gravity))  # impulse that gravity would have given to what has left
         self._mass_left = left(grains, "mass")
@@ -35,7 +37,7 @@ class Momentum:
                                   + np.array([c.mass for c in self._clusters]) @ self._free)
         self._begin, self._turned = time, 0.0 * self._torque
 
-    def gained(self, particles, time):
+    def gained(self, particles: np.ndarray, time: float) -> Tuple[np.ndarray, np.ndarray]:
         """Linear [N s], (dim,), and angular impulse [N m s], (1,) or (3,), that was not gravity's, until ``time`` [s]."""
         torque, window = self._torque_of_gravity(particles), time - self._time
         self._without += window * self._mass_left * self._gravity
@@ -45,7 +47,7 @@ class Momentum:
         linear += left(self._grains, "momentum") + self._without
         return linear - self._weight * (time - self._begin), angular - self._turned
 
-    def _parts(self, particles):
+    def _parts(self, particles: np.ndarray) -> Iterator[tuple]:
         """Single spheres and clusters, components as in the scene: mass, x and v of each."""
         dim = len(self._gravity)
         single = particles[self._single]
@@ -84,7 +86,7 @@ class Momentum:
                    for (mass, x, _), free in zip(self._parts(particles), shares))
 
 
-def rotation(q):
+def rotation(q: np.ndarray) -> np.ndarray:
     """Matrix of the unit quaternion (w, x, y, z), shape (3, 3)."""
     w, (x, y, z) = q[0], q[1:]
     return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

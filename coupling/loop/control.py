@@ -1,8 +1,33 @@
-"""Lengths of time steps that may fail or be too long: halved, and grown back later."""
+"""Number and lengths of time steps: they may fail or be too long, are halved then, and grow back later."""
+from typing import Optional, Tuple
+
 import mpm_dem_checks as check
 
 GROW_AFTER = 4  # good steps since the last that was given up
 RULE = "give an error from 0 to 1, as a part of the largest force, or none for windows of one length"
+MOST_WINDOWS = 1e9  # of a run: at a millisecond each they take eleven days
+WORK_PER_PARTICLE = 1000  # operations in a DEM step, measured
+
+
+def count_windows(t_end: float, dt: float, substeps: int = 1, start: float = 0.0) -> int:
+    """Number of windows from ``start`` [s] on; ValueError unless dt > 0 divides the time and substeps is at least 1.
+
+    >>> count_windows(t_end=0.5, dt=1e-3, substeps=20)
+    500
+    """
+    check.count("substeps", substeps)
+    check.check_work(f"{substeps:g} DEM steps per window (substeps)", substeps * WORK_PER_PARTICLE, "take fewer")
+    check.positive("dt", dt, "s", "the window must be positive")
+    if not check.finite("t_end", t_end, "s", "it must be finite and lie after the start") > start:
+        raise ValueError(f"t_end is {t_end} s: it must lie after the start at {start} s")
+    if (t_end - start) / dt > MOST_WINDOWS:
+        raise ValueError(f"dt is {dt} s: that makes {(t_end - start) / dt:.3g} windows until {t_end} s, more than "
+                         f"{MOST_WINDOWS:g}, take a longer one or a smaller t_end")
+    count = round((t_end - start) / dt)
+    if count < 1 or abs(start + count * dt - t_end) > 1e-9 * t_end:
+        raise ValueError(f"t_end is {t_end} s, which is not a multiple of dt = {dt} s: take t_end="
+                         f"{start + max(count, 1) * dt:.10g}")
+    return count
 
 
 class StepControl:
@@ -12,44 +37,46 @@ class StepControl:
     ``refuses``, is larger.
     """
 
-    def __init__(self, most, tolerance=None):
+    def __init__(self, most: int, tolerance: Optional[float] = None) -> None:
         most = check.count("most steps of a window", most)
         if tolerance is not None:
             tolerance = check.between("adapt", check.not_negative("adapt", tolerance, rule=RULE), 0, 1, rule=RULE)
-        self.most, self.size, self._tolerance, self._good = most, most, tolerance, 0
+        self.most, self.size, self.tolerance, self._good = most, most, tolerance, 0
 
     @property
-    def active(self):
+    def active(self) -> bool:
         """Can a step be given up?"""
-        return self._tolerance is not None
+        return self.tolerance is not None
 
-    def next(self, left):
+    def next(self, left: int) -> int:
         """Units of the next step, of which ``left`` are left to the end."""
         return min(self.size, left)
 
-    def shorten(self, taken):
+    def shorten(self, taken: int) -> bool:
         """A step of ``taken`` units is given up: the next one is half as long. False when that cannot be."""
         if not self.active or taken < 2:
             return False
         self.size, self._good = taken // 2, 0
         return True
 
-    def refuses(self, error, taken):
+    def refuses(self, error: float, taken: int) -> bool:
         """Is the ``error`` of a step of ``taken`` units, which falls with its square, too large? It then counts as
         given up. Otherwise the next step is chosen, not more than twice as long."""
-        if self._tolerance and error > 2.0 * self._tolerance and self.shorten(taken):
+        if self.tolerance and error > 2.0 * self.tolerance and self.shorten(taken):
             return True
         self._good += 1
-        if self.size < self.most and (self._tolerance or self._good >= GROW_AFTER):
+        if self.size < self.most and (self.tolerance or self._good >= GROW_AFTER):
             self.size = min(2 * self.size, self.most)
             self._good = 0
-        if self._tolerance:
-            wanted = 0.9 * taken * (self._tolerance / error) ** 0.5 if error > 0.0 else self.most
+        if self.tolerance:
+            wanted = 0.9 * taken * (self.tolerance / error) ** 0.5 if error > 0.0 else self.most
             self.size = int(min(max(wanted, taken // 2, 1), self.size))
         return False
 
-    def get_state(self):
+    def get_state(self) -> Tuple[int, int]:
+        """Length of the next step, and good steps since the last change."""
         return self.size, self._good
 
-    def set_state(self, state):
+    def set_state(self, state: Tuple[int, int]) -> None:
+        """The counterpart."""
         self.size, self._good = state

@@ -1,10 +1,13 @@
 """One coupling window, iterated: repeated until the force on the solid is the one that the grains answer."""
-from typing import NamedTuple
+from typing import Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from ..protocols import InterfaceChange
+from ..scheme import Scheme
 from .relaxation import RELAXATIONS, norm
-from .window import Clock, Window, check_finite, energy_of_dent
+from .trend import Trend
+from .window import Clock, Coupled, Sides, Window, check_finite, indentation_energy
 
 MOST_REPETITIONS = 1000  # of a window: what has not converged by then does not
 
@@ -13,16 +16,16 @@ class NotConverged(RuntimeError, ArithmeticError):
     """The iteration of a window did not converge."""
 
 
-class Memory(NamedTuple):
-    """What goes over to the next window: ``owed``, the mean force over the last one that the grains answered and the
-    solid did not get [N], shape (n, dim), the state of the relaxation, and the last force on the wall [N]."""
+class IterationState(NamedTuple):
+    """What goes over to the next window: the ``residual``, the mean force over the last one that the grains answered and
+    the solid did not get [N], shape (n, dim), the state of the relaxation, and the last force on the wall [N]."""
 
-    owed: np.ndarray
-    relax: tuple
-    wall_force: np.ndarray = None
+    residual: np.ndarray
+    relaxation: Tuple
+    wall_force: Optional[np.ndarray] = None
 
 
-class Iterated:
+class Iterated(Coupled):
     """In each window the MPM goes first, under the force predicted from the last ones, and the wall moves linearly to
     where the interface then is. The residual is what the DEM answers less that force. Both partitions are set back and
     the window is repeated with a corrected force, at most ``iterate`` times, until the residual is at most ``tol``
@@ -32,71 +35,77 @@ class Iterated:
     its impulse is short of that of one residual at any time. NotConverged when it takes more repetitions.
     """
 
-    def __init__(self, solid, grains, mapping, memory=None, *, iterate=20, tol=1e-4, relax="aitken"):
-        self._solid, self._grains, self._mapping = solid, grains, mapping
-        self._most, self._tol, self._relax = iterate, tol, RELAXATIONS[relax]()
-        self._change, (self._x, self._v) = None, solid.surface()
-        self._memory = memory or Memory(np.zeros_like(self._x), self._relax.get_state())
+    def __init__(self, sides: Sides, trend: Trend, scheme: Scheme, state: Optional[IterationState] = None) -> None:
+        super().__init__(sides, trend)
+        self._scheme, self._relax = scheme, RELAXATIONS[scheme.relax]()
+        self._state = self._next = state or IterationState(np.zeros_like(self._x), self._relax.get_state())
+        self._wall_force: Optional[np.ndarray] = None
 
-    def resample(self, change):
+    def transfer(self, change: InterfaceChange) -> None:
         """The interface has other points from the coming window on: forces go over, directions are forgotten."""
-        self._change, (self._x, self._v) = change, self._solid.surface()
-        self._relax.set_state(self._memory.relax)
+        super().transfer(change)
+        self._relax.set_state(self._state.relaxation)
         self._relax.forget()
-        self._memory = Memory(change.redistribute(self._memory.owed), self._relax.get_state())
+        self._state = IterationState(change.redistribute(self._state.residual), self._relax.get_state())
 
-    def accept(self, window):
-        """Go on from the end of ``window``."""
-        self._memory, self._change, self._x, self._v = window.memory.scheme, None, window.x, window.v
+    def accept(self, window: Window) -> None:
+        """See ``Coupled``."""
+        super().accept(window)
+        self._state = self._next
 
-    def __call__(self, number, time, dt, substeps, rewind, trend):
-        """The ``Window`` of ``dt`` [s] that ends at ``time`` [s]. rewind: sets both partitions back to its start;
-        trend: of the force so far."""
-        force, clock, repeated = trend.predict(dt), Clock(), 0
-        force = np.zeros_like(self._x) if force is None else force
-        self._relax.set_state(self._memory.relax)
+    def get_state(self) -> IterationState:
+        """What goes over to the next window."""
+        return self._state
+
+    def __call__(self, number: int, time: float, dt: float, steps: int) -> Window:
+        """The ``Window`` of ``dt`` [s] and ``steps`` DEM steps that ends at ``time`` [s]."""
+        clock, repeated = Clock(), 0
+        force = self.trend.predict(dt)
+        if force is None:
+            force = np.zeros_like(self._x)
+        self._relax.set_state(self._state.relaxation)
         self._relax.start()
-        self._wall_force = self._memory.wall_force
+        self._wall_force = self._state.wall_force
         while True:
-            moved, after = self._sides(number, time, dt, substeps, force, clock)
+            moved, after = self._compute(number, time, dt, steps, force, clock)
             answer = self._mapping.force(after["wall_force"])
-            residual = answer + self._memory.owed - force
-            off, scale = norm(residual), norm(answer) + trend.mean()
-            if off <= self._tol * scale:
+            residual = answer + self._state.residual - force
+            off, scale = norm(residual), norm(answer) + self.trend.mean()
+            if off <= self._scheme.tol * scale:
                 break
-            if repeated == self._most:
+            if repeated == self._scheme.iterate:
                 raise NotConverged(self._complaint(number, time, off, scale))
             force = self._relax(force, residual, answer)
-            rewind()
+            self._ladder.rewind()
             clock.lap("mapping")
             repeated += 1
         particles = self._grains.particles()
         check_finite(number, time, position_of_a_particle=particles["x"], velocity_of_a_particle=particles["v"])
+        self._next = IterationState(residual, self._relax.get_state(), self._wall_force)
         return Window(number, time, dt, force=force, moved=moved, v_start=self._v, particles=particles,
-                      seconds=clock.seconds, resampled=self._change, substeps=substeps, iterations=repeated + 1,
-                      memory=Memory(residual, self._relax.get_state(), self._wall_force),
-                      twice=energy_of_dent(self._mapping, self._wall_force), **after)
+                      seconds=clock.seconds, resampled=self._change, substeps=steps, iterations=repeated + 1,
+                      indentation_energy=indentation_energy(self._mapping, after["wall_force"]), **after)
 
-    def _sides(self, number, time, dt, substeps, force, clock):
-        """One computation of the window by both partitions: motion of the interface [m], and what they are then."""
-        x, v = self._solid.advance(dt, force)
+    def _compute(self, number: int, time: float, dt: float, steps: int, force: np.ndarray,
+                 clock: Clock) -> Tuple[np.ndarray, Dict[str, np.ndarray]]:
+        """One computation of the window by both: motion of the interface [m], and what they are then."""
+        x, v = self._ladder.advance(dt, force)
         check_finite(number, time, position_of_the_interface=x, velocity_of_the_interface=v)
         clock.lap("MPM")
         moved = x - self._x
         wall_x, wall_v = self._mapping.motion(self._x, moved / dt)
         clock.lap("mapping")
-        undented = wall_x
-        if self._mapping.takes_out and self._wall_force is not None:
-            undented = wall_x - self._mapping.dent(self._wall_force)
-        wall_force = self._wall_force = self._grains.advance(substeps, undented, wall_v)
+        inner = wall_x
+        if self._mapping.compliance and self._wall_force is not None:
+            inner = wall_x - self._mapping.indentation(self._wall_force)
+        wall_force = self._wall_force = self._grains.advance(steps, inner, wall_v)
         check_finite(number, time, force_on_the_wall=wall_force)
         clock.lap("DEM")
         return moved, dict(wall_x=wall_x, wall_v=wall_v, wall_force=wall_force, x=x, v=v)
 
-    def _complaint(self, number, time, off, scale):
-        most = 2 * self._most
-        more = f"more repetitions (iterate={most}), " if most <= MOST_REPETITIONS else ""
-        return (f"the coupling did not converge in window {number}, which ends at t = {time:.6g} s: after {self._most} "
-                f"repetitions the forces of both sides still differ by {off:.3g} N, {off / scale:.2g} of their scale "
-                f"(tol={self._tol:g}): take {more}a smaller dt, or shorter "
-                "windows where they are needed (adapt=0)")
+    def _complaint(self, number: int, time: float, off: float, scale: float) -> str:
+        most = 2 * self._scheme.iterate
+        more = f"more repetitions (iterate={most}) or " if most <= MOST_REPETITIONS else ""
+        return (f"the coupling did not converge in window {number}, which ends at t = {time:.6g} s: after "
+                f"{self._scheme.iterate} repetitions the forces of both sides still differ by {off:.3g} N, "
+                f"{off / scale:.2g} of their scale (tol={self._scheme.tol:g}): take {more}a smaller dt")

@@ -7,21 +7,24 @@ above 1.
 
 All sums are those of numpy in a fixed order, without BLAS: every rank gets the same bits and takes the same branches.
 """
+from typing import Any, List, Optional, Sequence, Tuple
+
 import numpy as np
 
 FIRST = 0.1  # relaxation before anything is known: small, so that the first step does not throw the bodies apart
 
 
-def dot(a, b):
+def dot(a: np.ndarray, b: np.ndarray) -> float:
+    """Sum of the products."""
     return float((a * b).sum())
 
 
-def norm(a):
+def norm(a: np.ndarray) -> float:
     """Euclidean norm of an array of any shape."""
     return dot(a, a) ** 0.5
 
 
-def lost_contact(answer):
+def lost_contact(answer: np.ndarray) -> bool:
     """Do the grains not answer at all?"""
     return not answer.any()
 
@@ -29,24 +32,24 @@ def lost_contact(answer):
 class Constant:
     """F + omega r. Converges for added mass ratios below 2 / omega - 1."""
 
-    def __init__(self, omega=0.5):
+    def __init__(self, omega: float = 0.5) -> None:
         self._omega = omega
 
-    def start(self):
+    def start(self) -> None:
         """A new window begins."""
 
-    def __call__(self, force, residual, answer):
+    def __call__(self, force: np.ndarray, residual: np.ndarray, answer: np.ndarray) -> np.ndarray:
         """The next force to try [N] from one, its residual and the grains' answer, arrays of shape (n, dim)."""
         return force + self._omega * residual
 
-    def forget(self):
+    def forget(self) -> None:
         """The interface has other points from now on."""
 
-    def get_state(self):
+    def get_state(self) -> Tuple:
         """What goes over to the next window, as a tuple of numbers and arrays that nobody changes."""
         return ()
 
-    def set_state(self, state):
+    def set_state(self, state: Tuple) -> None:
         """The counterpart."""
 
 
@@ -58,14 +61,14 @@ class Aitken:
     from the last one in contact, or none.
     """
 
-    def __init__(self, cap=1.0):
+    def __init__(self, cap: float = 1.0) -> None:
         self._cap, self._omega, self._last = cap, FIRST, None
 
-    def start(self):
+    def start(self) -> None:
         """A new window begins."""
         self._last = None
 
-    def __call__(self, force, residual, answer):
+    def __call__(self, force: np.ndarray, residual: np.ndarray, answer: np.ndarray) -> np.ndarray:
         """See ``Constant``."""
         if lost_contact(answer):
             if self._last is None:
@@ -80,15 +83,15 @@ class Aitken:
         self._last = force, residual
         return force + self._omega * residual
 
-    def forget(self):
+    def forget(self) -> None:
         """See ``Constant``."""
         self._last = None
 
-    def get_state(self):
+    def get_state(self) -> Tuple:
         """See ``Constant``."""
         return (self._omega,)
 
-    def set_state(self, state):
+    def set_state(self, state: Tuple) -> None:
         """See ``Constant``."""
         self._omega, = state
 
@@ -99,18 +102,18 @@ class Quasi:
     add less than ``filtering`` of its length to the newer ones is left out. Older windows are forgotten when other
     places touch."""
 
-    def __init__(self, reuse=4, filtering=1e-3):
+    def __init__(self, reuse: int = 4, filtering: float = 1e-3) -> None:
         self._reuse, self._filter, self._aitken = reuse, filtering, Aitken()
         self._old, self._new, self._last, self._touching = (), [], None, None
 
-    def start(self):
+    def start(self) -> None:
         """See ``Aitken``."""
         if self._new:
             self._old = (tuple(self._new),) + self._old[:self._reuse - 1]
         self._new, self._last = [], None
         self._aitken.start()
 
-    def __call__(self, force, residual, answer):
+    def __call__(self, force: np.ndarray, residual: np.ndarray, answer: np.ndarray) -> np.ndarray:
         """See ``Constant``."""
         touching = answer.any(axis=1)
         if self._touching is not None and not np.array_equal(touching, self._touching):
@@ -126,7 +129,7 @@ class Quasi:
         step = self._step(columns, residual)
         return plain if step is None else force + residual + step
 
-    def _step(self, columns, residual):
+    def _step(self, columns: Sequence[tuple], residual: np.ndarray) -> Optional[np.ndarray]:
         """Sum of the answers' differences with the weights that take most of the residual away; None without a column
         that tells anything."""
         basis, weights, used = [], [], []
@@ -147,16 +150,16 @@ class Quasi:
             c[k] = (c[k] - sum(weights[j][k] * c[j] for j in range(k + 1, len(c)))) / weights[k][k]
         return sum(weight * answer for weight, answer in zip(c, used))
 
-    def forget(self):
+    def forget(self) -> None:
         """See ``Constant``."""
         self._old, self._new, self._last, self._touching = (), [], None, None
         self._aitken.forget()
 
-    def get_state(self):
+    def get_state(self) -> Tuple:
         """See ``Constant``."""
         return self._old, tuple(self._new), self._touching, self._aitken.get_state()
 
-    def set_state(self, state):
+    def set_state(self, state: Tuple) -> None:
         """See ``Constant``."""
         self._old, new, self._touching, aitken = state
         self._new, self._last = list(new), None

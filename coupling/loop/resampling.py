@@ -1,18 +1,21 @@
 """Between two windows: a solid that flows may give its interface other points, and the grains' wall follows."""
 from dataclasses import replace
+from typing import Any, Optional
 
 import numpy as np
 
+from ..maps.mapping import Mapping
+from ..protocols import InterfaceChange
 
-def resample(solid, grains, mapping):
+
+def resample_interface(solid: Any, grains: Any, mapping: Mapping) -> Optional[InterfaceChange]:
     """Let a solid that can do so renew its interface; the wall of the grains gets the same nodes and elements.
 
-    Returns None when nothing has changed, else the change: ``interpolate(values)`` gives what belongs to the new points,
-    shape (n, …), from what belonged to the old ones, ``redistribute(loads)`` does so for loads and keeps their sum. Costs
-    nothing when the solid has no method ``resample``. ValueError unless wall nodes are interface points.
+    Returns None when nothing has changed. Costs nothing when the solid has no method ``resample``. ValueError
+    unless wall nodes are interface points.
     """
-    renew = getattr(solid, "resample", None)
-    change = None if renew is None else renew()
+    resample = getattr(solid, "resample", None)
+    change = None if resample is None else resample()
     if change is None:
         return None
     if not mapping.is_copy:

@@ -5,6 +5,8 @@ put together in the order of the ranks. A product with the transpose of a distri
 adds what other ranks contribute in the order in which it arrives; with the transpose in rows of its own, every sum runs
 over ascending columns on one rank, and the result is the same to the last bit on any number of ranks.
 """
+from typing import Any, Tuple
+
 import numpy as np
 from mpi4py import MPI
 from scipy.sparse import coo_matrix, csr_matrix
@@ -12,7 +14,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 import mpm_dem_checks as check
 
 
-def share(n, comm):
+def share(n: int, comm: Any) -> Tuple[slice, np.ndarray]:
     """The rows, of n in all, that this rank keeps: a slice; and where the ranks' shares begin and end, shape (ranks +
     1,)."""
     bounds = n * np.arange(comm.size + 1) // comm.size
@@ -23,12 +25,12 @@ class Mapping:
     """The matrix H of eq. 22, shape (wall nodes, interface points), and the places where both sides started.
 
     rows: this rank's rows of H, those of ``share``. Everything is collective, except where the mapping ``is_copy``:
-    that costs nothing. ``takes_out``: see ``spread``.
+    that costs nothing. ``compliance`` [m/N] and ``indentation``: see ``spread``.
     """
 
-    takes_out = 0.0
+    compliance = 0.0
 
-    def __init__(self, rows, x_solid, x_wall, comm=MPI.COMM_WORLD):
+    def __init__(self, rows: Any, x_solid: np.ndarray, x_wall: np.ndarray, comm: Any = MPI.COMM_WORLD) -> None:
         self._x_solid, self._x_wall, self._comm = np.array(x_solid, float), np.array(x_wall, float), comm
         (mine, self._wall_bounds), (_, self._solid_bounds) = share(len(x_wall), comm), share(len(x_solid), comm)
         self._rows = rows.tocsr()
@@ -41,7 +43,7 @@ class Mapping:
         self.comm, self.rows, self.x_solid, self.x_wall = comm, self._rows, self._x_solid, self._x_wall
         self.is_copy = bool(comm.allreduce(same, MPI.LAND))
 
-    def _transposed(self, first):
+    def _transposed(self, first: int) -> Any:
         """This rank's rows of the transpose, from the entries that the ranks have in its columns."""
         entries, bounds, comm = self._rows.tocoo(), self._solid_bounds, self._comm
         keeper = np.searchsorted(bounds, entries.col, side="right") - 1
@@ -53,7 +55,7 @@ class Mapping:
         block.sort_indices()
         return block
 
-    def _whole(self, block, bounds):
+    def _whole(self, block: np.ndarray, bounds: np.ndarray) -> np.ndarray:
         """The shares of all ranks, one after the other."""
         if self._comm.size == 1:
             return block
@@ -61,7 +63,7 @@ class Mapping:
         self._comm.Allgatherv(np.ascontiguousarray(block), [whole, np.diff(bounds) * block.shape[1]])
         return whole
 
-    def motion(self, x, v):
+    def motion(self, x: np.ndarray, v: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """Wall positions [m] and velocities [m/s] from those of the interface; displacements are mapped, so that a wall
         that starts elsewhere keeps its shape."""
         if self.is_copy:
@@ -70,12 +72,16 @@ class Mapping:
         moved = self._whole(self._rows @ np.hstack([x - self._x_solid, v]), self._wall_bounds)
         return self._x_wall + moved[:, :dim], moved[:, dim:].copy()
 
-    def force(self, wall_force):
+    def force(self, wall_force: np.ndarray) -> np.ndarray:
         """Forces on the interface points [N] from those on the wall nodes: same sum, same work."""
         return wall_force if self.is_copy else self._whole(self._transpose @ wall_force, self._solid_bounds)
 
+    def indentation(self, wall_force: np.ndarray) -> np.ndarray:
+        """Displacement of the wall nodes [m] that is not to be passed on to the wall, shape (m, dim): none here."""
+        return np.zeros_like(wall_force)
 
-def _places(x_solid, x_wall):
+
+def _places(x_solid: Any, x_wall: Any) -> Tuple[np.ndarray, np.ndarray]:
     """Both as arrays of float; ValueError unless they are positions of one dimension."""
     x_solid = check.array("x of the interface", x_solid, ("n", 2), ("n", 3), unit="m")
     if not len(x_solid):
@@ -83,7 +89,7 @@ def _places(x_solid, x_wall):
     return x_solid, check.array("x of the wall", x_wall, ("n", x_solid.shape[1]), unit="m")
 
 
-def copy(x, comm=MPI.COMM_WORLD):
+def copy(x: np.ndarray, comm: Any = MPI.COMM_WORLD) -> Mapping:
     """The map of an interface to a wall with the same nodes x [m], shape (n, dim), in the same order."""
     x, _ = _places(x, x)
     rows, _ = share(len(x), comm)
@@ -92,7 +98,7 @@ def copy(x, comm=MPI.COMM_WORLD):
     return Mapping(csr_matrix(entries, (n, len(x))), x, x, comm)
 
 
-def nearest(x_solid, x_wall, comm=MPI.COMM_WORLD):
+def nearest(x_solid: np.ndarray, x_wall: np.ndarray, comm: Any = MPI.COMM_WORLD) -> Mapping:
     """Each wall node follows the nearest interface point: a copy where positions coincide."""
     x_solid, x_wall = _places(x_solid, x_wall)
     mine = x_wall[share(len(x_wall), comm)[0]]
@@ -103,7 +109,7 @@ def nearest(x_solid, x_wall, comm=MPI.COMM_WORLD):
     return Mapping(csr_matrix((np.ones(n), (np.arange(n), partner)), (n, len(x_solid))), x_solid, x_wall, comm)
 
 
-def linear(x_solid, elements, x_wall, comm=MPI.COMM_WORLD):
+def linear(x_solid: np.ndarray, elements: np.ndarray, x_wall: np.ndarray, comm: Any = MPI.COMM_WORLD) -> Mapping:
     """Each wall node follows the closest point of the interface's ``elements``, segments of shape (k, 2) or triangles
     of shape (k, 3), by linear interpolation between their corners. ValueError for an element without extent."""
     x_solid, x_wall = _places(x_solid, x_wall)
@@ -132,7 +138,7 @@ def linear(x_solid, elements, x_wall, comm=MPI.COMM_WORLD):
     return Mapping(H, x_solid, x_wall, comm)
 
 
-def _check_extent(corner):
+def _check_extent(corner: np.ndarray) -> None:
     """ValueError naming the first segment without length or triangle without area, corner: shape (k, 2 or 3, dim)."""
     edges = corner[:, 1:] - corner[:, :1]
     gram = np.einsum("kai,kbi->kab", edges, edges)
@@ -142,7 +148,7 @@ def _check_extent(corner):
         raise ValueError(f"interface {name} {np.argmax(flat)} has no {extent}: remove it")
 
 
-def _weights(corner, p):
+def _weights(corner: np.ndarray, p: np.ndarray) -> np.ndarray:
     """Weights of the corners at the closest point to p, shape (m, 1, dim), of each segment; of each triangle at the
     projection onto its plane, negative where that lies outside. Shape (m, k, corners)."""
     edges = corner[:, 1:] - corner[:, :1]

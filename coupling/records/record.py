@@ -8,7 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 from .. import signals
-from ..ledger import balance
+from ..ledger import exchange
 from ..ledger.departures import Departures
 from ..started import IMPORTED
 from . import report
@@ -24,19 +24,18 @@ WINDOW = {  # name → (unit, meaning)
     "newton": ("1", "Newton iterations of the MPM, in the last computation of the window"),
     "window": ("s", "length of the window"),
     "iterations": ("1", "computations of the window by both partitions until they agreed; 1 when weakly coupled"),
-    "retries": ("1", "longer windows from the same start that were given up"),
+    "retries": ("1", "attempts at the window that were given up"),
 }
-ALONE = {"newton": ("1", "Newton iterations of the MPM")}
 
 
 class Record:
     """Observer of a run: ``with Record(…) as record: couple(…, on_window=[record]); record.finish(…)``.
 
     case, parameters: name and keyword arguments of the run; out: folder; grains: None for a solid alone (``march``),
-    which has no balance; columns: name → (unit, meaning, function of the ``Window``) of the case's own quantities;
+    which has no ledger; columns: name → (unit, meaning, function of the ``Window``) of the case's own quantities;
     gravity: on the particles [m/s^2], upward (along y) or all components; paraview: every how many windows the state
     is written, 0 for never; label: goes into the file names when a case runs more than once; closed: nothing but the
-    two exchanges energy, so that a run which gains some is stopped (``balance.Unstable``); pictures: name → function
+    two exchanges energy, so that a run which gains some is stopped (``exchange.Unstable``); pictures: name → function
     that draws it into the file at a path, at the end, however the run ends. Collective; files are written by rank 0,
     the ParaView files of points and grid by every rank. An error inside leaves the history so far and a report that
     names it; before the first window is done, it leaves the results of an earlier run as they were, see ``results``.
@@ -51,12 +50,12 @@ class Record:
         self._case, self._parameters, self._columns = case, parameters, columns
         self._began = began
         self._first, self._suffix = MPI.COMM_WORLD.rank == 0, f"_{label}" if label else ""
-        self._ledger = None if grains is None else balance.Ledger(solid, grains, gravity)
+        self._ledger = None if grains is None else exchange.Ledger(solid, grains, gravity)
         self._newton, self._counts, self._substeps = 0, np.zeros(3, int), parameters.get("substeps", 1)
         self._closed, self._every, self._total, self._progress, self._looked = closed, paraview, windows, None, 0.0
         self._complete = self._begun = False
         self._pictures, self._fine, self._departures = pictures or {}, {}, Departures(solid, grains)
-        own = {**(ALONE if grains is None else {**WINDOW, **self._ledger.columns}), **self._departures.columns}
+        own = {**WINDOW, **(self._ledger.columns if self._ledger else {}), **self._departures.columns}
         self._of_solid = getattr(solid, "columns", dict)()
         own |= {name: (unit, meaning) for name, (unit, meaning, _) in self._of_solid.items()}
         self._figure, self._history, self._report = (f"{name}{self._suffix}.{kind}" for name, kind in (
@@ -105,21 +104,21 @@ class Record:
             self._progress = Progress(self._total)
 
     def __call__(self, window):
-        self._last = self._coupling(window) if self._ledger else {}
+        self._last = self._coupling(window)
         row = {"time": window.time, **{name: of(window) for name, (_, _, of) in self._columns.items()},
                "newton": self.solid.iterations, **self._last, **self._departures.entries(),
                **{name: value() for name, (_, _, value) in self._of_solid.items()}}
         self._add(row)
         self._newton += self.solid.iterations
         if self._closed:
-            balance.check_closed(self._last, window.time)
+            exchange.check_closed(self._last, window.time)
         self._counts += window.iterations, window.failed, window.refused
         self._start()
         if self._every and window.number % self._every == 0:
             self._paraview(window.time, window)
         self.begin()
         if self._first:
-            self._progress(window.time, window.substeps / self._substeps, self.solid.iterations)
+            self._progress(window.time, window.fraction, self.solid.iterations)
             self._look()
         with writing(self.results.folder):
             self._timing(window)
@@ -155,7 +154,7 @@ class Record:
 
     def _coupling(self, window):
         return {"window": window.dt, "iterations": window.iterations, "retries": window.failed + window.refused,
-                **self._ledger(window)}
+                **(self._ledger(window) if self._ledger else {})}
 
     def _paraview(self, time, window):
         """Points, grid and interface by the ranks that have them, wall and particles by rank 0, at one time [s]."""

@@ -19,6 +19,7 @@ KEEP = -1  # never made anew by the SNES itself
 ZERO_PIVOT = 81  # PETSc's error of a factorisation that fails
 REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
 SINGULAR = -ZERO_PIVOT  # beside PETSc's reasons, of one attempt
+RUNGS = [], ["new tangents"], ["a start from rest"], ["full Newton steps"]  # what each attempt is for
 ADVICE = {
     "DIVERGED_FNORM_NAN": "the residual is not a number, take a smaller dt or a law that bears the deformation",
     "DIVERGED_LINEAR_SOLVE": "the linear solver failed, try solver=lu (-mpm_pc_type lu)",
@@ -51,7 +52,7 @@ class Newton:
         options.check()
         self._doubt = options.Doubt()
         self._residual, self._tangent = residual, tangent
-        self._failure = None
+        self._failure, self.otherwise = None, ""  # otherwise: a remedy that only the scene knows
         self._shape = (active_cells.owned, active_cells.dim)
         self.u, r = active_cells.vector(active_cells.dim), active_cells.vector(active_cells.dim)
         self.snes = snes = PETSc.SNES().create(active_cells.comm)
@@ -127,11 +128,12 @@ class Newton:
         """
         if not self._user_atol:
             self.snes.setTolerances(atol=atol)
-        iterations = 0
+        iterations, tried = 0, []
         try:
             for attempt, start in enumerate((guess, guess, rest, rest)):
                 if attempt and not self._set_back(attempt):
                     continue
+                tried += RUNGS[attempt]
                 reason, more = self._run(start, when)
                 iterations += more
                 if reason >= 0:
@@ -139,13 +141,15 @@ class Newton:
         finally:
             if attempt:
                 self._set_back(0)
+        in_vain = f"; {', '.join(tried)} did not help"
         if reason == SINGULAR:
-            raise MPMDiverged(f"the tangent of {when} cannot be factorised (nearly empty cells, stiff bodies beside soft "
-                              "ones)", "take more material points, a smaller dt or -mpm_pc_type lu")
+            raise MPMDiverged(f"the tangent of {when} cannot be factorised (nearly empty cells, stiff bodies beside "
+                              f"soft ones){in_vain}", f"take more material points, a smaller dt or -mpm_pc_type lu{self.otherwise}")
         if reason < 0:
             name = REASONS.get(reason, str(reason))
             raise MPMDiverged(f"Newton's method diverged in {when} after {iterations} iterations with residual "
-                              f"{self.snes.getFunctionNorm():.3g} N ({name})", ADVICE.get(name, "try a smaller dt"))
+                              f"{self.snes.getFunctionNorm():.3g} N ({name}){in_vain}",
+                              ADVICE.get(name, "try a smaller dt") + self.otherwise)
         self._doubt(self.snes.getFunctionNorm(), atol, when)
         return self.u.array_r.reshape(self._shape).copy(), iterations
 

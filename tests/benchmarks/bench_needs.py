@@ -119,7 +119,7 @@ def measure_start():
     follow = case.linear(interface.x, interface.elements, interface.x)
     lap("wall, particles, map")
     for name in ("first window", "second window"):
-        case.couple(solid, grains, follow, dt=p.dt, t_end=solid.time + p.dt, substeps=p.substeps)
+        case.couple(solid, grains, follow, case.Scheme(p.dt, solid.time + p.dt, substeps=p.substeps))
         lap(name)
     for name in LATER:
         with suppress(ImportError):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from coupling import count_windows, couple, linear, march, nearest
+from coupling import Scheme, Steps, count_windows, couple, linear, march, nearest
 from coupling.loop.control import StepControl
 from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, longest_window, open_dem
 from mpm_fenicsx import (
@@ -115,7 +115,7 @@ TABLE = [  # name, what is called, arguments that are right, kind of value of ea
      dict(E="positive", nu="share", yield_stress="positive", hardening="zero")),
     ("MPM", lambda **keys: MPM(**keys).close(), SOLID,
      dict(grid="record", body="record", interface="record", gravity="point", inertia="word", numerics="record",
-          loads="records", penalties="records", supports="records", halvings="share")),
+          loads="records", penalties="records", supports="records")),
     ("Numerics", Numerics, dict(solver="cg", rebalance=1.5), dict(solver="word", rebalance="share")),
     ("MPM where", lambda where: MPM(**dict(SOLID, supports=[Support(where, "xy")])).close(),
      dict(where=lambda x: x[:, 1] < 0.1), dict(where="where")),
@@ -190,7 +190,7 @@ def _advanced(dt=1e-3, force=None, **keys):
 def _marched(**keys):
     solid = MPM(**SOLID)
     try:
-        march(solid, **keys)
+        march(solid, Steps(**keys))
     finally:
         solid.close()
 
@@ -200,7 +200,7 @@ def _coupled(**keys):
     scene = Scene(Spheres([[0.5, 1.5]], [[0.0, -1.0]], 0.1, 1e3), wall, STEEL, STEEL)
     solid, grains = MPM(**SOLID), open_dem("reference", scene, 1e-5)
     try:
-        couple(solid, grains, linear(TOP.x, TOP.elements, TOP.x), **keys)
+        couple(solid, grains, linear(TOP.x, TOP.elements, TOP.x), Scheme(**keys))
     finally:
         solid.close(), grains.close()
 

@@ -82,7 +82,7 @@ def script(*words):
     ("iterate=1 tol=0", 1, "tol is 0.0: give a part of the force between 0 and 1"), ("adapt=-1", 1, "adapt is -1.0: "),
     ("relax=newton", 2, "relax=newton does not exist: choose one of aitken, constant, iqn"),
     ("adapt=often", 2, "adapt=often cannot be read as a finite number"),
-    ("iterate=1 tol=1e-8", 1, "the coupling did not converge in window 1, which ends at t = 4e-06 s: after 1 repetitions"),
+    ("iterate=1 tol=1e-8", 1, "the coupling did not converge in window 1, which ends at t = "),
     ("out=/dev/null/x", 1, "out=/dev/null/x cannot be written (Not a directory): choose another folder"),
     ("out=/dev/null", 1, "out=/dev/null cannot be written (File exists): choose another folder"),
 ])
@@ -164,8 +164,9 @@ def test_interrupted_run_leaves_what_it_had(words, tmp_path):
 def test_option_that_diverges_and_option_that_nobody_used(words, tmp_path):
     done = script(*words("-mpm_snes_max_it 1 -mpm_snes_atol 0 -mpm_snes_rtol 1e-15"))
     assert done.returncode == 1 and done.stdout.count("\n") == 1 and done.stderr.count("\n") == 1, done.stderr
-    assert done.stderr.startswith("error: Newton's method diverged in step 1, t = 2.5e-07 s"), "the step halved four times"
-    assert "steps down to 2.5e-07 s did not help: too many iterations, try " in done.stderr
+    assert done.stderr.startswith("error: Newton's method diverged in step 1, t = "), "with the shortest window"
+    assert "new tangents, a start from rest, full Newton steps did not help: too many iterations, try " in done.stderr
+    assert "; tried before: the ghost penalty on inertia, windows down to " in done.stderr
     assert json.loads((tmp_path / "report.json").read_text())["error"].startswith("MPMDiverged: ")
     assert len(read(tmp_path / "history.csv")["time"]) == 0
     done = script(*words("-mpm_snes_rtoll 1 t_end=4e-6"))

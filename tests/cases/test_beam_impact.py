@@ -1,5 +1,6 @@
 """The sphere on the beam: pinned numbers, variants, balance, states, files; against Timoshenko's beam."""
 import json
+from dataclasses import replace
 from inspect import signature
 from pathlib import Path
 
@@ -124,17 +125,18 @@ def test_restored_and_restarted_runs_go_on_bit_for_bit(run, case, monkeypatch, b
     straight = only(run(dem=backend, **scheme))
     kept = {}
 
-    def rolled_back(solid, grains, mapping, *, t_end, on_window, **keys):
+    def rolled_back(solid, grains, mapping, scheme, on_window):
         windows = []
-        coupling.couple(solid, grains, mapping, t_end=6e-5, on_window=[*on_window, windows.append], **keys)
+        until = replace(scheme, t_end=6e-5)
+        coupling.couple(solid, grains, mapping, until, on_window=[*on_window, windows.append])
         assert windows[-1].force[:, 1].sum() < -3.0  # in the middle of the contact
         kept.update(solid=solid.get_state(), grains=grains.get_state(), last=windows[-1])
-        coupling.couple(solid, grains, mapping, t_end=1e-4, **keys)
-        goes_on(solid, grains, mapping, t_end=t_end, on_window=on_window, **keys)
+        coupling.couple(solid, grains, mapping, replace(scheme, t_end=1e-4))
+        goes_on(solid, grains, mapping, scheme, on_window)
 
-    def goes_on(solid, grains, mapping, **keys):
+    def goes_on(solid, grains, mapping, scheme, on_window):
         solid.set_state(kept["solid"]), grains.set_state(kept["grains"])
-        coupling.couple(solid, grains, mapping, last=kept["last"], **keys)
+        coupling.couple(solid, grains, mapping, scheme, on_window, last=kept["last"])
 
     monkeypatch.setattr(case, "couple", rolled_back)
     rolled = only(run(dem=backend, **scheme))
@@ -165,7 +167,7 @@ def test_files_of_a_run(run, tmp_path, capsys):
     report = json.loads((tmp_path / "report.json").read_text())
     assert {"case", "parameters", "versions", "ranks", "points", "windows", "substeps", "wall_s", "startup_s",
             "window_ms", "phases_ms", "newton_mean", "coupling_mean", "peak_mb", "errors", "solver", "imbalance",
-            "rebalances", "halved_steps", "ghost_since", "retries", "failed", "window_s", "window_cpu_s",
+            "rebalances", "ghost_since", "retries", "failed", "window_s", "window_cpu_s",
             "cell_size", "points_per_cell", "explicit_limit", "options"} == set(report)
     assert (report["windows"], report["points"], report["substeps"]) == (50, 60 * 4 * 9, 80)
     assert set(report["errors"]) == {"force", "u_beam", "v_sphere_end"} and report["errors"]["force"] < 0.05

@@ -4,8 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from coupling import couple, nearest
-from coupling.ledger.balance import Ledger
+from coupling import Scheme, couple, nearest
+from coupling.ledger.exchange import Ledger
 from dem_liggghts import Cluster, Interaction, Material, Scene, Wall, open_dem
 from mpm_fenicsx import MPM, Body, Box, Grid, Interface, Support, mohr_coulomb
 
@@ -38,7 +38,7 @@ def block(free, x=0.062):
 
 def run(solid, grains, windows, **more):
     x = solid.surface()[0]
-    couple(solid, grains, nearest(x, x), dt=DT, t_end=solid.time + windows * DT, substeps=SUBSTEPS, **more)
+    couple(solid, grains, nearest(x, x), Scheme(DT, solid.time + windows * DT, substeps=SUBSTEPS), **more)
 
 
 def behind(outline, elements, centres):
@@ -140,7 +140,7 @@ def test_a_wall_with_nodes_of_its_own_is_refused():
     x = solid.surface()[0]
     grains = open_dem("reference", scene(solid, [block(True)]), DT / SUBSTEPS)
     with pytest.raises(ValueError, match="the interface is resampled, but the wall has nodes of its own"):
-        couple(solid, grains, nearest(x, x + 1e-4), dt=DT, t_end=5 * DT, substeps=SUBSTEPS)
+        couple(solid, grains, nearest(x, x + 1e-4), Scheme(DT, 5 * DT, substeps=SUBSTEPS))
 
 
 RANKS = """

@@ -4,7 +4,7 @@ import warnings
 import numpy as np
 import pytest
 
-from coupling.ledger.balance import Unstable
+from coupling.ledger.exchange import Unstable
 from coupling.records.history import read
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, longest_window
 

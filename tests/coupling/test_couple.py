@@ -2,8 +2,8 @@
 import numpy as np
 import pytest
 
-from coupling import count_windows, couple
-from coupling.ledger.balance import COLUMNS, Ledger
+from coupling import Scheme, count_windows, couple
+from coupling.ledger.exchange import COLUMNS, Ledger
 from tests.coupling.toys import BALL, COPY, INNER, SPEED, T_END, WEIGHT, Ball, Oscillator, exact
 
 
@@ -11,7 +11,7 @@ def run(substeps, t_end=T_END, gravity=0.0):
     """Both partitions after the run, and the ledger's rows as arrays."""
     solid, grains = Oscillator(), Ball(gravity)
     ledger, rows = Ledger(solid, grains, gravity), []
-    couple(solid, grains, COPY, dt=substeps * INNER, t_end=t_end, substeps=substeps,
+    couple(solid, grains, COPY, Scheme(substeps * INNER, t_end, substeps=substeps),
            on_window=[lambda window: rows.append(ledger(window))])
     return solid, grains, {name: np.array([row[name] for row in rows]) for name in COLUMNS}
 
@@ -54,25 +54,25 @@ def test_ledger_at_rest_divides_by_nothing():
     solid, grains = Oscillator(), Ball()
     grains.v = 0.0
     ledger, rows = Ledger(solid, grains), []
-    couple(solid, grains, COPY, dt=INNER, t_end=INNER, on_window=[lambda window: rows.append(ledger(window))])
+    couple(solid, grains, COPY, Scheme(INNER, INNER), on_window=[lambda window: rows.append(ledger(window))])
     assert not any(rows[0].values())
 
 
 def test_goes_on_bit_for_bit():
     solid, grains, _ = run(40)
     again, ball, windows = Oscillator(), Ball(), []
-    couple(again, ball, COPY, dt=40 * INNER, t_end=T_END / 2, substeps=40, on_window=[windows.append])
+    couple(again, ball, COPY, Scheme(40 * INNER, T_END / 2, substeps=40), on_window=[windows.append])
     assert windows[-1].wall_force[0, 1] < 0.0  # in contact
     states = again.get_state(), ball.get_state()
-    couple(again, ball, COPY, dt=40 * INNER, t_end=T_END, substeps=40)  # disturbs both
+    couple(again, ball, COPY, Scheme(40 * INNER, T_END, substeps=40))  # disturbs both
     again.set_state(states[0]), ball.set_state(states[1])
-    couple(again, ball, COPY, dt=40 * INNER, t_end=T_END, substeps=40, last=windows[-1])
+    couple(again, ball, COPY, Scheme(40 * INNER, T_END, substeps=40), last=windows[-1])
     assert (again.u, again.v, ball.y, ball.v) == (solid.u, solid.v, grains.y, grains.v)
 
 
 def test_windows_tell_what_happened():
     windows, solid = [], Oscillator()
-    couple(solid, Ball(), COPY, dt=80 * INNER, t_end=4 * 80 * INNER, substeps=80, on_window=[windows.append])
+    couple(solid, Ball(), COPY, Scheme(80 * INNER, 4 * 80 * INNER, substeps=80), on_window=[windows.append])
     assert [w.number for w in windows] == [1, 2, 3, 4]
     assert [w.time for w in windows] == pytest.approx(0.012 * np.arange(1, 5))
     for before, after in zip(windows, windows[1:]):
@@ -100,7 +100,7 @@ def test_lost_numbers_are_named(where, quantity):
         solid.advance = lambda dt, force: tuple(np.full((1, 2), np.nan) if k == lost else a
                                                 for k, a in enumerate(step(dt, force)))
     with pytest.raises(FloatingPointError, match=f"the {quantity} is not a finite number in window 1, .* 0.00015 s: "):
-        couple(solid, grains, COPY, dt=INNER, t_end=2 * INNER)
+        couple(solid, grains, COPY, Scheme(INNER, 2 * INNER))
 
 
 def test_large_numbers_are_not_lost():
@@ -109,7 +109,7 @@ def test_large_numbers_are_not_lost():
     balls["x"] = 1.5e308  # their sum overflows
     grains.particles = lambda: balls
     windows = []
-    couple(Oscillator(), grains, COPY, dt=INNER, t_end=INNER, on_window=[windows.append])
+    couple(Oscillator(), grains, COPY, Scheme(INNER, INNER), on_window=[windows.append])
     assert len(windows) == 1 and (windows[0].particles["x"] == 1.5e308).all()
 
 
@@ -131,4 +131,4 @@ def test_count_windows_refuses(t_end, dt, substeps, text):
 
 def test_substeps_must_fill_the_window():
     with pytest.raises(ValueError, match="3 substeps of the DEM's 0.00015 s do not make a window of 0.0003 s"):
-        couple(Oscillator(), Ball(), COPY, dt=2 * INNER, t_end=4 * INNER, substeps=3)
+        couple(Oscillator(), Ball(), COPY, Scheme(2 * INNER, 4 * INNER, substeps=3))

@@ -2,9 +2,9 @@
 import numpy as np
 import pytest
 
-from coupling import couple, nearest
-from coupling.ledger.balance import Ledger
+from coupling import Scheme, couple, nearest
 from coupling.ledger.departures import Departures, left, lets_go
+from coupling.ledger.exchange import Ledger
 from dem_liggghts import Material, Scene, Spheres, Wall, open_dem
 from mpm_fenicsx import MPM, Body, Box, Cloud, Grid, Interface, linear
 
@@ -23,7 +23,7 @@ def test_a_drop_that_leaves_the_grid_is_in_the_books():
                                          gravity=tuple(G)), 1e-3)
     ledger, departures, rows = Ledger(solid, grains, G), Departures(solid, grains), []
     assert lets_go(solid) and not lets_go(grains) and left(grains, "mass") == 0.0
-    couple(solid, grains, nearest(interface.x, interface.x), dt=0.02, t_end=0.2, substeps=20,
+    couple(solid, grains, nearest(interface.x, interface.x), Scheme(0.02, 0.2, substeps=20),
            on_window=[lambda window: rows.append({**ledger(window), **departures.entries()})])
     assert set(departures.columns) == {"left_solid", "left_solid_mass", "left_solid_energy", "left_solid_momentum_x",
                                        "left_solid_momentum_y"} <= set(rows[-1])

@@ -4,7 +4,7 @@ import warnings
 import numpy as np
 import pytest
 
-from coupling import couple
+from coupling import Scheme, couple
 from coupling.ledger import limit
 from tests.coupling.toys import COPY, INNER, Ball, Oscillator
 
@@ -61,7 +61,7 @@ def growth(dt, c):
     path = []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        couple(Free(), Spring(dt, c), COPY, dt=dt, t_end=200 * dt, on_window=[lambda w: path.append(abs(w.v[0, 1]))])
+        couple(Free(), Spring(dt, c), COPY, Scheme(dt, 200 * dt), [lambda w: path.append(abs(w.v[0, 1]))])
     return max(path[150:]) / max(path[:50])
 
 
@@ -87,7 +87,7 @@ def test_limit_without_stiffness_and_without_damping():
 def run(factor, windows=100, mass=BALL, **more):
     c = damping(0.05)
     dt = factor * limit.longest(MASS, STIFFNESS, c)
-    couple(Free(), Spring(dt, c, mass), COPY, dt=dt, t_end=windows * dt, **more)
+    couple(Free(), Spring(dt, c, mass), COPY, Scheme(dt, windows * dt, **more))
 
 
 def test_says_so_at_once_and_when_energy_is_made():
@@ -126,7 +126,7 @@ def test_energy_made_by_a_heavy_ball_on_a_light_solid():
         grains.v = 0.0
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
-            couple(Oscillator(mass=1e-2), grains, COPY, dt=substeps * INNER, t_end=300 * substeps * INNER,
-                   substeps=substeps)
+            couple(Oscillator(mass=1e-2), grains, COPY,
+                   Scheme(substeps * INNER, 300 * substeps * INNER, substeps=substeps))
         assert (abs(grains.v) > 1.0) == thrown and len(said) == thrown  # undamped, it bounces at up to 0.5
     assert "weak coupling has made" in str(said[0].message)

@@ -20,7 +20,7 @@ for n, m in ((40, 331), (331, 40), (1, 1), (2, 300)):
         moved = mapping.motion(x + rng.normal(size=x.shape), rng.normal(size=x.shape))
         force = mapping.force(rng.normal(size=wall.shape))
         if name == "spread":
-            out[f"dent {n} {m}"] = mapping.dent(rng.normal(size=wall.shape))
+            out[f"dent {n} {m}"] = mapping.indentation(rng.normal(size=wall.shape))
         for key, values in ("x", moved[0]), ("v", moved[1]), ("force", force):
             assert len(set(MPI.COMM_WORLD.allgather(values.tobytes()))) == 1
             out[f"{name} {n} {m} {key}"] = values

@@ -2,8 +2,8 @@
 import numpy as np
 import pytest
 
-from coupling import couple, nearest
-from coupling.ledger.balance import Ledger, impulse_error
+from coupling import Scheme, couple, nearest
+from coupling.ledger.exchange import Ledger, impulse_error
 from coupling.ledger.momentum import Momentum, rotation, turning
 from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, quaternion
 from tests.coupling.toys import INNER, Ball, Oscillator
@@ -85,7 +85,7 @@ def test_books_hold_every_component(dem, dim):
     scene = Scene(Spheres(x, v, 0.01, 2500.0), wall, SOFT, SOFT, at_wall=Interaction(0.9, 0.3))
     solid, grains, rows = Slab(nodes, 0.05), dem(scene, 2e-6), []
     ledger = Ledger(solid, grains)
-    couple(solid, grains, nearest(nodes, nodes), dt=2e-5, t_end=1.6e-3, substeps=10,
+    couple(solid, grains, nearest(nodes, nodes), Scheme(2e-5, 1.6e-3, substeps=10),
            on_window=[lambda window: rows.append(ledger(window))])
     books, after = {name: np.array([row[name] for row in rows]) for name in ledger.columns}, grains.particles()[0]
     change = after["mass"] * (after["v"][:dim] - v[0])
@@ -118,7 +118,8 @@ def test_error_is_that_of_the_worst_component():
 def test_gravity_upward_or_by_components(gravity):
     solid, grains, rows = Oscillator(), Ball(gravity=-2.0), []
     ledger = Ledger(solid, grains, gravity)
-    couple(solid, grains, nearest(*[np.zeros((1, 2))] * 2), dt=80 * INNER, t_end=10 * 80 * INNER, substeps=80,
+    scheme = Scheme(80 * INNER, 10 * 80 * INNER, substeps=80)
+    couple(solid, grains, nearest(*[np.zeros((1, 2))] * 2), scheme,
            on_window=[lambda window: rows.append(ledger(window))])
     assert abs(rows[-1]["impulse_grains"]) > 0.5
     assert rows[-1]["impulse_grains"] == pytest.approx(-rows[-1]["impulse_solid"], rel=1e-12)

@@ -2,9 +2,9 @@
 import numpy as np
 import pytest
 
-from coupling import couple, linear, nearest, spread
-from coupling.ledger.balance import Ledger
-from coupling.maps.spread import dent_in_plane, dent_in_space
+from coupling import Scheme, couple, linear, nearest, spread
+from coupling.ledger.exchange import Ledger
+from coupling.maps.spread import compliance_in_plane, compliance_in_space
 from tests.coupling.toys import INNER, Ball, Oscillator
 
 
@@ -46,10 +46,10 @@ def test_spreads_as_far_as_the_radius_and_not_at_all_below_the_spacing():
     assert spread(copy, 0.0) is copy and np.array_equal(spread(copy, 0.04).force(one), one)
     assert spread(copy, 0.151).force(one)[:, 1] == pytest.approx(
         [0] * 8 + [-1 / 9, -2 / 9, -3 / 9, -2 / 9, -1 / 9] + [0] * 8, abs=5e-3)
-    for radius, takes_out, text in ((-1.0, 0.0, "spread is -1.0 m: give the radius"),
-                                    (1.0, np.nan, "takes_out is nan m/N: give the compliance")):
+    for radius, compliance, text in ((-1.0, 0.0, "spread is -1.0 m: give the radius"),
+                                     (1.0, np.nan, "compliance is nan m/N: give the one to subtract")):
         with pytest.raises(ValueError, match=text):
-            spread(copy, radius, takes_out)
+            spread(copy, radius, compliance)
 
 
 def test_dents_of_a_cone_of_pressure():
@@ -63,11 +63,11 @@ def test_dents_of_a_cone_of_pressure():
     n = keep.sum(axis=1).min()
     a, b = (row[mask][:n] for row, mask in zip(places, keep))
     mean = np.mean(1.0 / np.abs(a - b)) / np.pi
-    assert dent_in_space(1.0, 1.0, 0.0) == pytest.approx(mean, rel=0.02)
-    assert dent_in_space(0.02, 1e6, 0.3) == pytest.approx(dent_in_space(1.0, 1.0, 0.3) / 0.02e6)
-    assert dent_in_plane(2.63, 1.0, 1.0) == pytest.approx(0.0, abs=1e-12) == dent_in_plane(9.0, 1.0, 1.0)
-    assert dent_in_plane(0.01, 1e6, 0.01) - dent_in_plane(0.02, 1e6, 0.01) == pytest.approx(np.log(4) / (np.pi * 1e4))
-    assert dent_in_plane(0.0, 1e6, 0.01) == dent_in_space(0.0, 1e6, 0.3) == 0.0
+    assert compliance_in_space(1.0, 1.0, 0.0) == pytest.approx(mean, rel=0.02)
+    assert compliance_in_space(0.02, 1e6, 0.3) == pytest.approx(compliance_in_space(1.0, 1.0, 0.3) / 0.02e6)
+    assert compliance_in_plane(2.63, 1.0, 1.0) == pytest.approx(0.0, abs=1e-12) == compliance_in_plane(9.0, 1.0, 1.0)
+    assert compliance_in_plane(0.01, 1e6, 0.01) - compliance_in_plane(0.02, 1e6, 0.01) == pytest.approx(np.log(4) / (np.pi * 1e4))
+    assert compliance_in_plane(0.0, 1e6, 0.01) == compliance_in_space(0.0, 1e6, 0.3) == 0.0
 
 
 class Ground(Oscillator):
@@ -101,8 +101,8 @@ def test_a_spring_in_series_is_taken_out(iterate):
         def observe(window, grains=grains, ledger=ledger, rows=rows):
             rows.append((grains.y, ledger(window)["energy_error"]))
 
-        couple(ground, grains, spread(nearest(at_rest, at_rest), 1.0, taken), dt=10 * INNER, t_end=400 * 10 * INNER,
-               substeps=10, iterate=iterate, tol=1e-6, on_window=[observe])
+        scheme = Scheme(10 * INNER, 400 * 10 * INNER, substeps=10, iterate=iterate, tol=1e-6)
+        couple(ground, grains, spread(nearest(at_rest, at_rest), 1.0, taken), scheme, on_window=[observe])
         paths[name], errors[name] = np.array(rows).T
     depth = -paths["rigid"].min()
     assert -paths["soft"].min() > 1.2 * depth
@@ -118,7 +118,7 @@ def test_goes_on_bit_for_bit_with_a_dent():
             ground, grains, last = Ground(300.0), Ball(gravity=-2.0), []
             for stop in stops:
                 follow = spread(nearest(at_rest, at_rest), 1.0, 1 / 300.0)
-                couple(ground, grains, follow, dt=80 * INNER, t_end=stop * 80 * INNER, substeps=80, iterate=iterate,
-                       last=last[-1] if last else None, on_window=[last.append])
+                scheme = Scheme(80 * INNER, stop * 80 * INNER, substeps=80, iterate=iterate)
+                couple(ground, grains, follow, scheme, last=last[-1] if last else None, on_window=[last.append])
             ends.append((grains.y, grains.v, ground.u))
         assert ends[0] == ends[1] and ends[0][0] < 0.0

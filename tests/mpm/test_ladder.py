@@ -1,8 +1,9 @@
-"""Free bodies with the default inertia: where Newton's method fails the ghost penalty comes in by itself, then shorter
-steps, and what is left is said."""
+"""Free bodies with the default inertia: where Newton's method fails the loop asks for the ghost penalty, then takes
+shorter steps, and says what is left."""
 import numpy as np
 import pytest
 
+from coupling import Steps, march
 from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, MPMDiverged, Support
 
 ELASTIC, SOIL = LAWS["neo_hooke"](1e6, 0.3), LAWS["mohr_coulomb"](5e4, 0.4, 22.0)
@@ -41,14 +42,18 @@ SCENES = {"turning disc": 60, "turning bar": 60, "hit": 90, "off-centre hit": 90
 def test_free_bodies_run_by_themselves(name):
     """With consistent inertia alone Newton's method fails before the end. (Its energy rises at first in the bar, by 14
     %: the transfers between points and grid are made for lumped inertia.)"""
-    solid = scene(name)
+    solid, steps = scene(name), []
     momentum, energies = [solid.momentum()], [sum(solid.energy().values())]
-    for _ in range(SCENES[name]):
-        solid.advance(1e-3)
+
+    def look(step):
+        steps.append(step)
         momentum.append(solid.momentum())
         energies.append(sum(solid.energy().values()))
+
+    march(solid, Steps(1e-3, SCENES[name] * 1e-3), [look])
     said = solid.describe()
     solid.close()
+    assert len(steps) == SCENES[name] and sum(step.failed for step in steps) == 1
     assert 0.0 < said["ghost_since"] < SCENES[name] * 1e-3
     assert max(energies) < 1.2 * energies[0]
     if name != "column":
@@ -59,35 +64,47 @@ def test_free_bodies_run_by_themselves(name):
 def test_states_know_the_rung():
     """Before the penalty came, and after: both go on bit for bit."""
     solid, states, ends = scene("column"), [], []
-    for k in range(50):
-        if k in (10, 40):
+
+    def keep(step):
+        if step.number in (10, 40):
             states.append(solid.get_state())
-        solid.advance(1e-3)
+
+    march(solid, Steps(1e-3, 0.05), [keep])
     end = solid.points.x[np.argsort(solid.points.gid)].copy()
     for state, steps in zip(states, (40, 10)):
         solid.set_state(state)
         assert (solid.describe()["ghost_since"] is None) == (steps == 40)
-        for _ in range(steps):
-            solid.advance(1e-3)
+        march(solid, Steps(1e-3, 0.05))
         ends.append(solid.points.x[np.argsort(solid.points.gid)])
     assert all(np.array_equal(end, again) for again in ends)
     solid.close()
 
 
-@pytest.mark.parametrize("inertia, halvings, tried, remains", [
-    ("consistent", 1, "new tangents, the ghost penalty on inertia, steps down to 0.02 s did not help", ', or inertia="lumped"$'),
-    ("ghost", 0, "new tangents did not help", ', or inertia="lumped"$'),
-    ("lumped", 2, "new tangents, steps down to 0.01 s did not help", "-mpm_snes_max_it 100$")])
-def test_the_end_of_the_ladder_says_what_was_tried_and_what_remains(options, inertia, halvings, tried, remains):
+@pytest.mark.parametrize("inertia, adapt, tried, remains", [
+    ("consistent", 0.0, "tried before: the ghost penalty on inertia, steps down to 0.00125 s", "$"),
+    ("consistent", None, "tried before: the ghost penalty on inertia", "; left to try: shorter steps"),
+    ("ghost", 0.0, "tried before: steps down to 0.00125 s", "$"),
+    ("lumped", None, "left to try: shorter steps", r" where one fails \(adapt=0\)$")])
+def test_the_end_of_the_ladder_says_what_was_tried_and_what_remains(options, inertia, adapt, tried, remains):
     options(snes_max_it=1)
-    solid = scene("column", inertia=inertia, halvings=halvings)
-    with pytest.raises(MPMDiverged, match=rf"step 1, t = .*; {tried}: .*{remains}"):
-        solid.advance(4e-2)
+    solid, other = scene("column", inertia=inertia), ', or inertia="lumped"' if inertia != "lumped" else ""
+    with pytest.raises(MPMDiverged, match=rf"step 1, t = .*; new tangents, a start from rest, full Newton steps did not "
+                                          rf"help: .*-mpm_snes_max_it 100{other}; {tried}{remains}"):
+        march(solid, Steps(4e-2, 8e-2, adapt))
+    assert solid.time == 0.0
     solid.close()
 
 
 def test_held_bodies_do_not_need_it(make_mpm):
     solid = make_mpm(supports=[Support(lambda x: x[:, 0] < 1e-9, "xy")], gravity=(0.0, -1.0))
-    for _ in range(5):
-        solid.advance(0.01)
-    assert (solid.describe()["halved_steps"], solid.describe()["ghost_since"]) == (0, None)
+    failed = []
+    march(solid, Steps(0.01, 0.05), [lambda step: failed.append(step.failed)])
+    assert not any(failed) and solid.describe()["ghost_since"] is None
+
+
+def test_other_inertia_has_no_other_rung(make_mpm):
+    for inertia in ("lumped", "ghost"):
+        assert make_mpm(inertia=inertia).fall_back() == ""
+    solid = make_mpm()
+    assert solid.fall_back() == "the ghost penalty on inertia" and solid.describe()["ghost_since"] == 0.0
+    assert solid.fall_back() == ""

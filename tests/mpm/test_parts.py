@@ -177,7 +177,7 @@ def test_a_tangent_that_cannot_be_factorised_is_not_the_end(start, options, capf
               block("hexahedron", 1.25, 2.25, neo_hooke(1e11, 0.3), 10.0)]
     for more in ({}, dict(snes_lag_jacobian=1, snes_linesearch_type="bt")):
         options(**more)
-        solid = start(grid_of("hexahedron"), bodies, halvings=0)
+        solid = start(grid_of("hexahedron"), bodies)
         for _ in range(25):
             solid.advance(0.01)
         assert np.isfinite(whole(solid, "x")).all() and solid.describe()["ghost_since"] is None

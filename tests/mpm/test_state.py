@@ -232,7 +232,3 @@ def test_after_the_end_a_sentence(make_mpm):
     assert solid.removed["count"] == 0 and solid.imbalance() == 1.0 and solid.momentum().shape == (2,)
 
 
-@pytest.mark.parametrize("halvings", [-1, 1.5, np.nan, "two"])
-def test_halvings_are_counted(make_mpm, halvings):
-    with pytest.raises(ValueError, match=f"halvings is {halvings!r}: give a whole number of at least 0"):
-        make_mpm(halvings=halvings)

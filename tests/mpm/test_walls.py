@@ -41,7 +41,7 @@ def test_a_surface_ends_where_an_edge_has_one_element():
 def thrown(walls, velocity=(3.0, 0.0), stiffness=None):
     """Soil thrown at what is at x = 0.5 m."""
     body = Body(Box((0.1, 0.1), (0.4, 0.3)), (6, 4), 2, SOIL, 1000.0, velocity=velocity)
-    return MPM(Grid(Box((-0.4, -0.3), (1.4, 0.7)), (18, 10)), body, inertia="lumped", halvings=4, penalties=walls)
+    return MPM(Grid(Box((-0.4, -0.3), (1.4, 0.7)), (18, 10)), body, inertia="lumped", penalties=walls)
 
 
 def line(cells, **others):
@@ -98,7 +98,7 @@ def test_a_mirror_image_gives_the_mirror_image(wall, to_the_end):
             held = Penalty(Interface.line((-0.025 * sign, -0.4), (-0.025 * sign, 0.4), 16), (sign, 0), 0.3, True)
         box = Box((0.1, -0.1), (0.4, 0.1)) if sign > 0 else Box((-0.4, -0.1), (-0.1, 0.1))
         body = Body(box, (6, 4), 2, SOIL, 1000.0, velocity=np.array([-3.0 * sign, 0.4]))
-        solid = MPM(Grid(Box((-0.6, -0.6), (0.6, 0.6)), (12, 12)), body, inertia="lumped", halvings=4, penalties=[held])
+        solid = MPM(Grid(Box((-0.6, -0.6), (0.6, 0.6)), (12, 12)), body, inertia="lumped", penalties=[held])
         for _ in range(40):
             solid.advance(2.5e-3)
         ends.append(solid.points.x * [sign, 1.0])

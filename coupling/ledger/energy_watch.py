@@ -1,4 +1,4 @@
-"""Energy of the solid, less the work done on it at its interface: with plasticity and damping it can only fall.
+"""Energy that a solid gains out of nothing: its energy less the work done on it at its interface can only fall.
 
 The exact scheme conserves it in an elastic body; what rises is an error of the step's length, of Newton's method or of
 the formulation. The measure is the energy that the run has had to spend so far,
@@ -10,9 +10,11 @@ The grains' is in it because a grain that strikes a point of the surface sets si
 of the grid and not yet that of the body: in the first windows of a contact much more than the little work done so far,
 later a few per cent of what the grain has brought.
 """
+from typing import Any
+
 import numpy as np
 
-from .balance import Unstable
+from .exchange import Unstable
 from .limit import say
 
 EVERY = 10  # windows from look to look: an energy costs about as much as a residual
@@ -20,38 +22,38 @@ WARN, STOP = 0.1, 1.0  # of the measure; the examples stay at a hundredth
 ROUND_OFF = 1e-9  # of the energies themselves
 
 
-class Gain:
+class EnergyWatch:
     """Observer of a run: warns once when the ``solid`` has gained ``WARN`` of its energy, and raises Unstable at
     ``STOP``. Looks at solids that say that nothing ``driven`` brings in energy that is not booked here. Those that
     store energy in ``springs`` may give it back: they are held against the start, others against the least so far.
     Collective."""
 
-    def __init__(self, solid):
+    def __init__(self, solid: Any) -> None:
         self._solid, self._warned, self._work, self._spent, self._brought = solid, False, 0.0, 0.0, 0.0
         self._looks = not getattr(solid, "driven", True)
         if self._looks:
             self._restart()
 
-    def _restart(self):
+    def _restart(self) -> None:
         energy, self._count = self._solid.energy(), self._solid.count
         self._least = sum(energy.values()) - self._work
         self._potential = self._lowest = energy["potential"]
         self._spent = max(self._spent, energy["kinetic"] + energy["strain"])
 
-    def __call__(self, window):
+    def __call__(self, window: Any) -> None:
         if not self._looks:
             return
-        if hasattr(window, "force"):
-            work = float(np.vdot(window.force, window.moved))
-            self._work += work
-            self._spent += abs(work)
-            self._brought = max(self._brought, _kinetic(window.particles))
+        work = float(np.vdot(window.force, window.moved))
+        self._work += work
+        self._spent += abs(work)
+        self._brought = max(self._brought, _kinetic(window.particles))
         if window.number % EVERY == 0:
             self._look(window.time)
 
-    def _look(self, time):
+    def _look(self, time: float) -> None:
         if self._solid.count != self._count:  # points came or went with their energy
-            return self._restart()
+            self._restart()
+            return
         energy = self._solid.energy()
         now = sum(energy.values()) - self._work
         self._lowest = min(self._lowest, energy["potential"])
@@ -69,6 +71,6 @@ class Gain:
                 "inertia=\"lumped\", and compare")
 
 
-def _kinetic(particles):
+def _kinetic(particles: np.ndarray) -> float:
     """Energy of the particles' translation [J]."""
     return 0.5 * float(np.vdot(particles["mass"], (particles["v"] ** 2).sum(axis=1)))

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from coupling import couple, march
-from coupling.ledger.balance import Unstable
-from coupling.ledger.gain import EVERY, Gain
+from coupling import Scheme, Steps, couple, march
+from coupling.ledger.energy_watch import EVERY, EnergyWatch
+from coupling.ledger.exchange import Unstable
 from tests.coupling.toys import COPY, INNER, Ball, Oscillator
 
 
@@ -33,7 +33,7 @@ class Watched(Oscillator):
 def swing(solid, windows=400):
     """The oscillator alone, from a velocity on."""
     solid.v = 1.0
-    march(solid, dt=1e-3, t_end=windows * 1e-3)
+    march(solid, Steps(1e-3, windows * 1e-3))
 
 
 def test_what_gains_is_warned_of_and_stopped():
@@ -57,7 +57,7 @@ def test_work_at_the_interface_is_no_gain():
     solid = Watched()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        couple(solid, Ball(), COPY, dt=20 * INNER, t_end=0.48, substeps=20)
+        couple(solid, Ball(), COPY, Scheme(20 * INNER, 0.48, substeps=20))
     assert solid.energy()["kinetic"] > 0.01
 
 
@@ -67,8 +67,9 @@ def test_springs_may_give_back_what_they_took(springs):
     solid = SimpleNamespace(driven=False, springs=springs, count=1)
     energies = iter([1.0, 0.2, 0.9])
     solid.energy = lambda: {"kinetic": next(energies), "strain": 0.0, "potential": 0.0}
-    gain = Gain(solid)
-    look = lambda k: gain(SimpleNamespace(number=k * EVERY, time=float(k)))  # noqa: E731
+    watch = EnergyWatch(solid)
+    at_rest = SimpleNamespace(force=np.zeros((1, 2)), moved=np.zeros((1, 2)), particles=Ball().particles()[:0])
+    look = lambda k: watch(SimpleNamespace(number=k * EVERY, time=float(k), **vars(at_rest)))
     look(1)
     if springs:
         look(2)

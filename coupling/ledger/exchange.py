@@ -1,4 +1,6 @@
-"""Ledger of impulse and energy over the interface, window by window."""
+"""Momentum and energy exchanged at the interface, window by window."""
+from typing import Any, Dict, Tuple
+
 import numpy as np
 
 from .departures import left
@@ -33,7 +35,7 @@ class Unstable(RuntimeError):
     """A closed system has gained energy."""
 
 
-def columns(dim):
+def columns(dim: int) -> Dict[str, Tuple[str, str]]:
     """Those of ``COLUMNS``, and the components of impulse and angular impulse in a scene of dimension ``dim``."""
     more = {f"impulse_{side}_{AXES[k]}": ("N s", text.format(AXES[k]))
             for k in range(dim) if k != VERTICAL for side, text in LINEAR.items()}
@@ -42,7 +44,7 @@ def columns(dim):
     return {**COLUMNS, **more}
 
 
-def impulse_error(history):
+def impulse_error(history: Any) -> float:
     """Largest sum of the impulses on grains and solid, in all components of a ``history`` with the ledger's columns,
     relative to the largest impulse. It is round-off unless particles touch what is at rest."""
     pairs = [(history[f"impulse_grains{axis}"], history[f"impulse_solid{axis}"])
@@ -52,28 +54,29 @@ def impulse_error(history):
 
 
 class Ledger:
-    """Books what the interface exchanges; call it with each ``Window``. The entries are those of ``columns``.
+    """Momentum and energy exchanged at the interface since the start, and the energy of both sides; call it with each
+    ``Window``. The entries are those of ``columns``.
 
     gravity: on the particles [m/s^2], upward, or all components, shape (dim,).
     """
 
-    def __init__(self, solid, grains, gravity=0.0):
+    def __init__(self, solid: Any, grains: Any, gravity: Any = 0.0) -> None:
         self._solid, self._grains = solid, grains
         dim = solid.surface()[0].shape[1]
         self.columns, self._axes = columns(dim), AXES[:dim]
         pull = np.asarray(gravity, float)
         self._about = getattr(solid, "origin", 0.0)  # far from zero moments about zero would be round-off
         self._momentum = Momentum(grains, pull if pull.ndim else pull * np.eye(dim)[VERTICAL], solid.time, self._about)
-        self._last = None
+        self._last: Any = None
         self._impulse, self._angular = np.zeros(dim), np.zeros(1 if dim == 2 else 3)
         self._work_wall = self._work_solid = 0.0
         parts = self._energies()
         self._start, self._scale = sum(parts), max(map(abs, parts))
 
-    def _energies(self):
+    def _energies(self) -> Tuple[float, float]:
         return sum(self._grains.energy().values()), sum(self._solid.energy().values())
 
-    def __call__(self, window):
+    def __call__(self, window: Any) -> Dict[str, float]:
         """Entries after this window, name → number."""
         self._work_wall += work_on_wall(window, self._last)
         self._last = window
@@ -85,9 +88,9 @@ class Ledger:
         return {**self._impulses(window), "work_wall": self._work_wall,
                 "work_solid": self._work_solid, "energy_grains": grains, "energy_solid": solid,
                 "interface_error": (self._work_solid - self._work_wall) / scale,
-                "energy_error": (grains + solid + gone - window.twice - self._start) / scale}
+                "energy_error": (grains + solid + gone - window.indentation_energy - self._start) / scale}
 
-    def _impulses(self, window):
+    def _impulses(self, window: Any) -> Dict[str, float]:
         """Linear and angular, on both sides."""
         self._impulse += self._solid.applied * window.dt
         self._angular += turning(window.x - self._about - 0.5 * window.moved, window.force) * window.dt
@@ -101,8 +104,8 @@ class Ledger:
         return found
 
 
-def check_closed(entries, time):
-    """Raise Unstable when a ledger's ``entries`` at ``time`` [s] show more energy than a closed system can have."""
+def check_closed(entries: Dict[str, float], time: float) -> None:
+    """Unstable when a ledger's ``entries`` at ``time`` [s] show more energy than a closed system can have."""
     total, interface = entries["energy_error"], entries["interface_error"]
     if max(total, interface) > MADE:
         raise Unstable(f"the coupled run has gained energy until t = {time:.6g} s, {total:.0%} of the largest so far, "

@@ -1,0 +1,107 @@
+"""What is tried where a window fails, one thing after the other; for coupled windows and those of a solid alone.
+
+    1. ``solid.fall_back()``, such as the ghost penalty on inertia, and the same step again, until nothing remains
+    2. a window of half the length, from the states at its start, as often as the step control allows
+    3. the error says what was tried and what remains to try
+
+A failure is an ArithmeticError: of the solid's step, which leaves the solid as it was, of the grains, or of the
+iteration of a window. Other errors are of the scene and end the run.
+"""
+from typing import Callable, List, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from ..protocols import Grains, Solid
+from .control import StepControl
+
+
+class Attempt(NamedTuple):
+    """How a window came about: ``steps`` in it, as counted by ``StepControl``; attempts at it that ``failed``, and
+    those ``refused`` as too long for the accuracy asked for."""
+
+    steps: int
+    failed: int
+    refused: int
+
+
+class Ladder:
+    """The rungs of one run. dt: of the longest window [s]; keep_solid: whether a window may be given up after the solid
+    has done its step, as where windows are repeated, so that its state is needed, too. Collective."""
+
+    def __init__(self, solid: Solid, grains: Optional[Grains], control: StepControl, dt: float,
+                 keep_solid: bool) -> None:
+        self._solid, self._grains, self._control, self._dt = solid, grains, control, dt
+        self._keeps_solid, self._keeps_grains = keep_solid, grains is not None and (control.active or keep_solid)
+        self._fallen_back: List[str] = []
+        self._failed, self._start = 0, solid.time
+        self._set_back: List[Callable[[], None]] = []
+
+    def climb(self, attempt: Callable, error: Callable, number: int, done: int, total: int) -> Tuple:
+        """The ``Window`` of the first of ever shorter attempts that neither fails nor is refused, and its ``Attempt``.
+        attempt(number, done, steps): makes a ``Window``; error(window): of its length; number: of the window; done: steps
+        before it, of a ``total`` in the run."""
+        self._failed, refused = 0, 0
+        self._keep()
+        while True:
+            steps = self._control.next(total - done)
+            try:
+                window = attempt(number, done, steps)
+            except ArithmeticError as failure:
+                stays = self._solid.time == self._start or self._keeps_solid
+                if not (stays and self._control.shorten(steps)):
+                    self._explain(failure, steps)
+                    raise
+                self._failed += 1
+            else:
+                if not self._control.refuses(error(window), steps):
+                    return window, Attempt(steps, self._failed, refused)
+                refused += 1
+            self.rewind()
+
+    def advance(self, dt: float, *force: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+        """``solid.advance``, again as long as the solid finds something to change where it fails."""
+        while True:
+            try:
+                return self._solid.advance(dt, *force)
+            except ArithmeticError:
+                changed = self._solid.fall_back() if hasattr(self._solid, "fall_back") else ""
+                if not changed:
+                    raise
+            self._fallen_back.append(changed)
+            self._failed += 1
+            if self._keeps_solid:  # it is where the window began
+                self._set_back[0] = _to_state(self._solid)
+
+    def rewind(self) -> None:
+        """Set the partitions back to where the window began."""
+        for set_back in self._set_back:
+            set_back()
+
+    def _keep(self) -> None:
+        """A window begins here."""
+        self._start = self._solid.time
+        self._set_back = [_to_state(self._solid)] if self._keeps_solid else []
+        if self._keeps_grains:
+            assert self._grains is not None
+            self._set_back.append(self._grains.remember() if hasattr(self._grains, "remember") and not self._keeps_solid
+                                  else _to_state(self._grains))
+
+    def _explain(self, failure: ArithmeticError, steps: int) -> None:
+        """Add to the message what was tried, and what remains to try, after a window of so many ``steps``."""
+        most, kind = self._control.most, "steps" if self._grains is None else "windows"
+        tried, remain = [*self._fallen_back], ""
+        if not self._control.active:
+            remain = f"shorter {kind} where one fails (adapt=0)"
+        elif steps < most:
+            tried.append(f"{kind} down to {self._dt * (steps / most):.3g} s")
+        if self._control.active and self._grains is not None and steps < 2:
+            remain = f"more DEM steps per window (substeps={2 * most}), so that it can be shorter"
+        more = [f"tried before: {', '.join(tried)}"] * bool(tried) + [f"left to try: {remain}"] * bool(remain)
+        if more:
+            failure.args = "; ".join([str(failure), *more]),
+
+
+def _to_state(partition) -> Callable[[], None]:
+    """A function that sets a ``partition`` back to its state now."""
+    state = partition.get_state()
+    return lambda: partition.set_state(state)

@@ -7,7 +7,7 @@ import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
 from . import cli  # noqa: E402
 from .cli import case  # noqa: E402
 from .loop.control import count_windows  # noqa: E402
-from .loop.couple import NotConverged, Window, couple, march  # noqa: E402
+from .loop.couple import NotConvergedError, Window, couple, march  # noqa: E402
 from .maps.mapping import Mapping, copy, linear, nearest  # noqa: E402
 from .maps.spread import spread  # noqa: E402
 from .output import Output  # noqa: E402
@@ -16,5 +16,5 @@ from .records.record import Record  # noqa: E402
 from .run import Run  # noqa: E402
 from .scheme import Scheme, Steps  # noqa: E402
 
-__all__ = ["History", "Mapping", "NotConverged", "Output", "Record", "Run", "Scheme", "Steps", "Window", "case", "cli",
+__all__ = ["History", "Mapping", "NotConvergedError", "Output", "Record", "Run", "Scheme", "Steps", "Window", "case", "cli",
            "copy", "count_windows", "couple", "linear", "march", "nearest", "spread"]

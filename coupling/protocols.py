@@ -1,7 +1,8 @@
 """What the coupling needs of its two partitions, the solid and the grains: arrays, shapes and units.
 
-Both are matched by structure, so that neither solver package is imported here. n: interface points of the solid, m:
-wall nodes of the grains, p: particles, dim: 2 or 3. All arrays are the same on every rank, every method is collective.
+Both are matched by structure, so that neither solver package is imported here. n: interface points of the
+solid, m: wall nodes of the grains, p: particles, dim: 2 or 3. All arrays are the same on every rank, every
+method is collective.
 """
 from typing import Any, Callable, Dict, List, Optional, Protocol, Tuple
 
@@ -14,14 +15,13 @@ class Solid(Protocol):
     """The continuum as the loop sees it: takes forces, answers with motion (eq. 26).
 
     Where ``advance`` fails with an ArithmeticError it leaves the solid as it was. These may be there besides:
-    ``fall_back()``: after such a failure, changes something so that the step may succeed now, and returns a text of
-    what that is, "" when nothing remains.
-    ``resample()``: between two steps, renews the points of the interface; returns an ``InterfaceChange`` or
-    None, see ``resampling``.
-    ``window_mass()``: of each interface point, the mass [kg] of a free body that a force would have moved as far over
-    the last step, shape (n,). With it and with that of the grains the loop checks the length of weak windows.
-    ``energy()``, ``count`` and the truth values ``driven`` and ``springs``: it is watched for energy out of nothing,
-    see ``energy_watch``.
+    ``fall_back()``: after such a failure, changes something so that the step may succeed now, and returns a
+    text of what that is, "" when nothing remains. ``resample()``: between two steps, renews the points of the
+    interface; returns an ``InterfaceChange`` or None, see ``resampling``. ``window_mass()``: of each
+    interface point, the mass [kg] of a free body that a force would have moved as far over the last step,
+    shape (n,). With it and with that of the grains the loop checks the length of weak windows. ``energy()``,
+    ``count`` and the truth values ``driven`` and ``springs``: it is watched for energy out of nothing, see
+    ``energy_watch``.
     """
 
     time: float  # [s]
@@ -30,7 +30,8 @@ class Solid(Protocol):
         """Positions [m] and velocities [m/s] of the interface, shape (n, dim) each."""
 
     def advance(self, dt: float, force: Optional[np.ndarray] = None) -> Tuple[np.ndarray, np.ndarray]:
-        """Advance by dt [s] under ``force`` [N], shape (n, dim), constant meanwhile, or none; returns ``surface()``."""
+        """Advance by dt [s] under ``force`` [N], shape (n, dim), constant meanwhile, or none; returns
+        ``surface()``."""
 
     def get_state(self) -> State:
         """Everything that decides the future, name → array copies."""
@@ -42,22 +43,22 @@ class Solid(Protocol):
 class Grains(Protocol):
     """The discrete elements as the loop sees them: take motion, answer with forces (eq. 25).
 
-    These may be there besides:
-    ``remember()``: a function that sets them back to where they are now, to round-off; it costs less than a state and
-    holds until the next call of either.
-    ``contact_at_wall(force)``: tangent stiffness [N/m] and damping [kg/s] of the contact of each particle with the
-    moving wall under ``force`` [N], and its mass [kg], shape (p,) each.
-    ``scene.wall`` with ``elements`` and ``replace_wall(wall)``: they can follow a solid that renews its interface.
+    These may be there besides: ``remember()``: a function that sets them back to where they are now, to
+    round-off; it costs less than a state and holds until the next call of either. ``contact_at_wall(force)``:
+    tangent stiffness [N/m] and damping [kg/s] of the contact of each particle with the moving wall under
+    ``force`` [N], and its mass [kg], shape (p,) each. ``scene.wall`` with ``elements`` and
+    ``replace_wall(wall)``: they can follow a solid that renews its interface.
     """
 
     dt: float  # inner step [s]
 
     def advance(self, steps: int, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Advance ``steps`` inner steps while wall node i moves along x_i + v_i t [m], shape (m, dim); returns the mean
-        force on the wall nodes [N], shape (m, dim): impulse / (steps dt)."""
+        """Advance ``steps`` inner steps while wall node i moves along x_i + v_i t [m], shape (m, dim);
+        returns the mean force on the wall nodes [N], shape (m, dim): impulse / (steps dt)."""
 
     def particles(self) -> np.ndarray:
-        """Structured array with at least ``x`` [m] and ``v`` [m/s], shape (p, dim or 3), and ``mass`` [kg], (p,)."""
+        """Structured array with at least ``x`` [m] and ``v`` [m/s], shape (p, dim or 3), and ``mass`` [kg],
+        (p,)."""
 
     def get_state(self) -> State:
         """Everything that decides the future, name → array copies."""
@@ -69,8 +70,8 @@ class Grains(Protocol):
 class InterfaceChange(Protocol):
     """From an interface of k points to one of n, renewed between two windows.
 
-    x: places [m], shape (n, dim); elements: their numbers in each segment or triangle; keeps_numbers: whether every
-    point is the one that it was.
+    x: places [m], shape (n, dim); elements: their numbers in each segment or triangle; keeps_numbers: whether
+    every point is the one that it was.
     """
 
     x: np.ndarray
@@ -86,9 +87,9 @@ class InterfaceChange(Protocol):
 
 
 class RecordedSolid(Solid, Protocol):
-    """What the ledger and the record of a case ask besides. It may have a method ``columns()`` with what else belongs
-    into the history: name → (unit, meaning, function without arguments); and ``origin`` [m], shape (dim,): about which
-    moments are taken."""
+    """What the ledger and the record of a case ask besides. It may have a method ``columns()`` with what else
+    belongs into the history: name → (unit, meaning, function without arguments); and ``origin`` [m], shape
+    (dim,): about which moments are taken."""
 
     applied: np.ndarray  # sum of the interface forces that arrived in the last step [N], shape (dim,)
     iterations: int  # of Newton's method in the last step
@@ -99,14 +100,15 @@ class RecordedSolid(Solid, Protocol):
         """Kinds of energy now [J], name → number."""
 
     def snapshot(self) -> Dict[str, tuple]:
-        """For ParaView, this rank's piece: name → (positions, {cell type: connectivity}, data); "interface" is among
-        them on rank 0. The one method whose answer differs from rank to rank."""
+        """For ParaView, this rank's piece: name → (positions, {cell type: connectivity}, data); "interface"
+        is among them on rank 0. The one method whose answer differs from rank to rank."""
 
     def describe(self) -> Dict[str, Any]:
         """Entries of report.json that only the solid knows."""
 
     def resolution(self) -> Dict[str, Any]:
-        """``cell_size`` along each axis [m], ``points_per_cell`` (least, mean, most), ``explicit_limit`` [s] or None."""
+        """``cell_size`` along each axis [m], ``points_per_cell`` (least, mean, most), ``explicit_limit`` [s]
+        or None."""
 
     def options(self) -> Dict[str, str]:
         """Options of the user that changed the run, name → text. Not collective."""
@@ -116,9 +118,10 @@ class RecordedSolid(Solid, Protocol):
 
 
 class RecordedGrains(Grains, Protocol):
-    """What the ledger and the record of a case ask besides. ``scene.wall`` has ``nodes`` [m], shape (m, dim), and
-    ``elements``, shape (k, dim). With ``scene.clusters`` (``mass`` [kg], ``flags``: free along each axis) there is a
-    method ``bodies()``, with their ``mass`` and ``v`` [m/s], and particles have ``body``: 0 for single spheres."""
+    """What the ledger and the record of a case ask besides. ``scene.wall`` has ``nodes`` [m], shape (m, dim),
+    and ``elements``, shape (k, dim). With ``scene.clusters`` (``mass`` [kg], ``flags``: free along each axis)
+    there is a method ``bodies()``, with their ``mass`` and ``v`` [m/s], and particles have ``body``: 0 for
+    single spheres."""
 
     scene: Any
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 
 from coupling import analytic
-from coupling.ledger import balance
+from coupling.ledger import exchange
 from coupling.records import report
 from studies.extreme_keys import ALONE
 
@@ -130,7 +130,7 @@ def errors(p, history, against):
     """Name → number. against: (its parameters, its history) of the ``twin``, or None."""
     found = {"energy_gain": max(float(history["energy_error"].max()), 0.0)}
     if p.scene not in ("swing", "flight"):
-        found["impulse"] = balance.impulse_error(history)
+        found["impulse"] = exchange.impulse_error(history)
     if against:
         found |= difference(p, history, *against)
     own = {"beam": of_beam, "block": of_block, "free": of_collision, "layers": of_collision, "rest": of_rest,

@@ -1,7 +1,8 @@
-"""What has left the solid and the grains: columns of the history, and what the ledger adds so that nothing is lost.
+"""What has left the solid and the grains: columns of the history, and what the ledger adds so that nothing is
+lost.
 
-A partition that lets something go, as its ``outflow`` or that of its scene says, has a property ``removed``: "count",
-"mass" [kg], "momentum" [kg m/s], shape (dim,), "energy" [J], sums since the start.
+A partition that lets something go, as its ``outflow`` or that of its scene says, has a property ``removed``:
+"count", "mass" [kg], "momentum" [kg m/s], shape (dim,), "energy" [J], sums since the start.
 """
 from typing import Any, Dict, Tuple
 
@@ -15,12 +16,14 @@ PIECES = {"solid": "material points", "grains": "particles"}
 
 def lets_go(partition: Any) -> bool:
     """Whether something may leave the partition without an end of the run."""
-    outflow = getattr(partition, "outflow", None) or getattr(getattr(partition, "scene", None), "outflow", "stop")
+    of_scene = getattr(getattr(partition, "scene", None), "outflow", "stop")
+    outflow = getattr(partition, "outflow", None) or of_scene
     return any(way != "stop" for way in (outflow.values() if isinstance(outflow, dict) else [outflow]))
 
 
 class Departures:
-    """Of ``solid`` and ``grains`` (or None). ``columns``: name → (unit, meaning), none when nothing can leave."""
+    """Of ``solid`` and ``grains`` (or None). ``columns``: name → (unit, meaning), none when nothing can
+    leave."""
 
     def __init__(self, solid: Any, grains: Any, axes: str = "xyz") -> None:
         sides = {"solid": solid, "grains": grains}
@@ -37,11 +40,11 @@ class Departures:
 
     def entries(self) -> Dict[str, float]:
         """Name → number, now."""
-        found = {}
+        found: Dict[str, float] = {}
         for side, partition in self._sides.items():
             left = partition.removed
             values = {"": left["count"], "_mass": left["mass"], "_energy": left["energy"],
-                      **{f"_momentum_{axis}": value for axis, value in zip(self._axes[side], left["momentum"])}}
+                      **{f"_momentum_{axis}": p for axis, p in zip(self._axes[side], left["momentum"])}}
             found |= {f"left_{side}{name}": float(value) for name, value in values.items()}
         return found
 

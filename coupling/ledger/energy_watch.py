@@ -1,20 +1,21 @@
-"""Energy that a solid gains out of nothing: its energy less the work done on it at its interface can only fall.
+"""Energy that a solid gains out of nothing: its energy less the work done on it at its interface can only
+fall.
 
-The exact scheme conserves it in an elastic body; what rises is an error of the step's length, of Newton's method or of
-the formulation. The measure is the energy that the run has had to spend so far,
+The exact scheme conserves it in an elastic body; what rises is an error of the step's length, of Newton's
+method or of the formulation. The measure is the energy that the run has had to spend so far,
 
     kinetic and strain energy at the start + the most that potential energy has fallen + the sum of |work|
     + the largest kinetic energy of the grains.
 
-The grains' is in it because a grain that strikes a point of the surface sets single nodes in motion, whose energy is that
-of the grid and not yet that of the body: in the first windows of a contact much more than the little work done so far,
-later a few per cent of what the grain has brought.
+The grains' is in it because a grain that strikes a point of the surface sets single nodes in motion, whose
+energy is that of the grid and not yet that of the body: in the first windows of a contact much more than the
+little work done so far, later a few per cent of what the grain has brought.
 """
 from typing import Any
 
 import numpy as np
 
-from .exchange import Unstable
+from .exchange import UnstableError
 from .limit import say
 
 EVERY = 10  # windows from look to look: an energy costs about as much as a residual
@@ -23,10 +24,10 @@ ROUND_OFF = 1e-9  # of the energies themselves
 
 
 class EnergyWatch:
-    """Observer of a run: warns once when the ``solid`` has gained ``WARN`` of its energy, and raises Unstable at
-    ``STOP``. Looks at solids that say that nothing ``driven`` brings in energy that is not booked here. Those that
-    store energy in ``springs`` may give it back: they are held against the start, others against the least so far.
-    Collective."""
+    """Observer of a run: warns once when the ``solid`` has gained ``WARN`` of its energy, and raises
+    UnstableError at ``STOP``. Looks at solids that say that nothing ``driven`` brings in energy that is not
+    booked here. Those that store energy in ``springs`` may give it back: they are held against the start,
+    others against the least so far. Collective."""
 
     def __init__(self, solid: Any) -> None:
         self._solid, self._warned, self._work, self._spent, self._brought = solid, False, 0.0, 0.0, 0.0
@@ -41,6 +42,7 @@ class EnergyWatch:
         self._spent = max(self._spent, energy["kinetic"] + energy["strain"])
 
     def __call__(self, window: Any) -> None:
+        """Look at the energy after a ``Window``, every ``EVERY`` ones."""
         if not self._looks:
             return
         work = float(np.vdot(window.force, window.moved))
@@ -61,10 +63,11 @@ class EnergyWatch:
         gained, rest = now - self._least, ROUND_OFF * sum(map(abs, energy.values()))
         if not self._solid.springs:
             self._least = min(self._least, now)
-        text = f"{gained:.3g} J until t = {time:.6g} s, {gained / (spent or 1.0):.0%} of the {spent:.3g} J it had to spend"
+        text = (f"{gained:.3g} J until t = {time:.6g} s, {gained / (spent or 1.0):.0%} of the {spent:.3g} J "
+                "it had to spend")
         if gained > STOP * spent + rest:
-            raise Unstable(f"the solid has gained energy out of nothing, {text}: take a smaller dt, or f_bar=False, "
-                           "inertia=\"lumped\" or a finer grid if that does not help")
+            raise UnstableError(f"the solid has gained energy out of nothing, {text}: take a smaller dt, or "
+                                "f_bar=False, inertia=\"lumped\" or a finer grid if that does not help")
         if gained > WARN * spent + rest and not self._warned:
             self._warned = True
             say(f"the solid has gained energy out of nothing, {text}: take a smaller dt or "

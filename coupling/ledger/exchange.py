@@ -8,35 +8,39 @@ from .limit import work_on_wall
 from .momentum import AXES, Momentum, turning
 
 COLUMNS = {
-    "impulse_grains": ("N s", "vertical impulse of the interface on the particles since the start: their change of "
-                              "momentum less gravity's share"),
-    "impulse_solid": ("N s", "vertical impulse of the interface on the solid's grid nodes since the start; the sum "
-                             "with impulse_grains is round-off, unless particles touch what is at rest"),
-    "work_wall": ("J", "work of the exchanged force on the wall since the start, in windows and jumps between them"),
+    "impulse_grains": ("N s", "vertical impulse of the interface on the particles since the start: their "
+                              "change of momentum less gravity's share"),
+    "impulse_solid": ("N s", "vertical impulse of the interface on the solid's grid nodes since the start; "
+                             "the sum with impulse_grains is round-off, unless particles touch what is "
+                             "at rest"),
+    "work_wall": ("J", "work of the exchanged force on the wall since the start, in windows and jumps "
+                       "between them"),
     "work_solid": ("J", "work of the exchanged force along the path of the interface, since the start"),
     "energy_grains": ("J", "energy of the particles and their contacts"),
     "energy_solid": ("J", "energy of the solid"),
-    "interface_error": ("1", "energy that the staggered scheme has made at the interface, work_solid - work_wall, "
-                             "relative to the largest energy so far"),
-    "energy_error": ("1", "change of the total energy, with what left, relative to the largest energy so far; of a "
-                          "closed system without damping, friction and moving supports: the error"),
+    "interface_error": ("1", "energy that the staggered scheme has made at the interface, work_solid - "
+                             "work_wall, relative to the largest energy so far"),
+    "energy_error": ("1", "change of the total energy, with what left, relative to the largest energy so "
+                          "far; of a closed system without damping, friction and moving supports: the error"),
 }
 VERTICAL = 1  # axis: y is up in a plane as in space
 LINEAR = {"grains": "impulse of the interface on the particles along {} since the start",
           "solid": "impulse of the interface on the solid's grid nodes along {} since the start"}
-ANGULAR = {"grains": "impulse about the {} axis of the interface on the particles since the start: their change of "
-                     "angular momentum less gravity's share",
-           "solid": "the same on the solid; the sum with that of the grains falls with the square of the window"}
+ANGULAR = {"grains": "impulse about the {} axis of the interface on the particles since the start: their "
+                     "change of angular momentum less gravity's share",
+           "solid": "the same on the solid; the sum with that of the grains falls with the square of the "
+                    "window"}
 
 MADE = 0.25  # energy out of nothing, relative to the largest so far, beyond which a closed system is stopped
 
 
-class Unstable(RuntimeError):
+class UnstableError(RuntimeError):
     """A closed system has gained energy."""
 
 
 def columns(dim: int) -> Dict[str, Tuple[str, str]]:
-    """Those of ``COLUMNS``, and the components of impulse and angular impulse in a scene of dimension ``dim``."""
+    """Those of ``COLUMNS``, and the components of impulse and angular impulse in a scene of dimension
+    ``dim``."""
     more = {f"impulse_{side}_{AXES[k]}": ("N s", text.format(AXES[k]))
             for k in range(dim) if k != VERTICAL for side, text in LINEAR.items()}
     more |= {f"angular_{side}_{axis}": ("N m s", text.format(axis))
@@ -45,8 +49,8 @@ def columns(dim: int) -> Dict[str, Tuple[str, str]]:
 
 
 def impulse_error(history: Any) -> float:
-    """Largest sum of the impulses on grains and solid, in all components of a ``history`` with the ledger's columns,
-    relative to the largest impulse. It is round-off unless particles touch what is at rest."""
+    """Largest sum of the impulses on grains and solid, in all components of a ``history`` with the ledger's
+    columns, relative to the largest impulse. It is round-off unless particles touch what is at rest."""
     pairs = [(history[f"impulse_grains{axis}"], history[f"impulse_solid{axis}"])
              for axis in ("", "_x", "_z") if f"impulse_grains{axis}" in history.columns]
     largest = max(np.abs(taken).max(initial=0.0) for _, taken in pairs)
@@ -54,8 +58,8 @@ def impulse_error(history: Any) -> float:
 
 
 class Ledger:
-    """Momentum and energy exchanged at the interface since the start, and the energy of both sides; call it with each
-    ``Window``. The entries are those of ``columns``.
+    """Momentum and energy exchanged at the interface since the start, and the energy of both sides; call it
+    with each ``Window``. The entries are those of ``columns``.
 
     gravity: on the particles [m/s^2], upward, or all components, shape (dim,).
     """
@@ -66,7 +70,8 @@ class Ledger:
         self.columns, self._axes = columns(dim), AXES[:dim]
         pull = np.asarray(gravity, float)
         self._about = getattr(solid, "origin", 0.0)  # far from zero moments about zero would be round-off
-        self._momentum = Momentum(grains, pull if pull.ndim else pull * np.eye(dim)[VERTICAL], solid.time, self._about)
+        pull = pull if pull.ndim else pull * np.eye(dim)[VERTICAL]
+        self._momentum = Momentum(grains, pull, solid.time, self._about)
         self._last: Any = None
         self._impulse, self._angular = np.zeros(dim), np.zeros(1 if dim == 2 else 3)
         self._work_wall = self._work_solid = 0.0
@@ -105,9 +110,9 @@ class Ledger:
 
 
 def check_closed(entries: Dict[str, float], time: float) -> None:
-    """Unstable when a ledger's ``entries`` at ``time`` [s] show more energy than a closed system can have."""
+    """UnstableError when a ledger's ``entries`` at ``time`` [s] show more energy than a closed system has."""
     total, interface = entries["energy_error"], entries["interface_error"]
     if max(total, interface) > MADE:
-        raise Unstable(f"the coupled run has gained energy until t = {time:.6g} s, {total:.0%} of the largest so far, "
-                       f"{interface:.0%} at the interface: it is unstable or far too coarse, repeat the windows "
-                       "(iterate=20) or take a smaller dt, 10 or more to a contact")
+        raise UnstableError(f"the coupled run has gained energy until t = {time:.6g} s, {total:.0%} of the largest "
+                            f"so far, {interface:.0%} at the interface: it is unstable or far too coarse, repeat "
+                            "the windows (iterate=20) or take a smaller dt, 10 or more to a contact")

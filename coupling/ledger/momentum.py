@@ -9,7 +9,8 @@ AXES = "xyz"
 
 
 def turning(x: np.ndarray, f: np.ndarray) -> np.ndarray:
-    """Sum of the moments x × f about the origin; x, f: shape (n, 2 or 3). Shape (1,) in a plane, about z, else (3,)."""
+    """Sum of the moments x × f about the origin; x, f: shape (n, 2 or 3). Shape (1,) in a plane, about z,
+    else (3,)."""
     if x.shape[1] == 2:
         return np.array([x[:, 0] @ f[:, 1] - x[:, 1] @ f[:, 0]])
     (x, y, z), (a, b, c) = x.T, f.T
@@ -19,9 +20,9 @@ def turning(x: np.ndarray, f: np.ndarray) -> np.ndarray:
 class Momentum:
     """Momentum of grains less what gravity gave them since the start.
 
-    gravity [m/s^2], shape (dim,); it does not pull clusters that are held up. Linear momentum is exact and counts what
-    has left at the end of a window. Of the angular momentum about ``about`` [m] gravity's share is taken by the
-    trapezoidal rule over each window.
+    gravity [m/s^2], shape (dim,); it does not pull clusters that are held up. Linear momentum is exact and
+    counts what has left at the end of a window. Of the angular momentum about ``about`` [m] gravity's share
+    is taken by the trapezoidal rule over each window.
     """
 
     def __init__(self, grains: Any, gravity: np.ndarray, time: float, about: Any = 0.0) -> None:
@@ -38,11 +39,13 @@ class Momentum:
         self._begin, self._turned = time, 0.0 * self._torque
 
     def gained(self, particles: np.ndarray, time: float) -> Tuple[np.ndarray, np.ndarray]:
-        """Linear [N s], (dim,), and angular impulse [N m s], (1,) or (3,), that was not gravity's, until ``time`` [s]."""
+        """Linear [N s], (dim,), and angular impulse [N m s], (1,) or (3,), that was not gravity's, until
+        ``time`` [s]."""
         torque, window = self._torque_of_gravity(particles), time - self._time
         self._without += window * self._mass_left * self._gravity
         self._mass_left = left(self._grains, "mass")
-        self._turned, self._torque, self._time = self._turned + 0.5 * window * (self._torque + torque), torque, time
+        self._turned = self._turned + 0.5 * window * (self._torque + torque)
+        self._torque, self._time = torque, time
         linear, angular = (now - start for now, start in zip(self._now(particles), self._start))
         linear += left(self._grains, "momentum") + self._without
         return linear - self._weight * (time - self._begin), angular - self._turned
@@ -56,15 +59,17 @@ class Momentum:
             bodies = self._grains.bodies()
             yield bodies["mass"], bodies["x"][:, :dim] - self._about, bodies["v"][:, :dim]
 
-    def _now(self, particles):
-        """Linear momentum [kg m/s] and angular momentum [kg m^2/s]. A cluster counts with its mass at its centre of
-        mass: the shares of its spheres have the same sum only where their own centre is there, too."""
-        linear, angular = 0.0, 0.0
+    def _now(self, particles: np.ndarray) -> Tuple[Any, Any]:
+        """Linear momentum [kg m/s] and angular momentum [kg m^2/s]. A cluster counts with its mass at its
+        centre of mass: the shares of its spheres have the same sum only where their own centre is there,
+        too."""
+        linear: Any = 0.0
+        angular: Any = 0.0
         for mass, x, v in self._parts(particles):
             linear, angular = linear + mass @ v, angular + turning(x, mass[:, None] * v)
         return linear, angular + self._spin(particles)[-len(angular):]
 
-    def _spin(self, particles):
+    def _spin(self, particles: np.ndarray) -> np.ndarray:
         """Angular momentum about the centres of mass [kg m^2/s], shape (3,)."""
         if "omega" not in particles.dtype.names:
             return np.zeros(3)
@@ -77,7 +82,7 @@ class Momentum:
                 spin = spin + turn @ cluster.inertia @ turn.T @ body["omega"]
         return spin
 
-    def _torque_of_gravity(self, particles):
+    def _torque_of_gravity(self, particles: np.ndarray) -> Any:
         """About ``about`` [N m]."""
         if not self._gravity.any():
             return np.zeros(1 if len(self._gravity) == 2 else 3)

@@ -10,19 +10,21 @@ WORK_PER_PARTICLE = 1000  # operations in a DEM step, measured
 
 
 def count_windows(t_end: float, dt: float, substeps: int = 1, start: float = 0.0) -> int:
-    """Number of windows from ``start`` [s] on; ValueError unless dt > 0 divides the time and substeps is at least 1.
+    """Number of windows from ``start`` [s] on; ValueError unless dt > 0 divides the time and substeps is at
+    least 1.
 
     >>> count_windows(t_end=0.5, dt=1e-3, substeps=20)
     500
     """
     check.count("substeps", substeps)
-    check.check_work(f"{substeps:g} DEM steps per window (substeps)", substeps * WORK_PER_PARTICLE, "take fewer")
+    work = substeps * WORK_PER_PARTICLE
+    check.check_work(f"{substeps:g} DEM steps per window (substeps)", work, "take fewer")
     check.positive("dt", dt, "s", "the window must be positive")
     if not check.finite("t_end", t_end, "s", "it must be finite and lie after the start") > start:
         raise ValueError(f"t_end is {t_end} s: it must lie after the start at {start} s")
     if (t_end - start) / dt > MOST_WINDOWS:
-        raise ValueError(f"dt is {dt} s: that makes {(t_end - start) / dt:.3g} windows until {t_end} s, more than "
-                         f"{MOST_WINDOWS:g}, take a longer one or a smaller t_end")
+        raise ValueError(f"dt is {dt} s: that makes {(t_end - start) / dt:.3g} windows until {t_end} s, more "
+                         f"than {MOST_WINDOWS:g}, take a longer one or a smaller t_end")
     count = round((t_end - start) / dt)
     if count < 1 or abs(start + count * dt - t_end) > 1e-9 * t_end:
         raise ValueError(f"t_end is {t_end} s, which is not a multiple of dt = {dt} s: take t_end="
@@ -33,14 +35,15 @@ def count_windows(t_end: float, dt: float, substeps: int = 1, start: float = 0.0
 class StepControl:
     """Steps as whole numbers of a shortest unit, so that an end is hit exactly: ``most`` at the longest.
 
-    tolerance: None keeps all steps at ``most``; 0 shortens those that fail; above, also those whose error, see
-    ``refuses``, is larger.
+    tolerance: None keeps all steps at ``most``; 0 shortens those that fail; above, also those whose error,
+    see ``refuses``, is larger.
     """
 
     def __init__(self, most: int, tolerance: Optional[float] = None) -> None:
         most = check.count("most steps of a window", most)
         if tolerance is not None:
-            tolerance = check.between("adapt", check.not_negative("adapt", tolerance, rule=RULE), 0, 1, rule=RULE)
+            tolerance = check.not_negative("adapt", tolerance, rule=RULE)
+            tolerance = check.between("adapt", tolerance, 0, 1, rule=RULE)
         self.most, self.size, self.tolerance, self._good = most, most, tolerance, 0
 
     @property
@@ -60,8 +63,8 @@ class StepControl:
         return True
 
     def refuses(self, error: float, taken: int) -> bool:
-        """Is the ``error`` of a step of ``taken`` units, which falls with its square, too large? It then counts as
-        given up. Otherwise the next step is chosen, not more than twice as long."""
+        """Is the ``error`` of a step of ``taken`` units, which falls with its square, too large? It then
+        counts as given up. Otherwise the next step is chosen, not more than twice as long."""
         if self.tolerance and error > 2.0 * self.tolerance and self.shorten(taken):
             return True
         self._good += 1

@@ -1,4 +1,5 @@
-"""The partitioned loop: windows of an MPM step and several DEM steps, weakly coupled or iterated; or of MPM steps alone."""
+"""The partitioned loop: windows of an MPM step and several DEM steps, weakly coupled or iterated; or of MPM
+steps alone."""
 from typing import Any, Iterable, NamedTuple, Optional, Tuple, Union
 
 import mpm_dem_checks as check
@@ -8,47 +9,51 @@ from ..maps.mapping import Mapping
 from ..protocols import Grains, Observer, Solid
 from ..scheme import Scheme, Steps
 from .control import WORK_PER_PARTICLE, StepControl, count_windows
-from .iterate import MOST_REPETITIONS, Iterated, NotConverged
+from .iterate import MOST_REPETITIONS, Iterated, NotConvergedError
 from .ladder import Ladder
 from .relaxation import RELAXATIONS
 from .resampling import resample_interface
 from .trend import Trend
 from .window import Alone, Sides, Weak, Window
 
-__all__ = ["NotConverged", "Window", "couple", "march"]
+__all__ = ["NotConvergedError", "Window", "couple", "march"]
 
 SHORTEST = 32  # the shortest step of a solid alone is this part of dt
 
 
 class LoopState(NamedTuple):
-    """What goes over to the next window besides the states of the partitions: the trend of the force, what the
-    iterated scheme knows, and the state of the step control."""
+    """What goes over to the next window besides the states of the partitions: the trend of the force, what
+    the iterated scheme knows, and the state of the step control."""
 
     trend: Optional[Trend]
     scheme: Any
     control: Tuple[int, int]
 
 
-def march(solid: Solid, steps: Steps, on_window: Iterable[Observer] = (), last: Optional[Window] = None) -> None:
-    """Advance a solid that nothing touches, see ``couple``; steps that fail are shortened down to dt / ``SHORTEST``."""
+def march(solid: Solid, steps: Steps, on_window: Iterable[Observer] = (),
+          last: Optional[Window] = None) -> None:
+    """Advance a solid that nothing touches, see ``couple``; steps that fail are shortened down to dt /
+    ``SHORTEST``."""
     couple(solid, None, None, steps, on_window, last)
 
 
 def couple(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], scheme: Union[Scheme, Steps],
            on_window: Iterable[Observer] = (), last: Optional[Window] = None) -> None:
-    """Advance both partitions to ``t_end`` [s] in windows of ``dt`` [s] of one MPM step and ``substeps`` DEM steps;
-    without ``grains`` and ``mapping``, the solid alone. Before each window the solid may renew its interface, see
-    ``resampling``.
+    """Advance both partitions to ``t_end`` [s] in windows of ``dt`` [s] of one MPM step and ``substeps`` DEM
+    steps; without ``grains`` and ``mapping``, the solid alone. Before each window the solid may renew its
+    interface, see ``resampling``.
 
-    The ``scheme`` says how often a window may be repeated until both sides agree (``iterate``; 0: weak coupling, see
-    ``Weak`` and ``Iterated``) and when windows become shorter (``adapt``): None never; 0 halves those that fail
-    (ArithmeticError), see ``ladder``, down to one DEM step, and grows back; above, up to 1, the change of the force in a
-    window against its extrapolation, relative to the largest so far, stays near it, and ``dt`` is the longest.
+    The ``scheme`` says how often a window may be repeated until both sides agree (``iterate``; 0: weak
+    coupling, see ``Weak`` and ``Iterated``) and when windows become shorter (``adapt``): None never; 0 halves
+    those that fail (ArithmeticError), see ``ladder``, down to one DEM step, and grows back; above, up to 1,
+    the change of the force in a window against its extrapolation, relative to the largest so far, stays near
+    it, and ``dt`` is the longest.
 
-    ``on_window`` are called with each ``Window``; those with a method ``begin`` are told before the first one, when the
-    scheme has been checked. A run that stopped goes on bit for bit from the states of both partitions and its
-    ``last`` window. FloatingPointError when a number is no longer finite, NotConverged when a window needs more
-    repetitions, Unstable when the solid gains energy, see ``energy_watch``.
+    ``on_window`` are called with each ``Window``; those with a method ``begin`` are told before the first
+    one, when the scheme has been checked. A run that stopped goes on bit for bit from the states of both
+    partitions and its ``last`` window. FloatingPointError when a number is no longer finite,
+    NotConvergedError when a window needs more repetitions, UnstableError when the solid gains energy, see
+    ``energy_watch``.
     """
     start, most = solid.time, SHORTEST if grains is None else scheme.substeps
     control = StepControl(most, scheme.adapt)
@@ -56,7 +61,7 @@ def couple(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], s
     method, ladder = _method(solid, grains, mapping, scheme, control, last)
     on_window = _begin(solid, on_window)
 
-    def attempt(number, done, steps):
+    def attempt(number: int, done: int, steps: int) -> Window:
         return method(number, start + (done + steps) / most * scheme.dt, scheme.dt * (steps / most), steps)
 
     number = done = 0
@@ -75,49 +80,54 @@ def couple(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], s
             report(window)
 
 
-def _shortest_steps(scheme, control, start, last):
+def _shortest_steps(scheme: Steps, control: StepControl, start: float, last: Optional[Window]) -> int:
     """Number of the shortest steps from ``start`` [s] to the end."""
     if control.active and last is not None:  # shorter windows may have left any number of them
         return count_windows(scheme.t_end, scheme.dt / control.most, 1, start)
     return count_windows(scheme.t_end, scheme.dt, scheme.substeps, start) * control.most
 
 
-def _method(solid, grains, mapping, scheme, control, last):
-    """How a window is computed, and its ``Ladder``, going on from the ``last`` window. The trend of the force is kept
-    only where it is needed."""
+def _method(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], scheme: Union[Scheme, Steps],
+            control: StepControl, last: Optional[Window]) -> Tuple[Any, Ladder]:
+    """How a window is computed, and its ``Ladder``, going on from the ``last`` window. The trend of the force
+    is kept only where it is needed."""
     state = None if last is None else last.state
     if state is not None:
         control.set_state(state.control)
     if grains is None:
         ladder = Ladder(solid, None, control, scheme.dt, keep_solid=False)
         return Alone(solid, ladder), ladder
+    if mapping is None or not isinstance(scheme, Scheme):
+        raise ValueError("mapping and scheme do not say how to couple grains: give a Mapping and a Scheme")
     _check(scheme, grains.dt, len(grains.particles()))
     needs_trend = scheme.iterate > 0 or bool(control.tolerance)
     ladder = Ladder(solid, grains, control, scheme.dt, keep_solid=needs_trend)
-    trend = (state and state.trend) or Trend() if needs_trend else None
+    trend = ((state and state.trend) or Trend()) if needs_trend else None
     sides = Sides(solid, grains, mapping, ladder)
-    if scheme.iterate:
+    if scheme.iterate and trend is not None:
         return Iterated(sides, trend, scheme, state and state.scheme), ladder
     return Weak(sides, trend, last), ladder
 
 
-def _begin(solid, on_window):
-    """Tell the observers that want to know it that the first window is about to begin; returns them and the one that
-    watches the energy of the solid."""
+def _begin(solid: Solid, on_window: Iterable[Any]) -> Tuple[Any, ...]:
+    """Tell the observers that want to know it that the first window is about to begin; returns them and the
+    one that watches the energy of the solid."""
     for report in on_window:
         if hasattr(report, "begin"):
             report.begin()
     return *on_window, EnergyWatch(solid)
 
 
-def _check(scheme, inner, particles):
+def _check(scheme: Scheme, inner: float, particles: int) -> None:
     """ValueError for a scheme that makes no sense, and for more work in a window than anybody waits for."""
     dt, substeps = scheme.dt, scheme.substeps
     if abs(substeps * inner - dt) > 1e-9 * dt:
-        raise ValueError(f"{substeps} substeps of the DEM's {inner} s do not make a window of {dt} s: let them fit")
+        raise ValueError(f"{substeps} substeps of the DEM's {inner} s do not make a window of {dt} s: let "
+                         "them fit")
     check.count("iterate", scheme.iterate, 0, MOST_REPETITIONS,
                 "give the most repetitions of a window, or 0 for weak coupling")
-    check.between("tol", scheme.tol, 0, 1, rule="give a part of the force between 0 and 1, such as 1e-4", ends="()")
+    check.between("tol", scheme.tol, 0, 1, rule="give a part of the force between 0 and 1, such as 1e-4",
+                  ends="()")
     check.choice("relax", scheme.relax, tuple(RELAXATIONS))
     work = substeps * max(particles, 1) * WORK_PER_PARTICLE
     check.check_work(f"{substeps} DEM steps per window (substeps) of {particles} particles", work,

@@ -12,13 +12,14 @@ from .window import Clock, Coupled, Sides, Window, check_finite, indentation_ene
 MOST_REPETITIONS = 1000  # of a window: what has not converged by then does not
 
 
-class NotConverged(RuntimeError, ArithmeticError):
+class NotConvergedError(RuntimeError, ArithmeticError):
     """The iteration of a window did not converge."""
 
 
 class IterationState(NamedTuple):
-    """What goes over to the next window: the ``residual``, the mean force over the last one that the grains answered and
-    the solid did not get [N], shape (n, dim), the state of the relaxation, and the last force on the wall [N]."""
+    """What goes over to the next window: the ``residual``, the mean force over the last one that the grains
+    answered and the solid did not get [N], shape (n, dim), the state of the relaxation, and the last force on
+    the wall [N]."""
 
     residual: np.ndarray
     relaxation: Tuple
@@ -26,23 +27,29 @@ class IterationState(NamedTuple):
 
 
 class Iterated(Coupled):
-    """In each window the MPM goes first, under the force predicted from the last ones, and the wall moves linearly to
-    where the interface then is. The residual is what the DEM answers less that force. Both partitions are set back and
-    the window is repeated with a corrected force, at most ``iterate`` times, until the residual is at most ``tol``
-    times the force in this window plus the mean force of the run so far.
+    """In each window the MPM goes first, under the force predicted from the last ones, and the wall moves
+    linearly to where the interface then is. The residual is what the DEM answers less that force. Both
+    partitions are set back and the window is repeated with a corrected force, at most ``iterate`` times,
+    until the residual is at most ``tol`` times the force in this window plus the mean force of the run so
+    far.
 
-    Both sides move alike to the last bit. Their forces differ by the residual, which the solid gets in the next window:
-    its impulse is short of that of one residual at any time. NotConverged when it takes more repetitions.
+    Both sides move alike to the last bit. Their forces differ by the residual, which the solid gets in the
+    next window: its impulse is short of that of one residual at any time. NotConvergedError when it takes
+    more repetitions.
     """
 
-    def __init__(self, sides: Sides, trend: Trend, scheme: Scheme, state: Optional[IterationState] = None) -> None:
+    trend: Trend
+
+    def __init__(self, sides: Sides, trend: Trend, scheme: Scheme,
+                 state: Optional[IterationState] = None) -> None:
         super().__init__(sides, trend)
         self._scheme, self._relax = scheme, RELAXATIONS[scheme.relax]()
         self._state = self._next = state or IterationState(np.zeros_like(self._x), self._relax.get_state())
         self._wall_force: Optional[np.ndarray] = None
 
     def transfer(self, change: InterfaceChange) -> None:
-        """The interface has other points from the coming window on: forces go over, directions are forgotten."""
+        """The interface has other points from the coming window on: forces go over, directions are
+        forgotten."""
         super().transfer(change)
         self._relax.set_state(self._state.relaxation)
         self._relax.forget()
@@ -74,13 +81,14 @@ class Iterated(Coupled):
             if off <= self._scheme.tol * scale:
                 break
             if repeated == self._scheme.iterate:
-                raise NotConverged(self._complaint(number, time, off, scale))
+                raise NotConvergedError(self._complaint(number, time, off, scale))
             force = self._relax(force, residual, answer)
             self._ladder.rewind()
             clock.lap("mapping")
             repeated += 1
         particles = self._grains.particles()
-        check_finite(number, time, position_of_a_particle=particles["x"], velocity_of_a_particle=particles["v"])
+        check_finite(number, time, position_of_a_particle=particles["x"],
+                     velocity_of_a_particle=particles["v"])
         self._next = IterationState(residual, self._relax.get_state(), self._wall_force)
         return Window(number, time, dt, force=force, moved=moved, v_start=self._v, particles=particles,
                       seconds=clock.seconds, resampled=self._change, substeps=steps, iterations=repeated + 1,

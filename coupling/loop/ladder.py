@@ -1,13 +1,14 @@
-"""What is tried where a window fails, one thing after the other; for coupled windows and those of a solid alone.
+"""What is tried where a window fails, one thing after the other; for coupled windows and those of a solid
+alone.
 
-    1. ``solid.fall_back()``, such as the ghost penalty on inertia, and the same step again, until nothing remains
+    1. ``solid.fall_back()``, such as the ghost penalty on inertia, and the same step again, while it helps
     2. a window of half the length, from the states at its start, as often as the step control allows
     3. the error says what was tried and what remains to try
 
-A failure is an ArithmeticError: of the solid's step, which leaves the solid as it was, of the grains, or of the
-iteration of a window. Other errors are of the scene and end the run.
+A failure is an ArithmeticError: of the solid's step, which leaves the solid as it was, of the grains, or of
+the iteration of a window. Other errors are of the scene and end the run.
 """
-from typing import Callable, List, NamedTuple, Optional, Tuple
+from typing import Any, Callable, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -16,8 +17,8 @@ from .control import StepControl
 
 
 class Attempt(NamedTuple):
-    """How a window came about: ``steps`` in it, as counted by ``StepControl``; attempts at it that ``failed``, and
-    those ``refused`` as too long for the accuracy asked for."""
+    """How a window came about: ``steps`` in it, as counted by ``StepControl``; attempts at it that
+    ``failed``, and those ``refused`` as too long for the accuracy asked for."""
 
     steps: int
     failed: int
@@ -25,21 +26,23 @@ class Attempt(NamedTuple):
 
 
 class Ladder:
-    """The rungs of one run. dt: of the longest window [s]; keep_solid: whether a window may be given up after the solid
-    has done its step, as where windows are repeated, so that its state is needed, too. Collective."""
+    """The rungs of one run. dt: of the longest window [s]; keep_solid: whether a window may be given up after
+    the solid has done its step, as where windows are repeated, so that its state is needed, too.
+    Collective."""
 
     def __init__(self, solid: Solid, grains: Optional[Grains], control: StepControl, dt: float,
                  keep_solid: bool) -> None:
         self._solid, self._grains, self._control, self._dt = solid, grains, control, dt
-        self._keeps_solid, self._keeps_grains = keep_solid, grains is not None and (control.active or keep_solid)
+        self._keeps_solid = keep_solid
+        self._keeps_grains = control.active or keep_solid
         self._fallen_back: List[str] = []
         self._failed, self._start = 0, solid.time
         self._set_back: List[Callable[[], None]] = []
 
     def climb(self, attempt: Callable, error: Callable, number: int, done: int, total: int) -> Tuple:
-        """The ``Window`` of the first of ever shorter attempts that neither fails nor is refused, and its ``Attempt``.
-        attempt(number, done, steps): makes a ``Window``; error(window): of its length; number: of the window; done: steps
-        before it, of a ``total`` in the run."""
+        """The ``Window`` of the first of ever shorter attempts that neither fails nor is refused, and its
+        ``Attempt``. attempt(number, done, steps): makes a ``Window``; error(window): of its length; number:
+        of the window; done: steps before it, of a ``total`` in the run."""
         self._failed, refused = 0, 0
         self._keep()
         while True:
@@ -81,10 +84,11 @@ class Ladder:
         """A window begins here."""
         self._start = self._solid.time
         self._set_back = [_to_state(self._solid)] if self._keeps_solid else []
-        if self._keeps_grains:
-            assert self._grains is not None
-            self._set_back.append(self._grains.remember() if hasattr(self._grains, "remember") and not self._keeps_solid
-                                  else _to_state(self._grains))
+        if self._grains is not None and self._keeps_grains:
+            if hasattr(self._grains, "remember") and not self._keeps_solid:
+                self._set_back.append(self._grains.remember())
+            else:
+                self._set_back.append(_to_state(self._grains))
 
     def _explain(self, failure: ArithmeticError, steps: int) -> None:
         """Add to the message what was tried, and what remains to try, after a window of so many ``steps``."""
@@ -101,7 +105,7 @@ class Ladder:
             failure.args = "; ".join([str(failure), *more]),
 
 
-def _to_state(partition) -> Callable[[], None]:
+def _to_state(partition: Any) -> Callable[[], None]:
     """A function that sets a ``partition`` back to its state now."""
     state = partition.get_state()
     return lambda: partition.set_state(state)

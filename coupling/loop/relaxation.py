@@ -1,17 +1,21 @@
 """How the interface force is corrected from its residual, so that a window's iteration converges.
 
-The residual r(F) is the force that the grains answer less the force F that moved the solid. More force moves the wall
-away from the grains and lowers the answer, so that -dr/dF has eigenvalues from 1 (a solid that is heavy and stiff
-beside the grains) up to 1 + added mass ratio: the right relaxation lies between 0 and 1, and F + r diverges for ratios
-above 1.
+The residual r(F) is the force that the grains answer less the force F that moved the solid. More force moves
+the wall away from the grains and lowers the answer, so that -dr/dF has eigenvalues from 1 (a solid that is
+heavy and stiff beside the grains) up to 1 + added mass ratio: the right relaxation lies between 0 and 1, and
+F + r diverges for ratios above 1.
 
-All sums are those of numpy in a fixed order, without BLAS: every rank gets the same bits and takes the same branches.
+All sums are those of numpy in a fixed order, without BLAS: every rank gets the same bits and takes the same
+branches.
 """
-from typing import Any, List, Optional, Sequence, Tuple
+from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-FIRST = 0.1  # relaxation before anything is known: small, so that the first step does not throw the bodies apart
+FIRST = 0.1  # relaxation before anything is known: small, so that the first step throws no bodies apart
+
+
+Pair = Tuple[np.ndarray, np.ndarray]  # of two arrays of shape (n, dim)
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> float:
@@ -39,7 +43,8 @@ class Constant:
         """A new window begins."""
 
     def __call__(self, force: np.ndarray, residual: np.ndarray, answer: np.ndarray) -> np.ndarray:
-        """The next force to try [N] from one, its residual and the grains' answer, arrays of shape (n, dim)."""
+        """The next force to try [N] from one, its residual and the grains' answer, arrays of shape (n,
+        dim)."""
         return force + self._omega * residual
 
     def forget(self) -> None:
@@ -54,15 +59,16 @@ class Constant:
 
 
 class Aitken:
-    """Dynamic relaxation of Irons and Tuck (1969) in the form of Kuettler and Wall (2008, eq. 50): the secant of the
-    last two forces in contact, at most ``cap``. It is kept from window to window.
+    """Dynamic relaxation of Irons and Tuck (1969) in the form of Kuettler and Wall (2008, eq. 50): the secant
+    of the last two forces in contact, at most ``cap``. It is kept from window to window.
 
-    A force that drives the bodies apart tells nothing of the slope in contact: the next one is a tenth of the way there
-    from the last one in contact, or none.
+    A force that drives the bodies apart tells nothing of the slope in contact: the next one is a tenth of the
+    way there from the last one in contact, or none.
     """
 
     def __init__(self, cap: float = 1.0) -> None:
-        self._cap, self._omega, self._last = cap, FIRST, None
+        self._cap, self._omega = cap, FIRST
+        self._last: Optional[Pair] = None
 
     def start(self) -> None:
         """A new window begins."""
@@ -97,14 +103,17 @@ class Aitken:
 
 
 class Quasi:
-    """Interface quasi-Newton with the inverse Jacobian from least squares, IQN-ILS (Degroote et al. 2009, algorithm 3):
-    the differences of residuals and answers of this window and of the last ``reuse`` ones. A column that QR finds to
-    add less than ``filtering`` of its length to the newer ones is left out. Older windows are forgotten when other
-    places touch."""
+    """Interface quasi-Newton with the inverse Jacobian from least squares, IQN-ILS (Degroote et al. 2009,
+    algorithm 3): the differences of residuals and answers of this window and of the last ``reuse`` ones. A
+    column that QR finds to add less than ``filtering`` of its length to the newer ones is left out. Older
+    windows are forgotten when other places touch."""
 
     def __init__(self, reuse: int = 4, filtering: float = 1e-3) -> None:
         self._reuse, self._filter, self._aitken = reuse, filtering, Aitken()
-        self._old, self._new, self._last, self._touching = (), [], None, None
+        self._old: Tuple[Tuple[Pair, ...], ...] = ()
+        self._new: List[Pair] = []
+        self._last: Optional[Pair] = None
+        self._touching: Optional[np.ndarray] = None
 
     def start(self) -> None:
         """See ``Aitken``."""
@@ -129,10 +138,12 @@ class Quasi:
         step = self._step(columns, residual)
         return plain if step is None else force + residual + step
 
-    def _step(self, columns: Sequence[tuple], residual: np.ndarray) -> Optional[np.ndarray]:
-        """Sum of the answers' differences with the weights that take most of the residual away; None without a column
-        that tells anything."""
-        basis, weights, used = [], [], []
+    def _step(self, columns: Sequence[Pair], residual: np.ndarray) -> Optional[np.ndarray]:
+        """Sum of the answers' differences with the weights that take most of the residual away; None without
+        a column that tells anything."""
+        basis: List[np.ndarray] = []
+        weights: List[List[float]] = []
+        used: List[np.ndarray] = []
         for column in columns:
             direction, row = column[0], []
             for q in basis:

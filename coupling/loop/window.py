@@ -1,4 +1,5 @@
-"""One coupling window: of a solid alone, and weakly coupled (algorithm 1 of the paper, with several DEM steps)."""
+"""One coupling window: of a solid alone, and weakly coupled (algorithm 1 of the paper, with several DEM
+steps)."""
 from time import perf_counter
 from typing import Any, Dict, NamedTuple, Optional
 
@@ -12,21 +13,22 @@ from .trend import Trend
 
 
 class Window(NamedTuple):
-    """What happened in one coupling window. ``number`` counts from 1, ``time`` [s] is its end, ``dt`` [s] its length,
-    ``fraction`` the same as a part of the longest.
+    """What happened in one coupling window. ``number`` counts from 1, ``time`` [s] is its end, ``dt`` [s] its
+    length, ``fraction`` the same as a part of the longest.
 
-    Wall nodes moved from ``wall_x`` with ``wall_v``, the mean force on them was ``wall_force`` [N], shape (m, dim); the
-    interface got ``force`` [N], moved by ``moved`` [m], is now at ``x`` with ``v``, and had ``v_start`` before, shape
-    (n, dim); ``particles``: the grains at its end; ``seconds``: run time of the DEM, the mapping and the MPM. Of a solid
-    alone there is no wall and are no particles (m = p = 0), and the force is zero.
+    Wall nodes moved from ``wall_x`` with ``wall_v``, the mean force on them was ``wall_force`` [N], shape (m,
+    dim); the interface got ``force`` [N], moved by ``moved`` [m], is now at ``x`` with ``v``, and had
+    ``v_start`` before, shape (n, dim); ``particles``: the grains at its end; ``seconds``: run time of the
+    DEM, the mapping and the MPM. Of a solid alone there is no wall and are no particles (m = p = 0), and the
+    force is zero.
 
-    ``resampled``: how the interface's points before the window became those in it, see ``InterfaceChange``, or None;
-    ``substeps`` of the DEM in it; ``iterations``: how often both partitions computed it, the attempts that were given
-    up left out: ``failed`` of them failed, ``refused`` were too long for the accuracy asked for; ``acceleration`` of the
-    interface's mean velocity from window to window [m/s^2], shape (n, dim), with weak coupling; ``wall_force_before``
-    [N]: in the window before; ``indentation_energy``: elastic energy of the indentation that both partitions hold
-    [J], where a map subtracts it from the motion, see ``spread``: ``wall_x`` is the wall without that; ``state``: what
-    the loop goes on from besides.
+    ``resampled``: how the interface's points before the window became those in it, see ``InterfaceChange``,
+    or None; ``substeps`` of the DEM in it; ``iterations``: how often both partitions computed it, the
+    attempts that were given up left out: ``failed`` of them failed, ``refused`` were too long for the
+    accuracy asked for; ``acceleration`` of the interface's mean velocity from window to window [m/s^2], shape
+    (n, dim), with weak coupling; ``wall_force_before`` [N]: in the window before; ``indentation_energy``:
+    elastic energy of the indentation that both partitions hold [J], where a map subtracts it from the motion,
+    see ``spread``: ``wall_x`` is the wall without that; ``state``: what the loop goes on from besides.
     """
 
     number: int
@@ -80,7 +82,8 @@ class Alone:
         self._no_particles = np.zeros(0, [("x", float, dim), ("v", float, dim), ("mass", float)])
 
     def __call__(self, number: int, time: float, dt: float, steps: int) -> Window:
-        """The ``Window`` of ``dt`` [s] that ends at ``time`` [s]. steps: parts of a window, see ``StepControl``."""
+        """The ``Window`` of ``dt`` [s] that ends at ``time`` [s]. steps: parts of a window, see
+        ``StepControl``."""
         before, none = perf_counter(), self._no_nodes
         x, v = self._ladder.advance(dt)
         seconds = {"MPM": perf_counter() - before}
@@ -132,12 +135,13 @@ class Coupled:
 
 
 class Weak(Coupled):
-    """In each window the DEM goes first, with the wall carried on at the interface's mean velocity, extrapolated from
-    those of the last two windows; its mean force then drives the MPM (momentum is exact: force times window is the
-    impulse). The mean is that of the displacement. The velocity itself would not do: of boundary particles it differs
-    from their motion by what the grid smooths away, so that a wall that follows it jumps back in every window, and in
-    windows longer than the periods of the grid it jumps from window to window around its mean (Newmark's method keeps
-    these periods at full amplitude), which damping in the contact then feeds."""
+    """In each window the DEM goes first, with the wall carried on at the interface's mean velocity,
+    extrapolated from those of the last two windows; its mean force then drives the MPM (momentum is exact:
+    force times window is the impulse). The mean is that of the displacement. The velocity itself would not
+    do: of boundary particles it differs from their motion by what the grid smooths away, so that a wall that
+    follows it jumps back in every window, and in windows longer than the periods of the grid it jumps from
+    window to window around its mean (Newmark's method keeps these periods at full amplitude), which damping
+    in the contact then feeds."""
 
     def __init__(self, sides: Sides, trend: Optional[Trend] = None, last: Optional[Window] = None) -> None:
         super().__init__(sides, trend)
@@ -167,7 +171,7 @@ class Weak(Coupled):
 
     def accept(self, window: Window) -> None:
         """See ``Coupled``."""
-        self._watch.look(window.time, window.dt, window.force)  # once more: now a new grid knows its mass, too
+        self._watch.look(window.time, window.dt, window.force)  # once more: a new grid knows its mass now
         self._watch.judge(window, self._last)
         super().accept(window)
         self._last = window
@@ -176,8 +180,8 @@ class Weak(Coupled):
         """Nothing goes over to the next window besides the last ``Window``."""
 
     def _without_indentation(self, wall_x: np.ndarray) -> np.ndarray:
-        """Places of the wall [m] without the indentation under the force that is extrapolated from the last two
-        windows."""
+        """Places of the wall [m] without the indentation under the force that is extrapolated from the last
+        two windows."""
         if not self._mapping.compliance or self._last is None:
             return wall_x
         force, before = self._last.wall_force, self._last.wall_force_before
@@ -193,9 +197,12 @@ class Weak(Coupled):
         return coming if self._change is None else self._change.interpolate(coming)
 
     def _acceleration(self, moved: np.ndarray, dt: float) -> np.ndarray:
-        """How fast the mean velocity has risen since the last window, or since the start [m/s^2], shape (n, dim)."""
+        """How fast the mean velocity has risen since the last window, or since the start [m/s^2], shape (n,
+        dim)."""
         last = self._last
-        before, between = (self._v, 0.5 * dt) if last is None else (last.moved / last.dt, 0.5 * (last.dt + dt))
+        before, between = self._v, 0.5 * dt
+        if last is not None:
+            before, between = last.moved / last.dt, 0.5 * (last.dt + dt)
         if last is not None and self._change is not None:
             before = self._change.interpolate(before)
         return (moved / dt - before) / between
@@ -213,5 +220,5 @@ def check_finite(number: int, time: float, **quantities: np.ndarray) -> None:
             return
     lost = next((name for name, values in quantities.items() if not np.isfinite(values).all()), None)
     if lost:
-        raise FloatingPointError(f"the {lost.replace('_', ' ')} is not a finite number in window {number}, which ends "
-                                 f"at t = {time:.6g} s: take a smaller dt or more substeps")
+        raise FloatingPointError(f"the {lost.replace('_', ' ')} is not a finite number in window {number}, "
+                                 f"which ends at t = {time:.6g} s: take a smaller dt or more substeps")

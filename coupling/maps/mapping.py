@@ -1,9 +1,11 @@
-"""Motion from the solid's interface points to the wall nodes (eq. 22) and forces back by the transpose (eq. 23).
+"""Motion from the solid's interface points to the wall nodes (eq. 22) and forces back by the transpose (eq.
+23).
 
-Each rank keeps and multiplies a block of rows of the matrix H and a block of rows of its transpose, and the results are
-put together in the order of the ranks. A product with the transpose of a distributed matrix, as libraries offer it,
-adds what other ranks contribute in the order in which it arrives; with the transpose in rows of its own, every sum runs
-over ascending columns on one rank, and the result is the same to the last bit on any number of ranks.
+Each rank keeps and multiplies a block of rows of the matrix H and a block of rows of its transpose, and the
+results are put together in the order of the ranks. A product with the transpose of a distributed matrix, as
+libraries offer it, adds what other ranks contribute in the order in which it arrives; with the transpose in
+rows of its own, every sum runs over ascending columns on one rank, and the result is the same to the last bit
+on any number of ranks.
 """
 from typing import Any, Tuple
 
@@ -15,8 +17,8 @@ import mpm_dem_checks as check
 
 
 def share(n: int, comm: Any) -> Tuple[slice, np.ndarray]:
-    """The rows, of n in all, that this rank keeps: a slice; and where the ranks' shares begin and end, shape (ranks +
-    1,)."""
+    """The rows, of n in all, that this rank keeps: a slice; and where the ranks' shares begin and end, shape
+    (ranks + 1,)."""
     bounds = n * np.arange(comm.size + 1) // comm.size
     return slice(bounds[comm.rank], bounds[comm.rank + 1]), bounds
 
@@ -24,15 +26,16 @@ def share(n: int, comm: Any) -> Tuple[slice, np.ndarray]:
 class Mapping:
     """The matrix H of eq. 22, shape (wall nodes, interface points), and the places where both sides started.
 
-    rows: this rank's rows of H, those of ``share``. Everything is collective, except where the mapping ``is_copy``:
-    that costs nothing. ``compliance`` [m/N] and ``indentation``: see ``spread``.
+    rows: this rank's rows of H, those of ``share``. Everything is collective, except where the mapping
+    ``is_copy``: that costs nothing. ``compliance`` [m/N] and ``indentation``: see ``spread``.
     """
 
     compliance = 0.0
 
-    def __init__(self, rows: Any, x_solid: np.ndarray, x_wall: np.ndarray, comm: Any = MPI.COMM_WORLD) -> None:
+    def __init__(self, rows: Any, x_solid: np.ndarray, x_wall: np.ndarray,
+                 comm: Any = MPI.COMM_WORLD) -> None:
         self._x_solid, self._x_wall, self._comm = np.array(x_solid, float), np.array(x_wall, float), comm
-        (mine, self._wall_bounds), (_, self._solid_bounds) = share(len(x_wall), comm), share(len(x_solid), comm)
+        (mine, self._wall_bounds), self._solid_bounds = share(len(x_wall), comm), share(len(x_solid), comm)[1]
         self._rows = rows.tocsr()
         self._rows.sum_duplicates()  # also sorts the columns
         self._transpose = self._transposed(mine.start)
@@ -64,8 +67,8 @@ class Mapping:
         return whole
 
     def motion(self, x: np.ndarray, v: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-        """Wall positions [m] and velocities [m/s] from those of the interface; displacements are mapped, so that a wall
-        that starts elsewhere keeps its shape."""
+        """Wall positions [m] and velocities [m/s] from those of the interface; displacements are mapped, so
+        that a wall that starts elsewhere keeps its shape."""
         if self.is_copy:
             return x, v
         dim = x.shape[1]
@@ -77,7 +80,8 @@ class Mapping:
         return wall_force if self.is_copy else self._whole(self._transpose @ wall_force, self._solid_bounds)
 
     def indentation(self, wall_force: np.ndarray) -> np.ndarray:
-        """Displacement of the wall nodes [m] that is not to be passed on to the wall, shape (m, dim): none here."""
+        """Displacement of the wall nodes [m] that is not to be passed on to the wall, shape (m, dim): none
+        here."""
         return np.zeros_like(wall_force)
 
 
@@ -106,12 +110,15 @@ def nearest(x_solid: np.ndarray, x_wall: np.ndarray, comm: Any = MPI.COMM_WORLD)
 
     partner = cKDTree(x_solid).query(mine)[1] if len(mine) else np.zeros(0, int)
     n = len(mine)
-    return Mapping(csr_matrix((np.ones(n), (np.arange(n), partner)), (n, len(x_solid))), x_solid, x_wall, comm)
+    rows = csr_matrix((np.ones(n), (np.arange(n), partner)), (n, len(x_solid)))
+    return Mapping(rows, x_solid, x_wall, comm)
 
 
-def linear(x_solid: np.ndarray, elements: np.ndarray, x_wall: np.ndarray, comm: Any = MPI.COMM_WORLD) -> Mapping:
-    """Each wall node follows the closest point of the interface's ``elements``, segments of shape (k, 2) or triangles
-    of shape (k, 3), by linear interpolation between their corners. ValueError for an element without extent."""
+def linear(x_solid: np.ndarray, elements: np.ndarray, x_wall: np.ndarray,
+           comm: Any = MPI.COMM_WORLD) -> Mapping:
+    """Each wall node follows the closest point of the interface's ``elements``, segments of shape (k, 2) or
+    triangles of shape (k, 3), by linear interpolation between their corners. ValueError for an element
+    without extent."""
     x_solid, x_wall = _places(x_solid, x_wall)
     elements = check.indices("elements of the interface", elements, len(x_solid), (2, 3), "points")
     p = x_wall[share(len(x_wall), comm)[0], None]
@@ -139,7 +146,8 @@ def linear(x_solid: np.ndarray, elements: np.ndarray, x_wall: np.ndarray, comm: 
 
 
 def _check_extent(corner: np.ndarray) -> None:
-    """ValueError naming the first segment without length or triangle without area, corner: shape (k, 2 or 3, dim)."""
+    """ValueError naming the first segment without length or triangle without area, corner: shape (k, 2 or 3,
+    dim)."""
     edges = corner[:, 1:] - corner[:, :1]
     gram = np.einsum("kai,kbi->kab", edges, edges)
     flat = np.linalg.det(gram) <= 1e-24 * np.trace(gram, axis1=1, axis2=2) ** gram.shape[1]
@@ -149,8 +157,8 @@ def _check_extent(corner: np.ndarray) -> None:
 
 
 def _weights(corner: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Weights of the corners at the closest point to p, shape (m, 1, dim), of each segment; of each triangle at the
-    projection onto its plane, negative where that lies outside. Shape (m, k, corners)."""
+    """Weights of the corners at the closest point to p, shape (m, 1, dim), of each segment; of each triangle
+    at the projection onto its plane, negative where that lies outside. Shape (m, k, corners)."""
     edges = corner[:, 1:] - corner[:, :1]
     to_weight = np.linalg.solve(np.einsum("kai,kbi->kab", edges, edges), edges)
     t = np.einsum("kai,mki->mka", to_weight, p - corner[:, 0])

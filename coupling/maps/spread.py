@@ -1,11 +1,12 @@
-"""Contact forces spread over a fixed radius, and the indentation that they still make subtracted from the motion.
+"""Contact forces spread over a fixed radius, and the indentation that they still make subtracted from the
+motion.
 
-Hertz's law contains the indentation of both partners. A grid whose cells are not much larger than the contact resolves part of
-that indentation under the force on a few nodes, without bound as the cells get smaller, and it is counted twice. Spread over a
-radius the force indents the solid by what belongs to the radius, whatever the cells, and the wall follows the mean motion
-there: by the transpose of the same matrix, so that sum, moment and work of the forces stay what they are. How deep
-that indentation is, is known (``compliance_in_space``, ``compliance_in_plane``): the wall is moved out by it, and the
-force not changed.
+Hertz's law contains the indentation of both partners. A grid whose cells are not much larger than the contact
+resolves part of that indentation under the force on a few nodes, without bound as the cells get smaller, and
+it is counted twice. Spread over a radius the force indents the solid by what belongs to the radius, whatever
+the cells, and the wall follows the mean motion there: by the transpose of the same matrix, so that sum,
+moment and work of the forces stay what they are. How deep that indentation is, is known
+(``compliance_in_space``, ``compliance_in_plane``): the wall is moved out by it, and the force not changed.
 """
 from typing import Any, Callable, Sequence
 
@@ -14,8 +15,8 @@ from scipy.sparse import csr_matrix, vstack
 
 from .mapping import Mapping, share
 
-CONE = 0.69  # mean displacement of a half space under a unit force, both with weights that fall linearly, times E'L
-BAR = 2.63  # radius over the width, at which such weights indent a plane strip no more than a point does a bar in space
+CONE = 0.69  # mean displacement of a half space under a unit force times E'L, weights of both fall linearly
+BAR = 2.63  # radius over width at which such weights indent a plane strip no more than a point a bar in space
 
 
 def compliance_in_space(radius: float, E: float, nu: float) -> float:
@@ -24,21 +25,22 @@ def compliance_in_space(radius: float, E: float, nu: float) -> float:
 
 
 def compliance_in_plane(radius: float, E: float, width: float) -> float:
-    """Compliance [m/N] of a plane scene of ``width`` [m] across it, under a force spread over ``radius`` [m], beyond
-    that of the bar that it stands for, under a point force in the middle of its width: 2 ln(BAR width/radius) / (pi E
-    width), not below 0, and 0 for no radius. E: Young's modulus in plane stress, E / (1 - nu^2) in plane strain [Pa]."""
+    """Compliance [m/N] of a plane scene of ``width`` [m] across it, under a force spread over ``radius`` [m],
+    beyond that of the bar that it stands for, under a point force in the middle of its width: 2 ln(BAR
+    width/radius) / (pi E width), not below 0, and 0 for no radius. E: Young's modulus in plane stress, E / (1
+    - nu^2) in plane strain [Pa]."""
     return max(2.0 * np.log(BAR * width / radius) / (np.pi * E * width), 0.0) if radius else 0.0
 
 
 class Spread(Mapping):
-    """A map whose wall nodes follow the mean motion around them; ``indentation`` is what the solid gives way there, see
-    above, by its ``compliance`` [m/N]. inner: this rank's rows of the matrix (wall nodes, wall nodes) that sums up what
-    belongs to one contact."""
+    """A map whose wall nodes follow the mean motion around them; ``indentation`` is what the solid gives way
+    there, see above, by its ``compliance`` [m/N]. inner: this rank's rows of the matrix (wall nodes, wall
+    nodes) that sums up what belongs to one contact."""
 
     def __init__(self, rows: Any, mapping: Mapping, compliance: float, inner: Any) -> None:
         super().__init__(rows, mapping.x_solid, mapping.x_wall, mapping.comm)
         self.compliance, self._inner = compliance, inner
-        self.is_copy = self.is_copy and not compliance  # a copy may be renewed with the interface, these rows may not
+        self.is_copy = self.is_copy and not compliance  # a copy may be resampled, these rows may not
 
     def indentation(self, wall_force: np.ndarray) -> np.ndarray:
         """Displacement of the wall nodes [m] under ``wall_force`` [N], shape (m, dim) both."""
@@ -46,9 +48,10 @@ class Spread(Mapping):
 
 
 def spread(mapping: Mapping, radius: float, compliance: float = 0.0) -> Mapping:
-    """``mapping`` with the motion of each wall node averaged over its neighbours within ``radius`` [m], of the places at
-    the start, and the forces spread alike; 0: as it is. compliance: of the indentation under such a force that the
-    contact law contains already [m/N], to be subtracted from the motion. Collective. ValueError for negative values."""
+    """``mapping`` with the motion of each wall node averaged over its neighbours within ``radius`` [m], of
+    the places at the start, and the forces spread alike; 0: as it is. compliance: of the indentation under
+    such a force that the contact law contains already [m/N], to be subtracted from the motion. Collective.
+    ValueError for negative values."""
     if not 0.0 <= radius < np.inf:
         raise ValueError(f"spread is {radius} m: give the radius over which a contact force is spread, or 0")
     if not 0.0 <= compliance < np.inf:
@@ -79,11 +82,12 @@ class Neighbours:
         return csr_matrix((values, columns.astype(int), start), self._shape)
 
     def means(self) -> Any:
-        """Averages, with weights that fall linearly to zero at the radius and are corrected so that linear fields stay
-        as they are (moving least squares)."""
-        def weights(arm):
+        """Averages, with weights that fall linearly to zero at the radius and are corrected so that linear
+        fields stay as they are (moving least squares)."""
+        def weights(arm: np.ndarray) -> np.ndarray:
             weight = np.maximum(1.0 - np.linalg.norm(arm, axis=1), 0.0)
-            tilt = np.linalg.pinv((weight[:, None] * arm).T @ arm, rcond=1e-6, hermitian=True) @ (weight @ arm)
+            moment = (weight[:, None] * arm).T @ arm
+            tilt = np.linalg.pinv(moment, rcond=1e-6, hermitian=True) @ (weight @ arm)
             weight *= 1.0 - arm @ tilt
             return weight / weight.sum()
 

@@ -35,7 +35,7 @@ class Record:
     which has no ledger; columns: name → (unit, meaning, function of the ``Window``) of the case's own quantities;
     gravity: on the particles [m/s^2], upward (along y) or all components; paraview: every how many windows the state
     is written, 0 for never; label: goes into the file names when a case runs more than once; closed: nothing but the
-    two exchanges energy, so that a run which gains some is stopped (``exchange.Unstable``); pictures: name → function
+    two exchanges energy, so that a run which gains some is stopped (``exchange.UnstableError``); pictures: name → function
     that draws it into the file at a path, at the end, however the run ends. Collective; files are written by rank 0,
     the ParaView files of points and grid by every rank. An error inside leaves the history so far and a report that
     names it; before the first window is done, it leaves the results of an earlier run as they were, see ``results``.

@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 
-from coupling.ledger import balance
+from coupling.ledger import exchange
 
 COARSE = dict(dim=3, h=5e-3, body=(62, 4, 4), segments=(31, 4), dt=4e-6, substeps=80, t_end=2e-4)
 TETRAHEDRA = dict(cell="tetrahedron", points=1)
@@ -34,7 +34,7 @@ def test_pinned_numbers(run_3d, keys, peak, u_beam, v_sphere, newton):
     assert history["newton"].sum() == pytest.approx(newton, abs=3)
     assert errors["u_beam"] < (0.07 if keys else 0.015) and errors["force"] < (0.07 if keys else 0.02)
     gained = 4.0 / 3.0 * np.pi * 7960e-6 * (history["v_sphere"][-1] + 0.01)  # 4.4e-4 N s
-    assert history["impulse_grains"][-1] == pytest.approx(gained) and balance.impulse_error(history) < 1e-12
+    assert history["impulse_grains"][-1] == pytest.approx(gained) and exchange.impulse_error(history) < 1e-12
 
 
 def test_back_ends_agree(run_3d, both):
@@ -47,7 +47,7 @@ def test_wall_of_other_triangles(run_3d):
     plain, _ = run_3d(t_end=8e-5)
     other, _ = run_3d(t_end=8e-5, wall_segments=(43, 6))
     assert np.abs(other["force"] - plain["force"]).max() < 0.02 * plain["force"].max()
-    assert other["impulse_grains"][-1] > 1e-4 and balance.impulse_error(other) < 1e-12
+    assert other["impulse_grains"][-1] > 1e-4 and exchange.impulse_error(other) < 1e-12
 
 
 @pytest.mark.parametrize("keys, kind, cells", [

@@ -34,8 +34,8 @@ def test_depth_is_larger_without(sink):
 
 def test_beam_with_a_spread_force(run, case):
     """Impulse and books stay exact; the force, over 4 mm, changes by less than a hundredth."""
-    from coupling.ledger import balance
+    from coupling.ledger import exchange
     plain, spread = (list(run(spread=radius, take_out=radius > 0, iterate=0).values())[-1] for radius in (0.0, 6e-3))
-    assert balance.impulse_error(spread) < 1e-12
+    assert exchange.impulse_error(spread) < 1e-12
     assert 0 < abs(spread["force"] - plain["force"]).max() < 0.02 * plain["force"].max()
     assert abs(spread["interface_error"][-1]) < 1e-3 and abs(spread["energy_error"][-1] - plain["energy_error"][-1]) < 1e-3

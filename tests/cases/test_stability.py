@@ -6,7 +6,7 @@ import pytest
 
 from coupling import cli
 from coupling.keys import refuse_without_effect
-from coupling.ledger import balance
+from coupling.ledger import exchange
 from studies import extreme_keys, stability, sweep
 
 MATRIX = Path(__file__).parents[2] / "cases/studies/matrix.py"
@@ -126,7 +126,7 @@ def test_rows_of_the_matrix(tmp_path):
 
 
 def test_a_closed_system_that_gains_energy_is_stopped():
-    balance.check_closed({"interface_error": 0.2, "energy_error": -0.9}, 1.0)
+    exchange.check_closed({"interface_error": 0.2, "energy_error": -0.9}, 1.0)
     for made in ({"interface_error": 0.3, "energy_error": 0.1}, {"interface_error": 0.0, "energy_error": 0.3}):
-        with pytest.raises(balance.Unstable, match="gained energy until t = 2 s, .*30%.*iterate=20"):
-            balance.check_closed(made, 2.0)
+        with pytest.raises(exchange.UnstableError, match="gained energy until t = 2 s, .*30%.*iterate=20"):
+            exchange.check_closed(made, 2.0)

@@ -4,7 +4,7 @@ import warnings
 import numpy as np
 import pytest
 
-from coupling.ledger.exchange import Unstable
+from coupling.ledger.exchange import UnstableError
 from coupling.records.history import read
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, longest_window
 
@@ -27,7 +27,7 @@ def lie(extreme, tmp_path):
             warnings.simplefilter("always")
             try:
                 extreme.main(**BED, restitution=restitution, dt=dt, out=str(tmp_path), **keys)
-            except Unstable as stopped:
+            except UnstableError as stopped:
                 assert "iterate=20" in str(stopped)
         force = read(tmp_path / "history.csv")["force"]
         return 0.5 * np.abs(np.diff(force, 2)).max() / weight, [str(warning.message) for warning in said]

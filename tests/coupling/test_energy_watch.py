@@ -7,7 +7,7 @@ import pytest
 
 from coupling import Scheme, Steps, couple, march
 from coupling.ledger.energy_watch import EVERY, EnergyWatch
-from coupling.ledger.exchange import Unstable
+from coupling.ledger.exchange import UnstableError
 from tests.coupling.toys import COPY, INNER, Ball, Oscillator
 
 
@@ -39,7 +39,7 @@ def swing(solid, windows=400):
 def test_what_gains_is_warned_of_and_stopped():
     warned = r"the solid has gained energy .* J until t = .* s, 1\d% of the 1 J it had"
     stopped = r"until t = .* s, 10\d% of the 1 J it had to spend: take a smaller dt"
-    with pytest.warns(UserWarning, match=warned) as seen, pytest.raises(Unstable, match=stopped):
+    with pytest.warns(UserWarning, match=warned) as seen, pytest.raises(UnstableError, match=stopped):
         swing(Watched(1e-3), 5000)
     assert len(seen) == 1
 

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from coupling import NotConverged, Scheme, couple
+from coupling import NotConvergedError, Scheme, couple
 from coupling.ledger.exchange import COLUMNS, Ledger
 from coupling.loop.relaxation import RELAXATIONS
 from tests.coupling.toys import COPY, INNER, T_END, Ball, Oscillator, exact
@@ -102,7 +102,7 @@ def test_goes_on_bit_for_bit(relax):
 
 
 def test_not_converged_is_an_error_with_a_remedy():
-    with pytest.raises(NotConverged, match=r"in window 1, which ends at t = 0.006 s: after 2 repetitions .* differ by "
+    with pytest.raises(NotConvergedError, match=r"in window 1, which ends at t = 0.006 s: after 2 repetitions .* differ by "
                                            r"[\d.e+-]+ N, .*\(tol=1e-08\): .* \(iterate=4\).* left .* \(adapt=0\)"):
         run(40, Oscillator(LIGHT), Ball(contact=STIFF), iterate=2, tol=1e-8, adapt=None)
 

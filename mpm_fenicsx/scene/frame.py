@@ -7,7 +7,7 @@ frame of numbers in a map grid is a shift alone: no rotation, no scale.
 import copy
 from dataclasses import replace
 from functools import singledispatch
-from typing import Any, Callable, Optional, Union
+from typing import Any, Sequence, Union
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from .bodies import Body, Cloud, Grid, Support
 from .conditions import GridWall, Load, Penalty
 from .interface import SIDES, Interface, Resampling
 from .mesh import Box, Mesh
+from .solid import SolidScene
 
 FAR = 64.0  # distance from zero over the size of the grid: from there on six bits of the coordinates are lost
 
@@ -39,21 +40,14 @@ class Frame:
         self.moved = bool(self.origin.any())
 
     def enter(self, thing: Any) -> Any:
-        """A part of the scene, or a list of parts, in the frame; of None, None."""
-        if not self.moved or thing is None:
-            return thing
-        return [shifted(one, -self.origin) for one in thing] if isinstance(thing, (list, tuple)) else \
-            shifted(thing, -self.origin)
+        """A scene, or a part of one, in the frame."""
+        return shifted(thing, -self.origin) if self.moved else thing
 
     def leave(self, thing: Any) -> Any:
         """Positions, shape (n, dim), an ``Interface`` or None in the user's coordinates."""
         if not self.moved or thing is None:
             return thing
         return thing + self.origin if isinstance(thing, np.ndarray) else shifted(thing, self.origin)
-
-    def enter_function(self, f: Optional[Callable]) -> Optional[Callable]:
-        """A function of positions and more in the user's coordinates as one of those in the frame."""
-        return _of_shifted(f, -self.origin) if self.moved else f
 
 
 @singledispatch
@@ -120,6 +114,16 @@ def _(penalty: Penalty, by: np.ndarray) -> Penalty:
 @shifted.register(Load)
 def _(load: Load, by: np.ndarray) -> Load:
     return replace(load, surface=shifted(load.surface, by))
+
+
+@shifted.register(SolidScene)
+def _(scene: SolidScene, by: np.ndarray) -> SolidScene:
+    def several(things: Sequence) -> tuple:
+        return tuple(shifted(thing, by) for thing in things)
+
+    return replace(scene, grid=shifted(scene.grid, by), body=several(scene.bodies), supports=several(scene.supports),
+                   interface=scene.interface and shifted(scene.interface, by), loads=several(scene.loads),
+                   penalties=several(scene.penalties), body_force=_of_shifted(scene.body_force, by))
 
 
 class Seen:

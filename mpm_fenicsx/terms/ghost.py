@@ -18,7 +18,6 @@ from ..collective import somewhere
 from ..compiled import compiled
 from ..grid.active_cells import ghosted_vector
 
-INERTIA = "consistent", "lumped", "ghost"  # the kinds there are
 GAMMA = 0.1
 FULL = 0.6  # of a cell's volume
 GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)

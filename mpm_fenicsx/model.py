@@ -1,0 +1,190 @@
+"""What there is of a scene on the ranks: its particles, and the background grid that the ranks share."""
+from typing import Callable, Dict, List, Optional, Tuple
+
+import numpy as np
+from mpi4py import MPI
+
+from .collective import total
+from .grid.background import Background, check_inside
+from .grid.supports import Supports
+from .output.states import fingerprint
+from .points.boundary_particles import BoundaryParticles
+from .points.migrate import Router
+from .points.outflow import Outflow, read_ways
+from .points.sets import Set, Sets
+from .scene.frame import Frame, Seen, seen_points
+from .scene.interface import Interface
+from .scene.room import room_at_walls
+from .scene.solid import SolidScene
+from .solve import options
+from .terms.behind import watch
+from .terms.bonds import Bonds
+from .terms.kernels import compile_grid_kernels
+from .terms.loads import SurfaceLoads
+from .terms.parts import Start, make_parts, warn_if_in_pieces
+from .terms.scene_penalties import make_penalties, reaction
+
+
+class Model:
+    """Material points and boundary particles of a ``SolidScene``, and the grid between them; ``MPM`` moves them.
+
+    It computes in the frame of ``origin``, see ``frame``; what is asked here is answered in the user's coordinates.
+    ``background``, ``supports`` and the router of points between ranks belong to one distribution of the grid over the
+    ranks and are made together, by ``_distribute``. Collective, but for what is only looked up.
+    """
+
+    def __init__(self, scene: SolidScene, comm: MPI.Comm):
+        self.comm, self.dim, self.grid, self.scene = comm, scene.grid.box.dim, scene.grid, scene
+        self.numerics, self.outflow, self._frame = scene.numerics, scene.outflow, Frame(scene.grid.box)
+        self._framed = scene = self._frame.enter(scene)
+        self.gravity, self.time, self.steps = scene.acceleration, 0.0, 0
+        self._parts = make_parts(scene.body, scene.grid, self.gravity, scene.body_force)
+        x = np.concatenate([part.points.x for part in self._parts])
+        check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)
+        self._count, self._outflow = len(x), Outflow(read_ways(scene.outflow, self.dim), scene.grid, comm, self.gravity)
+        self._bonds = Bonds(self._parts, comm, scene.bonded)
+        self._room = room_at_walls(scene.grid, scene.penalties)
+        self._distribute(np.array_split(x, comm.size)[comm.rank])
+        self.kernels = compile_grid_kernels(self.background)
+        start = Start(self._parts, self.gravity, scene.body_force)
+        self._surface = BoundaryParticles(comm, self.dim, scene.interface, start)
+        self.boundary = self._surface.points
+        check_inside(scene.grid, self.boundary.x, "a boundary particle", self.origin)
+        self.background.keep_mine(self.boundary, np.full(len(self.boundary), "the interface"))
+        self.loads = (SurfaceLoads(list(scene.loads), self.dim, start),) if scene.loads else ()
+        self.penalties = make_penalties(list(scene.penalties), self.background, start)
+        self._behind = watch(scene.penalties, self.background, self._parts)
+        for condition in (*self.loads, *self.penalties):
+            self.background.keep_mine(condition.points, condition.names)
+        self._sets = self._all_points()
+        self._fingerprint = fingerprint(self, scene.supports, self._sets.names(), scene.inertia)
+        for part in self._parts:
+            part.compile(self.background, scene.inertia != "lumped")
+            self.background.keep_mine(part.points, np.full(len(part.points), "the body"))
+        warn_if_in_pieces(self._parts, self.background)
+
+    def _distribute(self, x: np.ndarray) -> None:
+        """Share the grid out over the ranks for points at x [m], shape (n, dim), of which each rank gives some."""
+        averaged = any(part.body.f_bar for part in self._parts)
+        self.background = Background(self._framed.grid, self.comm, x, averaged, self.origin, self._room)
+        self.supports = Supports(self._framed.supports, self.background.x, self.steps > 0)
+        self._router = Router(self.comm, self.background.neighbours)
+
+    def _all_points(self) -> Sets:
+        """All points of the scene, with what becomes of those that leave the grid."""
+        material = [Set(f"points{n or ''}", part.points, leave=self._outflow.of_material(part))
+                    for n, part in enumerate(self._parts)]
+        loaded = [Set(name, points, leave=None if points is self.boundary and self._surface.resampled
+                      else self._outflow.of_boundary(points))
+                  for name, points in (("boundary", self.boundary), *(("loads", a.points) for a in self.loads))]
+        held = [Set("hinges" if held.follows else "walls", held.points, held.follows, held.follows or held.moves)
+                for held in self.penalties]
+        return Sets(self.comm, [*material, *loaded, *held], self.origin)
+
+    # ---------------------------------------------------------------- points
+
+    @property
+    def origin(self) -> np.ndarray:
+        """Of the frame in which it computes and in which its state is [m], shape (dim,), see ``frame``."""
+        return self._frame.origin
+
+    @property
+    def parts(self) -> list:
+        """The bodies with their points on this rank, see ``parts.Part``; far from zero positions can be read, not
+        changed."""
+        if not self._frame.moved:
+            return self._parts
+        return [Seen(part, points=seen_points(part.points, self._frame)) for part in self._parts]
+
+    @property
+    def points(self):
+        """Material points of the only body on this rank; ValueError when there are several."""
+        if len(self._parts) > 1:
+            raise ValueError(f"there are {len(self._parts)} bodies: take the points of each from parts[n].points")
+        return self.parts[0].points
+
+    @property
+    def count(self) -> int:
+        """Material points that take part, on all ranks."""
+        return self._count - self.removed["count"]
+
+    @property
+    def removed(self) -> dict:
+        """What has left the grid, held or removed by ``outflow``, since the start: "count", "mass" [kg], "momentum"
+        [kg m/s], shape (dim,), and "energy" [J] (kinetic, strain and potential), the same on every rank."""
+        return self._outflow.removed
+
+    def held(self) -> list:
+        """Points of each body that ``outflow`` holds at the edge on this rank."""
+        return [seen_points(points, self._frame) for points in self._outflow.held]
+
+    def imbalance(self) -> float:
+        """Most material points on one rank over the mean."""
+        return self.comm.allreduce(sum(len(part.points) for part in self._parts), MPI.MAX) * self.comm.size / self.count
+
+    def cauchy_stress(self) -> np.ndarray:
+        """Cauchy stress of this rank's points [Pa], shape (n, dim, dim), body after body."""
+        return np.concatenate([part.cauchy_stress() for part in self._parts])
+
+    # ---------------------------------------------------------------- interface
+
+    @property
+    def interface(self) -> Optional[Interface]:
+        """The ``Interface`` of now, or None."""
+        return self._frame.leave(self._surface.interface)
+
+    def surface(self) -> Tuple[np.ndarray, np.ndarray]:
+        """Boundary particles: positions [m] and velocities [m/s], shape (n, dim) each, in the order of the interface,
+        the same on every rank."""
+        x, v = self._surface.whole("x", "v")
+        return self._frame.leave(x), v
+
+    def displacement(self) -> np.ndarray:
+        """Of the boundary particles since the start [m], shape (n, dim): not less exact far from zero."""
+        return self._surface.whole("x")[0] - self._surface.interface.x
+
+    # ---------------------------------------------------------------- energy, momentum, forces
+
+    def energy(self) -> Dict[str, float]:
+        """``kinetic``, ``strain`` and ``potential`` (in gravity, zero at ``origin``) energy of the points [J]."""
+        parts = np.sum([part.energies(self.gravity) for part in self._parts], axis=0)
+        return dict(zip(("kinetic", "strain", "potential"), total(self.comm, parts).tolist()))
+
+    def momentum(self) -> np.ndarray:
+        """Momentum of the points [kg m/s], shape (dim,)."""
+        return total(self.comm, sum(part.points.mass @ part.points.v for part in self._parts))
+
+    def reaction(self, name: str) -> np.ndarray:
+        """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
+        return total(self.comm, reaction(self.penalties, name))
+
+    @property
+    def driven(self) -> bool:
+        """Whether motions, loads or body forces do work on the bodies, besides gravity and the interface's forces."""
+        moved = (held for condition in self.penalties for held in condition.penalties)
+        return bool(self.loads or self._parts[0].pushed or any(s.motion is not None for s in self.scene.supports)
+                    or any(held.motion is not None for held in moved))
+
+    @property
+    def springs(self) -> bool:
+        """Whether there are any, which store energy that ``energy`` does not count."""
+        return bool(self.penalties)
+
+    def behind(self) -> Dict[str, int]:
+        """Material points that have gone through walls and not come back, as name of the wall → number."""
+        counts = {} if self._behind is None else zip(self._behind.names, self._behind.counts().tolist())
+        return {name: count for name, count in sorted(counts)} if counts else {}
+
+    def columns(self) -> Dict[str, Tuple[str, str, Callable]]:
+        """What else the history should have, as name → (unit, meaning, function without arguments)."""
+        if self._behind is None:
+            return {}
+        return {"behind": ("1", "material points that have gone through a wall", lambda: sum(self.behind().values()))}
+
+    def options(self) -> Dict[str, str]:
+        """PETSc's options that a user gave and that somebody asked for, as they are typed, name → text."""
+        return options.used()
+
+    def unused_options(self) -> List[str]:
+        """Dash options that neither PETSc nor anybody else asked for."""
+        return options.unused()

@@ -1,0 +1,66 @@
+"""All that ``MPM`` is given: frozen data in SI units, checked when made."""
+from dataclasses import dataclass, field
+from typing import Any, Callable, Dict, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+import mpm_dem_checks as check
+
+from .bodies import Body, Grid, Support
+from .conditions import GridWall, Load, Penalty
+from .interface import Interface
+from .mesh import Mesh
+from .numerics import Numerics
+
+INERTIA = "consistent", "lumped", "ghost"  # the kinds there are
+
+
+@dataclass(frozen=True)
+class SolidScene:
+    """The arguments of ``MPM``, see there. ``body``: a body or several, afterwards a tuple.
+
+    Raises ValueError for the first one that is none.
+    """
+
+    grid: Union[Grid, Mesh]
+    body: Union[Body, Sequence[Body]]
+    supports: Sequence[Support] = ()
+    interface: Optional[Interface] = None
+    gravity: Optional[Sequence[float]] = None
+    inertia: str = "consistent"
+    loads: Sequence[Load] = ()
+    penalties: Sequence[Union[Penalty, GridWall]] = ()
+    body_force: Optional[Callable] = None
+    outflow: Union[str, Dict[str, str]] = "stop"
+    bonded: bool = False
+    numerics: Numerics = field(default_factory=Numerics)
+
+    def __post_init__(self) -> None:
+        def put(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        check.record("grid", self.grid, Grid, Mesh)
+        bodies = self.body if isinstance(self.body, (list, tuple)) else (self.body,)
+        put("body", check.records("bodies", bodies, Body))
+        put("supports", check.records("supports", self.supports, Support))
+        put("loads", check.records("loads", self.loads, Load))
+        put("penalties", check.records("penalties", self.penalties, Penalty, GridWall))
+        check.choice("inertia", self.inertia, INERTIA)
+        check.record("numerics", self.numerics, Numerics)
+        if self.interface is not None:
+            check.record("interface", self.interface, Interface)
+        if self.gravity is not None:
+            check.numbers("gravity", self.gravity, self.grid.box.dim, "m/s^2")
+        if self.body_force is not None:
+            check.function("body_force", self.body_force)
+        check.truth("bonded", self.bonded)
+
+    @property
+    def bodies(self) -> Tuple[Body, ...]:
+        """The bodies as a tuple."""
+        return self.body if isinstance(self.body, tuple) else tuple(self.body) if isinstance(self.body, list) else (self.body,)
+
+    @property
+    def acceleration(self) -> np.ndarray:
+        """Of gravity [m/s^2], shape (dim,)."""
+        return np.zeros(self.grid.box.dim) if self.gravity is None else np.array(self.gravity, float)

@@ -11,6 +11,7 @@ from .output.states import fingerprint
 from .points.boundary_particles import BoundaryParticles
 from .points.migrate import Router
 from .points.outflow import Outflow, read_ways
+from .points.points import Points
 from .points.sets import Set, Sets
 from .scene.frame import Frame, Seen, seen_points
 from .scene.interface import Interface
@@ -97,7 +98,7 @@ class Model:
         return [Seen(part, points=seen_points(part.points, self._frame)) for part in self._parts]
 
     @property
-    def points(self):
+    def points(self) -> Points:
         """Material points of the only body on this rank; ValueError when there are several."""
         if len(self._parts) > 1:
             raise ValueError(f"there are {len(self._parts)} bodies: take the points of each from parts[n].points")

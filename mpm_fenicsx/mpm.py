@@ -1,15 +1,21 @@
 """The MPM: advances the points of a scene, one implicit step at a time."""
+from typing import Callable, Dict, Optional, Sequence, Tuple, Union
+
 import numpy as np
 from mpi4py import MPI
 
 import mpm_dem_checks as check
 
-from .errors import MPMError
 from .model import Model
 from .output import snapshots
 from .output.resolution import resolution
 from .output.states import check_state, while_open
 from .points.boundary_particles import near_mass
+from .points.outline import Change
+from .scene.bodies import Body, Grid, Support
+from .scene.conditions import GridWall, Load, Penalty
+from .scene.interface import Interface
+from .scene.mesh import Mesh
 from .scene.numerics import Numerics
 from .scene.solid import SolidScene
 from .solve.step import PHASES, Step
@@ -53,9 +59,12 @@ class MPM(Model):
 
     rebalance_every = 50  # steps between two looks at the imbalance
 
-    def __init__(self, grid, body, supports=(), interface=None, *, gravity=None,  # noqa: PLR0913 - states a scene
-                 inertia="consistent", loads=(), penalties=(), body_force=None, outflow="stop", bonded=False,
-                 numerics=Numerics(), comm=MPI.COMM_WORLD):
+    def __init__(self, grid: Union[Grid, Mesh], body: Union[Body, Sequence[Body]],  # noqa: PLR0913 - states a scene
+                 supports: Sequence[Support] = (), interface: Optional[Interface] = None, *,
+                 gravity: Optional[Sequence[float]] = None, inertia: str = "consistent", loads: Sequence[Load] = (),
+                 penalties: Sequence[Union[Penalty, GridWall]] = (), body_force: Optional[Callable] = None,
+                 outflow: Union[str, Dict[str, str]] = "stop", bonded: bool = False, numerics: Numerics = Numerics(),
+                 comm: MPI.Comm = MPI.COMM_WORLD):
         super().__init__(SolidScene(grid, body, supports, interface, gravity, inertia, loads, penalties, body_force,
                                     outflow, bonded, numerics), comm)
         self.iterations, self.ghost_since, self.rebalances, self.closed = 0, None, [], False
@@ -71,12 +80,12 @@ class MPM(Model):
     # ---------------------------------------------------------------- one step
 
     @while_open
-    def advance(self, dt: float, force=None):
+    def advance(self, dt: float, force: Optional[np.ndarray] = None) -> Tuple[np.ndarray, np.ndarray]:
         """Advance by ``dt`` [s] in one step, under point loads ``force`` on the boundary particles [N], shape (n, dim),
         constant meanwhile, the same on every rank. Returns ``surface()``. MPMDiverged when Newton's method fails; all
         points are then as they were."""
         dt = check.positive("dt", dt, "s", "it must be positive")
-        force = self._checked(force)
+        force = self._surface.checked(force, self.time)
         self.step.restart_clock()
         if self.comm.size > 1 and self.steps and self.steps % self.rebalance_every == 0:
             if self._outflow.active:
@@ -95,17 +104,6 @@ class MPM(Model):
             self._behind(self.time)
         return self.surface()
 
-    def _checked(self, force):
-        """The force on the boundary particles [N], shape (n, dim); none for None."""
-        shape = self._surface.count, self.dim
-        if force is None:
-            return np.zeros(shape)
-        force = check.shaped("force", force, shape)
-        if not np.isfinite(force).all():
-            raise MPMError(f"the force on boundary particle {np.argwhere(~np.isfinite(force))[0][0]} is not a number "
-                           f"at t = {self.time:.6g} s: look at the grains that sent it")
-        return force
-
     @while_open
     def fall_back(self) -> str:
         """After a step that failed: consistent inertia gets the ghost penalty from now on, as it is singular alone where
@@ -117,7 +115,7 @@ class MPM(Model):
         return "the ghost penalty on inertia"
 
     @while_open
-    def resample(self):
+    def resample(self) -> Optional[Change]:
         """Between steps, renew the particles of an interface with a ``Resampling``: ``outline.Change`` or None."""
         if not self._surface.resampled:
             return None

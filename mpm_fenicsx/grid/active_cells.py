@@ -180,5 +180,6 @@ class ActiveCells:
         compat.set_coo_values(self.matrix, self.values)
 
     def destroy(self):
+        """Free matrix and vectors."""
         for held in (self.matrix, *self._vectors.values()):
             held.destroy()

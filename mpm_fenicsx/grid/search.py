@@ -119,6 +119,7 @@ class WalkSearch:
         return best
 
     def local(self, number):
+        """See ``LatticeSearch.local``."""
         return (number - self._first).astype(np.int32)
 
 

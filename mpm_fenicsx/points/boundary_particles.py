@@ -3,6 +3,8 @@ from dataclasses import replace
 
 import numpy as np
 
+import mpm_dem_checks as check
+
 from ..collective import somewhere
 from ..errors import MPMError
 from . import outline, surface
@@ -29,6 +31,17 @@ class BoundaryParticles:
     def count(self):
         """Particles on all ranks."""
         return 0 if self.interface is None else len(self.interface.x)
+
+    def checked(self, force, time):
+        """The ``force`` on them at ``time`` [s] as array [N], shape (n, dim), of which None has none."""
+        shape = self.count, self._dim
+        if force is None:
+            return np.zeros(shape)
+        force = check.shaped("force", force, shape)
+        if not np.isfinite(force).all():
+            raise MPMError(f"the force on boundary particle {np.argwhere(~np.isfinite(force))[0][0]} is not a number "
+                           f"at t = {time:.6g} s: look at the grains that sent it")
+        return force
 
     @property
     def resampled(self):
@@ -85,6 +98,7 @@ class BoundaryParticles:
         return {"interface.x": np.array(self.interface.x), "interface.elements": np.array(self.interface.elements)}
 
     def set_state(self, state):
+        """Go back to what ``get_state`` gave."""
         if self.resampled:
             self.interface = replace(self.interface, x=state["interface.x"].copy(),
                                      elements=state["interface.elements"].copy())

@@ -3,6 +3,8 @@
 ``following`` and ``before``, shape (n,), link each particle with its neighbours in its chain: NONE beyond an end; both
 are NONE for a particle that is gone. A chain may be open or closed; the outside is on its left.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 from ..compiled import compiled
@@ -82,11 +84,22 @@ def thin_out(x, following, before, stays, shortest):
     return changed
 
 
+class Floor(NamedTuple):
+    """Across which ``axis`` it lies, at which ``level`` [m], which way (1 or -1) is ``inward``, and how far above it a
+    foot may ``reach`` [m]."""
+
+    axis: int
+    level: float
+    inward: float
+    reach: float
+
+
 @compiled
-def foremost(x, step, end, axis, inward, level, out, reach, loaded):
-    """The particle farthest to the side ``out`` of those linked to ``end`` within ``reach`` [m] of the floor."""
+def foremost(x, step, end, floor, out, loaded):
+    """The particle farthest to the side ``out`` of those linked to ``end`` within reach of the ``floor``."""
+    axis = floor.axis
     nose = i = end
-    while i != NONE and not loaded[i] and inward * (x[i, axis] - level) <= reach:
+    while i != NONE and not loaded[i] and floor.inward * (x[i, axis] - floor.level) <= floor.reach:
         if out * (x[i, 1 - axis] - x[nose, 1 - axis]) > 0.0:
             nose = i
         i = step[i]

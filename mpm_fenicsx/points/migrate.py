@@ -39,6 +39,7 @@ class Router:
         return arrived[np.argsort(arrived["gid"], kind="stable")]
 
     def free(self):
+        """Free the communicator of the neighbours."""
         self._graph.Free()
 
 

@@ -103,7 +103,7 @@ class Outflow:
 
         return leave
 
-    def excuses(self, points, N):
+    def first_lost(self, points, N):
         """Boundary particles without a node of mass, in cells with basis values N, shape (n, K): once material has left
         they are switched off, too. Returns the first that has lost its material otherwise, or -1. Collective."""
         lost = ~points.off & (N.sum(axis=1) == 0.0)
@@ -126,6 +126,7 @@ class Outflow:
         return {"removed": self._sums.copy(), **held} if self.active else {}
 
     def set_state(self, state):
+        """Go back to what ``get_state`` gave."""
         if self.active:
             self._sums = state["removed"].copy()
             for n, points in enumerate(self.held):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..scene.interface import SIDES
-from .chains import NONE, drop_loops, end_of, foremost, in_order, links, remove, thin_out, untie
+from .chains import NONE, Floor, drop_loops, end_of, foremost, in_order, links, remove, thin_out, untie
 
 
 class Change(NamedTuple):
@@ -58,9 +58,14 @@ def find_change(x, elements, rule, loaded, has_mass, changed=False):
     changed |= thin_out(x, following, before, stays, rule.shortest * rule.spacing)
     for foot, last in zip(rule.feet, (False, True)):
         end = end_of(following, before, last)
-        if foot is not None and end != NONE and \
-                lay_foot(x, following, before, parent, end, foot, last, rule.reach * rule.spacing, loaded, has_mass):
-            changed = near[end] = True
+        if foot is not None and end != NONE:
+            (axis, inward), level = SIDES[foot[0]], foot[1]
+            floor = Floor(axis, float(level), inward, rule.reach * rule.spacing)
+            place, nose = find_foot(x, before if last else following, end, floor, last, loaded)
+            if nose != end and has_mass(place[None])[0]:
+                lay_foot((following, before), last, end, nose)
+                x[end], parent[end] = place, nose
+                changed = near[end] = True
         while end != NONE and not near[end]:
             remove(end, following, before)
             changed, end = True, end_of(following, before, last)
@@ -74,26 +79,29 @@ def find_change(x, elements, rule, loaded, has_mass, changed=False):
     return _divided(x, order, after, parent, rule.longest * rule.spacing, has_mass, changed)
 
 
-def lay_foot(x, following, before, parent, end, foot, last, reach, loaded, has_mass):
-    """Lay the ``end`` of the open chain, the ``last`` or the first, on the floor beneath the foremost particle near it.
+def find_foot(x, step, end, floor, last, loaded):
+    """Place [m], shape (2,), for the ``end`` of an open chain, its ``last`` or first, on the floor beneath the foremost
+    particle near it, and the number of that particle.
 
     Grid nodes on a floor that sticks do not move, so an end there stays behind and the flow overruns it; contact with
-    the lower side of the overrun part would be contact with the floor. What lies less than ``reach`` [m] above the
-    floor, up to the first particle that carries a load, is cut off as far as the foremost particle, and the end
-    goes on as that one does. foot: (side, level [m]). Returns whether the outline has changed.
+    the lower side of the overrun part would be contact with the floor. What lies within the reach of the floor, up to
+    the first particle that carries a load, is therefore cut off as far as the foremost particle, and the end goes on as
+    that one does. step: (n,) the way into the chain.
     """
-    (axis, inward), level = SIDES[foot[0]], foot[1]
-    step = before if last else following
-    out = inward if last == (axis == 1) else -inward  # left of the way to or from the floor
-    nose = foremost(x, step, end, axis, inward, level, out, reach, loaded)
+    out = floor.inward if last == (floor.axis == 1) else -floor.inward  # left of the way to or from the floor
+    nose = foremost(x, step, end, floor, out, loaded)
     place = x[nose].copy()
-    place[axis] = level
-    if nose == end or not has_mass(place[None])[0]:
-        return False
+    place[floor.axis] = floor.level
+    return place, nose
+
+
+def lay_foot(links, last, end, nose):
+    """Cut off what lies between the ``end`` of a chain, its ``last`` or first, and its particle ``nose``. links: the
+    arrays ``following`` and ``before``."""
+    following, before = links
+    step = before if last else following
     while step[end] != nose:
         remove(step[end], following, before)
-    x[end], parent[end] = place, nose
-    return True
 
 
 def _divided(x, order, after, parent, longest, has_mass, changed):

@@ -86,9 +86,11 @@ class Points:
         return {name: getattr(self, name).copy() for name in self.names}
 
     def restore(self, state):
+        """Go back to the fields of ``copy``."""
         self.__dict__.update({name: state[name].copy() for name in self.names})
 
     def take(self, index):
+        """Keep the points of ``index``, a mask or numbers, alone."""
         self.__dict__.update({name: np.ascontiguousarray(getattr(self, name)[index]) for name in self.names})
 
     def record(self):

@@ -76,5 +76,6 @@ class Sets:
         return {f"{s.name}.{field}": values for s in self._sets for field, values in s.points.copy().items()}
 
     def set_state(self, state):
+        """Go back to what ``get_state`` gave."""
         for s in self._sets:
             s.points.restore({field: state[f"{s.name}.{field}"] for field in s.points.names})

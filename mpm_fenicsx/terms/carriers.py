@@ -31,7 +31,7 @@ class Carriers:
         self._riders = [(p, N) for p, N, _ in self._loaded]
         self._lost = [step.kernels.only_active(p.cell, step.active_cells.cells, active, N) for p, N, _ in self._loaded]
         if step.outflow is not None and step.outflow.active:
-            self._lost = [step.outflow.excuses(p, N) if hasattr(p, "off") else k
+            self._lost = [step.outflow.first_lost(p, N) if hasattr(p, "off") else k
                           for (p, N), k in zip(self._riders, self._lost)]
         self._lost += [held.locate(step) for held in step.penalties]
         self._riders += [(held.points, held.N) for held in step.penalties if held.follows]

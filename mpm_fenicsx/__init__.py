@@ -29,8 +29,8 @@ from .scene.meshfile import read_cloud, read_mesh  # noqa: E402
 from .scene.numerics import SOLVERS, Numerics  # noqa: E402
 
 __all__ = [  # a scene; how it is computed; laws; points; errors
-    "Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "Load", "Mesh", "Penalty", "Resampling", "Support", "at_rest",
-    "read_cloud", "read_mesh",
+    "Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "Load", "Mesh", "Penalty", "Resampling",
+    "Support", "at_rest", "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS",
     "LAWS", "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "von_mises",
     "of_points", "seed",

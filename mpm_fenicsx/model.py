@@ -27,11 +27,12 @@ from .terms.scene_penalties import make_penalties, reaction
 
 
 class Model:
-    """Material points and boundary particles of a ``SolidScene``, and the grid between them; ``MPM`` moves them.
+    """Material points and boundary particles of a ``SolidScene``, and the grid that ``MPM`` moves them with.
 
-    It computes in the frame of ``origin``, see ``frame``; what is asked here is answered in the user's coordinates.
-    ``background``, ``supports`` and the router of points between ranks belong to one distribution of the grid over the
-    ranks and are made together, by ``_distribute``. Collective, but for what is only looked up.
+    It computes in the frame of ``origin``, see ``frame``; what is asked here is answered in the user's
+    coordinates. ``background``, ``supports`` and the router of points between ranks belong to one
+    distribution of the grid over the ranks and are made together, by ``_distribute``. Collective, but for
+    what is only looked up.
     """
 
     def __init__(self, scene: SolidScene, comm: MPI.Comm):
@@ -42,7 +43,8 @@ class Model:
         self._parts = make_parts(scene.body, scene.grid, self.gravity, scene.body_force)
         x = np.concatenate([part.points.x for part in self._parts])
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)
-        self._count, self._outflow = len(x), Outflow(read_ways(scene.outflow, self.dim), scene.grid, comm, self.gravity)
+        ways = read_ways(scene.outflow, self.dim)
+        self._count, self._outflow = len(x), Outflow(ways, scene.grid, comm, self.gravity)
         self._bonds = Bonds(self._parts, comm, scene.bonded)
         self._room = room_at_walls(scene.grid, scene.penalties)
         self._distribute(np.array_split(x, comm.size)[comm.rank])
@@ -65,7 +67,7 @@ class Model:
         warn_if_in_pieces(self._parts, self.background)
 
     def _distribute(self, x: np.ndarray) -> None:
-        """Share the grid out over the ranks for points at x [m], shape (n, dim), of which each rank gives some."""
+        """Distribute the grid over the ranks for points at x [m], shape (n, dim); each rank gives some."""
         averaged = any(part.body.f_bar for part in self._parts)
         self.background = Background(self._framed.grid, self.comm, x, averaged, self.origin, self._room)
         self.supports = Supports(self._framed.supports, self.background.x, self.steps > 0)
@@ -75,12 +77,12 @@ class Model:
         """All points of the scene, with what becomes of those that leave the grid."""
         material = [Set(f"points{n or ''}", part.points, leave=self._outflow.of_material(part))
                     for n, part in enumerate(self._parts)]
-        loaded = [Set(name, points, leave=None if points is self.boundary and self._surface.resampled
-                      else self._outflow.of_boundary(points))
-                  for name, points in (("boundary", self.boundary), *(("loads", a.points) for a in self.loads))]
-        held = [Set("hinges" if held.follows else "walls", held.points, held.follows, held.follows or held.moves)
-                for held in self.penalties]
-        return Sets(self.comm, [*material, *loaded, *held], self.origin)
+        leave = None if self._surface.resampled else self._outflow.of_boundary(self.boundary)
+        loaded = [Set("boundary", self.boundary, leave=leave),
+                  *(Set("loads", a.points, leave=self._outflow.of_boundary(a.points)) for a in self.loads)]
+        springs = [Set("hinges" if p.follows else "walls", p.points, p.follows, p.follows or p.moves)
+                   for p in self.penalties]
+        return Sets(self.comm, [*material, *loaded, *springs], self.origin)
 
     # ---------------------------------------------------------------- points
 
@@ -91,8 +93,8 @@ class Model:
 
     @property
     def parts(self) -> list:
-        """The bodies with their points on this rank, see ``parts.Part``; far from zero positions can be read, not
-        changed."""
+        """The bodies with their points on this rank, see ``parts.Part``; far from zero positions can be read,
+        not changed."""
         if not self._frame.moved:
             return self._parts
         return [Seen(part, points=seen_points(part.points, self._frame)) for part in self._parts]
@@ -101,7 +103,8 @@ class Model:
     def points(self) -> Points:
         """Material points of the only body on this rank; ValueError when there are several."""
         if len(self._parts) > 1:
-            raise ValueError(f"there are {len(self._parts)} bodies: take the points of each from parts[n].points")
+            raise ValueError(f"there are {len(self._parts)} bodies: take the points of each from "
+                             "parts[n].points")
         return self.parts[0].points
 
     @property
@@ -111,8 +114,9 @@ class Model:
 
     @property
     def removed(self) -> dict:
-        """What has left the grid, held or removed by ``outflow``, since the start: "count", "mass" [kg], "momentum"
-        [kg m/s], shape (dim,), and "energy" [J] (kinetic, strain and potential), the same on every rank."""
+        """What has left the grid, held or removed by ``outflow``, since the start: "count", "mass" [kg],
+        "momentum" [kg m/s], shape (dim,), and "energy" [J] (kinetic, strain and potential), the same on every
+        rank."""
         return self._outflow.removed
 
     def held(self) -> list:
@@ -121,7 +125,8 @@ class Model:
 
     def imbalance(self) -> float:
         """Most material points on one rank over the mean."""
-        return self.comm.allreduce(sum(len(part.points) for part in self._parts), MPI.MAX) * self.comm.size / self.count
+        most = self.comm.allreduce(sum(len(part.points) for part in self._parts), MPI.MAX)
+        return most * self.comm.size / self.count
 
     def cauchy_stress(self) -> np.ndarray:
         """Cauchy stress of this rank's points [Pa], shape (n, dim, dim), body after body."""
@@ -135,8 +140,8 @@ class Model:
         return self._frame.leave(self._surface.interface)
 
     def surface(self) -> Tuple[np.ndarray, np.ndarray]:
-        """Boundary particles: positions [m] and velocities [m/s], shape (n, dim) each, in the order of the interface,
-        the same on every rank."""
+        """Boundary particles: positions [m] and velocities [m/s], shape (n, dim) each, in the order of the
+        interface, the same on every rank."""
         x, v = self._surface.whole("x", "v")
         return self._frame.leave(x), v
 
@@ -147,7 +152,7 @@ class Model:
     # ---------------------------------------------------------------- energy, momentum, forces
 
     def energy(self) -> Dict[str, float]:
-        """``kinetic``, ``strain`` and ``potential`` (in gravity, zero at ``origin``) energy of the points [J]."""
+        """``kinetic``, ``strain`` and ``potential`` (zero at ``origin``) energy of the points [J]."""
         parts = np.sum([part.energies(self.gravity) for part in self._parts], axis=0)
         return dict(zip(("kinetic", "strain", "potential"), total(self.comm, parts).tolist()))
 
@@ -161,10 +166,9 @@ class Model:
 
     @property
     def driven(self) -> bool:
-        """Whether motions, loads or body forces do work on the bodies, besides gravity and the interface's forces."""
-        moved = (held for condition in self.penalties for held in condition.penalties)
-        return bool(self.loads or self._parts[0].pushed or any(s.motion is not None for s in self.scene.supports)
-                    or any(held.motion is not None for held in moved))
+        """Whether motions, loads or body forces do work on the bodies, besides gravity and the interface."""
+        stated = [*self.scene.supports, *(one for penalty in self.penalties for one in penalty.penalties)]
+        return bool(self.loads or self._parts[0].pushed or any(one.motion is not None for one in stated))
 
     @property
     def springs(self) -> bool:
@@ -180,7 +184,8 @@ class Model:
         """What else the history should have, as name → (unit, meaning, function without arguments)."""
         if self._behind is None:
             return {}
-        return {"behind": ("1", "material points that have gone through a wall", lambda: sum(self.behind().values()))}
+        meaning = "material points that have gone through a wall"
+        return {"behind": ("1", meaning, lambda: sum(self.behind().values()))}
 
     def options(self) -> Dict[str, str]:
         """PETSc's options that a user gave and that somebody asked for, as they are typed, name → text."""

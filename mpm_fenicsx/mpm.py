@@ -25,25 +25,27 @@ from .terms.ghost import Facets
 class MPM(Model):
     """One body, or a list of several, on a background grid.
 
-    supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given to
-    ``advance`` and follow the motion; gravity: [m/s^2], shape (dim,); inertia: "consistent" (eq. 11), "lumped" or "ghost",
-    see ``ghost``; loads: ``Load`` records; penalties: ``Penalty`` and ``GridWall`` records; body_force: force per mass
-    [m/s^2] besides gravity, a function of the points' positions at rest [m], shape (n, dim), and time [s], with values of
-    shape (n, dim); outflow: what happens to material that leaves the grid, "stop" (the run ends), "hold" (at the edge, at
-    rest) or "remove", or a dict by side, such as {"+x": "remove"}, whose other sides stop, see ``outflow`` and
-    ``removed``; bonded: that bodies stick where they share grid nodes is meant (layers of one soil), else a warning says
-    so, as there is no contact between bodies; numerics: see ``Numerics``.
+    supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given
+    to ``advance`` and follow the motion; gravity: [m/s^2], shape (dim,); inertia: "consistent" (eq. 11),
+    "lumped" or "ghost", see ``ghost``; loads: ``Load`` records; penalties: ``Penalty`` and ``GridWall``
+    records; body_force: force per mass [m/s^2] besides gravity, a function of the points' positions at rest
+    [m], shape (n, dim), and time [s], with values of shape (n, dim); outflow: what happens to material that
+    leaves the grid, "stop" (the run ends), "hold" (at the edge, at rest) or "remove", or a dict by side, such
+    as {"+x": "remove"}, whose other sides stop, see ``outflow`` and ``removed``; bonded: that bodies stick
+    where they share grid nodes is meant (layers of one soil), else a warning says so, as there is no contact
+    between bodies; numerics: see ``Numerics``.
 
-    ``parts`` are the bodies with their points, numbered through, see ``parts.Part``; ``phases`` sums the seconds spent
-    per phase, ``iterations`` is the number of Newton iterations of the last ``advance``, ``ghost_since`` the time [s]
-    from which the ghost penalty has been needed, or None, see ``fall_back``, ``count`` the number of material points,
-    ``rebalances`` lists the new distributions over the ranks: (step, imbalance before, after).
+    ``parts`` are the bodies with their points, numbered through, see ``parts.Part``; ``phases`` sums the
+    seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,
+    ``ghost_since`` the time [s] from which the ghost penalty has been needed, or None, see ``fall_back``,
+    ``count`` the number of material points, ``rebalances`` lists the new distributions over the ranks: (step,
+    imbalance before, after).
 
     A step stands on three things, and each is renewed with all that stands on it:
 
-        distribution over the ranks   ``_rebalance``    where points have gathered on few ranks
-        step on the active cells      ``_renew_step``   where a point enters an inactive cell, or inertia is another
-        work arrays for the points    ``_renew_arrays`` where points have come to another rank
+        distribution over the ranks  ``_rebalance``     points have gathered on few ranks
+        step on the active cells     ``_renew_step``    a point is in an inactive cell; inertia is another
+        work arrays for the points   ``_renew_arrays``  points have come to another rank
 
     >>> from mpm_fenicsx import Body, Box, Grid, linear
     >>> block = Body(Box((0.0, 1.0), (1.0, 2.0)), (4, 4), 2, linear(E=1e6, nu=0.3), rho=1000.0)
@@ -54,19 +56,21 @@ class MPM(Model):
     array([    0., -1000.])
     >>> solid.close()
 
-    Everything is collective. Raises ValueError for a scene that cannot be run, MPMError and MPMDiverged when a step fails.
+    Everything is collective. Raises ValueError for a scene that cannot be run, MPMError and MPMDiverged when
+    a step fails.
     """
 
     rebalance_every = 50  # steps between two looks at the imbalance
 
-    def __init__(self, grid: Union[Grid, Mesh], body: Union[Body, Sequence[Body]],  # noqa: PLR0913 - states a scene
-                 supports: Sequence[Support] = (), interface: Optional[Interface] = None, *,
-                 gravity: Optional[Sequence[float]] = None, inertia: str = "consistent", loads: Sequence[Load] = (),
+    def __init__(self, grid: Union[Grid, Mesh],  # noqa: PLR0913 - its arguments state a scene
+                 body: Union[Body, Sequence[Body]], supports: Sequence[Support] = (),
+                 interface: Optional[Interface] = None, *, gravity: Optional[Sequence[float]] = None,
+                 inertia: str = "consistent", loads: Sequence[Load] = (),
                  penalties: Sequence[Union[Penalty, GridWall]] = (), body_force: Optional[Callable] = None,
-                 outflow: Union[str, Dict[str, str]] = "stop", bonded: bool = False, numerics: Numerics = Numerics(),
-                 comm: MPI.Comm = MPI.COMM_WORLD):
-        super().__init__(SolidScene(grid, body, supports, interface, gravity, inertia, loads, penalties, body_force,
-                                    outflow, bonded, numerics), comm)
+                 outflow: Union[str, Dict[str, str]] = "stop", bonded: bool = False,
+                 numerics: Numerics = Numerics(), comm: MPI.Comm = MPI.COMM_WORLD):
+        super().__init__(SolidScene(grid, body, supports, interface, gravity, inertia, loads, penalties,
+                                    body_force, outflow, bonded, numerics), comm)
         self.iterations, self.ghost_since, self.rebalances, self.closed = 0, None, [], False
         self.phases = dict.fromkeys(PHASES, 0.0)
         self._located = False  # whether the points are in their cells
@@ -81,9 +85,9 @@ class MPM(Model):
 
     @while_open
     def advance(self, dt: float, force: Optional[np.ndarray] = None) -> Tuple[np.ndarray, np.ndarray]:
-        """Advance by ``dt`` [s] in one step, under point loads ``force`` on the boundary particles [N], shape (n, dim),
-        constant meanwhile, the same on every rank. Returns ``surface()``. MPMDiverged when Newton's method fails; all
-        points are then as they were."""
+        """Advance by ``dt`` [s] in one step, under point loads ``force`` on the boundary particles [N], shape
+        (n, dim), constant meanwhile, the same on every rank. Returns ``surface()``. MPMDiverged when Newton's
+        method fails; all points are then as they were."""
         dt = check.positive("dt", dt, "s", "it must be positive")
         force = self._surface.checked(force, self.time)
         self.step.restart_clock()
@@ -106,8 +110,9 @@ class MPM(Model):
 
     @while_open
     def fall_back(self) -> str:
-        """After a step that failed: consistent inertia gets the ghost penalty from now on, as it is singular alone where
-        cells at the rim of a free body are nearly empty, see ``ghost``. Returns what it has changed, or ""."""
+        """After a step that failed: consistent inertia gets the ghost penalty from now on, as it is singular
+        alone where cells at the rim of a free body are nearly empty, see ``ghost``. Returns what it has
+        changed, or ""."""
         if self.scene.inertia != "consistent" or self.ghost_since is not None:
             return ""
         self.ghost_since = self.time
@@ -116,7 +121,8 @@ class MPM(Model):
 
     @while_open
     def resample(self) -> Optional[Change]:
-        """Between steps, renew the particles of an interface with a ``Resampling``: ``outline.Change`` or None."""
+        """Between steps, renew the particles of an interface with a ``Resampling``: ``outline.Change`` or
+        None."""
         if not self._surface.resampled:
             return None
         changed = self._surface.stay_inside(self._framed.grid.box)
@@ -132,10 +138,13 @@ class MPM(Model):
     # ---------------------------------------------------------------- what a step stands on
 
     def _locate(self):
-        """Phase I, once in a step: points go to their ranks and cells, and what a step stands on follows them."""
+        """Phase I, once in a step: points go to their ranks and cells, and what a step stands on follows
+        them."""
         if self._located:
             return
-        row = np.full(len(self.background.cells), -1, np.int32) if self.step is None else self.step.active_cells.point_row
+        row = np.full(len(self.background.cells), -1, np.int32)  # no cell is active before the first step
+        if self.step is not None:
+            row = self.step.active_cells.point_row
         travelled, inactive = self._sets.locate(self.background.search, row, self._router, self.time)
         self._located = True
         if inactive:
@@ -146,8 +155,8 @@ class MPM(Model):
             self._bonds.look(self.step, self.time)
 
     def _rebalance(self):
-        """A new distribution of the grid when the points have gathered on few ranks; they move with all they carry. It
-        costs a new mesh, so it is looked at only every ``rebalance_every`` steps."""
+        """A new distribution of the grid when the points have gathered on few ranks; they move with all they
+        carry. It costs a new mesh, so it is looked at only every ``rebalance_every`` steps."""
         before = self.imbalance()
         if before <= self.numerics.rebalance:
             return
@@ -167,8 +176,8 @@ class MPM(Model):
         if ghost and self._facets is None:
             self._facets = Facets(self.background, self.kernels.shapes)
         self.step = Step(self.background, filled, self.supports, self._parts, self.gravity, self.kernels,
-                         self.scene.inertia != "lumped", self.phases, self.loads, self.penalties, self.numerics.solver,
-                         self._facets if ghost else None, self._outflow)
+                         self.scene.inertia != "lumped", self.phases, self.loads, self.penalties,
+                         self.numerics.solver, self._facets if ghost else None, self._outflow)
         self._renew_arrays()
 
     def _renew_arrays(self):
@@ -181,16 +190,15 @@ class MPM(Model):
     @while_open
     def get_state(self) -> dict:
         """Everything that decides the future of this rank's points, as name → array copy."""
-        state, time = self._sets.get_state(), np.array([self.time, self.steps, len(self.rebalances)])
-        state.update(self._surface.get_state(), **self._outflow.get_state(), **self.step.get_state(), time=time,
-                     scene=self._fingerprint.copy(),
-                     ghost_since=np.array([np.nan if self.ghost_since is None else self.ghost_since]))
-        return state
+        since = np.nan if self.ghost_since is None else self.ghost_since
+        return {**self._sets.get_state(), **self._surface.get_state(), **self._outflow.get_state(),
+                **self.step.get_state(), "time": np.array([self.time, self.steps, len(self.rebalances)]),
+                "scene": self._fingerprint.copy(), "ghost_since": np.array([since])}
 
     @while_open
     def set_state(self, state: dict) -> None:
-        """Go back to ``state``; the run continues bit for bit, but over a new distribution of the grid to round-off.
-        ValueError for a state of another scene."""
+        """Go back to ``state``; the run continues bit for bit, but over a new distribution of the grid to
+        round-off. ValueError for a state of another scene."""
         check_state(state, self._fingerprint)
         self._sets.set_state(state)
         self._surface.set_state(state)

@@ -19,9 +19,10 @@ class Numerics:
     """
 
     solver: Solver = "auto"  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
-    rebalance: float = 1.2  # imbalance of material points over the ranks that calls for a new distribution [-]
+    rebalance: float = 1.2  # imbalance of points over the ranks that calls for a new distribution [-]
 
     def __post_init__(self) -> None:
         check.choice("solver", self.solver, SOLVERS)
-        object.__setattr__(self, "rebalance", check.between(
-            "rebalance", self.rebalance, 1, float("inf"), rule="an imbalance is never below 1, give a larger number"))
+        rule = "an imbalance is never below 1, give a larger number"
+        rebalance = check.between("rebalance", self.rebalance, 1, float("inf"), rule=rule)
+        object.__setattr__(self, "rebalance", rebalance)

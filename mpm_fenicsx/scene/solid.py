@@ -40,8 +40,7 @@ class SolidScene:
             object.__setattr__(self, name, value)
 
         check.record("grid", self.grid, Grid, Mesh)
-        bodies = self.body if isinstance(self.body, (list, tuple)) else (self.body,)
-        put("body", check.records("bodies", bodies, Body))
+        put("body", check.records("bodies", self.bodies, Body))
         put("supports", check.records("supports", self.supports, Support))
         put("loads", check.records("loads", self.loads, Load))
         put("penalties", check.records("penalties", self.penalties, Penalty, GridWall))
@@ -58,7 +57,7 @@ class SolidScene:
     @property
     def bodies(self) -> Tuple[Body, ...]:
         """The bodies as a tuple."""
-        return self.body if isinstance(self.body, tuple) else tuple(self.body) if isinstance(self.body, list) else (self.body,)
+        return tuple(self.body) if isinstance(self.body, (list, tuple)) else (self.body,)  # type: ignore
 
     @property
     def acceleration(self) -> np.ndarray:

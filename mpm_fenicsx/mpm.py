@@ -178,6 +178,7 @@ class MPM(Model):
         self.step = Step(self.background, filled, self.supports, self._parts, self.gravity, self.kernels,
                          self.scene.inertia != "lumped", self.phases, self.loads, self.penalties,
                          self.numerics.solver, self._facets if ghost else None, self._outflow)
+        self.step.newton.otherwise = "" if self.scene.inertia == "lumped" else ', or inertia="lumped"'
         self._renew_arrays()
 
     def _renew_arrays(self):

@@ -11,10 +11,12 @@ from .loop.couple import NotConvergedError, Window, couple, march  # noqa: E402
 from .maps.mapping import Mapping, copy, linear, nearest  # noqa: E402
 from .maps.spread import spread  # noqa: E402
 from .output import Output  # noqa: E402
+from .pictures.flow import FlowPictures  # noqa: E402
 from .records.history import History  # noqa: E402
 from .records.record import Record  # noqa: E402
 from .run import Run  # noqa: E402
 from .scheme import Scheme, Steps  # noqa: E402
 
-__all__ = ["History", "Mapping", "NotConvergedError", "Output", "Record", "Run", "Scheme", "Steps", "Window", "case", "cli",
-           "copy", "count_windows", "couple", "linear", "march", "nearest", "spread"]
+__all__ = ["FlowPictures", "History", "Mapping", "NotConvergedError", "Output", "Record", "Run", "Scheme",
+           "Steps", "Window", "case", "cli", "copy", "count_windows", "couple", "linear", "march", "nearest",
+           "spread"]

@@ -18,20 +18,24 @@ import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
 
 from .errors import MPMDiverged, MPMError  # noqa: E402
 from .laws import LAWS, drucker_prager, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
+from .laws.soil import Soil  # noqa: E402
 from .mpm import MPM  # noqa: E402
+from .output.gauges import FlowGauges  # noqa: E402
 from .points.points import of_points, seed  # noqa: E402
 from .scene.bodies import Body, Cloud, Grid, Support  # noqa: E402
 from .scene.conditions import GridWall, Load, Penalty  # noqa: E402
+from .scene.flow import fall_room, flow_grid, level_floor  # noqa: E402
 from .scene.geostatic import at_rest  # noqa: E402
 from .scene.interface import Interface, Resampling  # noqa: E402
 from .scene.mesh import Box, Mesh  # noqa: E402
 from .scene.meshfile import read_cloud, read_mesh  # noqa: E402
 from .scene.numerics import SOLVERS, Numerics  # noqa: E402
 
-__all__ = [  # a scene; how it is computed; laws; points; errors
+__all__ = [  # a scene; how it is computed; laws; points; what is read off; errors
     "Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "Load", "Mesh", "Penalty", "Resampling",
-    "Support", "at_rest", "read_cloud", "read_mesh",
+    "Support", "at_rest", "fall_room", "flow_grid", "level_floor", "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS",
-    "LAWS", "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "von_mises",
+    "LAWS", "Soil", "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "von_mises",
     "of_points", "seed",
+    "FlowGauges",
     "MPMDiverged", "MPMError"]

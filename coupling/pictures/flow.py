@@ -11,7 +11,14 @@ class FlowPictures:
     """NAME_flow.png: the points of the solid by speed at ``times`` [s], those that the run reaches. shapes:
     polygons [m], shape (m, corners, 2), at the moment, a function without arguments; walls: see
     ``frames.draw``. Observer of a run, to be called after the one that gives the shapes; made at the start,
-    which is the first picture where 0 is among the times. Collective."""
+    which is the first picture where 0 is among the times. Collective.
+
+    >>> from types import SimpleNamespace as Toy
+    >>> x, data = np.zeros((1, 2)), {"velocity": np.ones((1, 2)), "gid": np.zeros(1, int)}
+    >>> solid = Toy(time=0.0, snapshot=lambda: {"points": (x, {"vertex": np.zeros((1, 1), int)}, data)})
+    >>> list(FlowPictures("chute", (0.0, 0.1), solid).pictures())
+    ['chute_flow.png']
+    """
 
     def __init__(self, name: str, times: Sequence[float], solid: Any, shapes: Optional[Callable] = None,
                  walls: Sequence[str] = ()):

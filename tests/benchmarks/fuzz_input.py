@@ -7,6 +7,7 @@ neither is printed and counted; the exit status is 1 unless nothing is left. eve
 begins with that one. The values come from the type of each key, the same in every run.
 """
 import contextlib
+import copy
 import functools
 import importlib
 import io
@@ -107,12 +108,8 @@ def lines():
     """(case, words, key, whether it must be refused; None: must be accepted) of all command lines."""
     for case, base in SCENES:
         yield case, base.split(), None, None
-        module = importlib.import_module(case)
-        hints = typing.get_type_hints(module.main)
         given = dict(word.split("=", 1) for word in base.split())
-        for key, kind in hints.items():
-            if key == "return":
-                continue
+        for key, kind in kinds(case).items():
             for value, wrong in values(key, kind):
                 if too_slow(case, key, value):
                     continue
@@ -131,6 +128,13 @@ def lines():
     for case, base in SCENES[:4]:
         for words in OTHERS:
             yield case, [*base.split(), *words.split()], None, True
+
+
+def kinds(case):
+    """Key → annotation of a case."""
+    from coupling import cli
+
+    return {name: key.kind for name, key in cli.as_case(importlib.import_module(case).main).keys.items()}
 
 
 def too_slow(case, key, value):
@@ -178,17 +182,14 @@ def judge(case, words, key, wrong):
     from coupling import cli
 
     module, kept = importlib.import_module(case), []
-
-    @functools.wraps(module.main)
-    def main(**keys):
-        kept.append(module.main(**keys))
-
+    main = copy.copy(cli.as_case(module.main, getattr(module, "PRESETS", None)))
+    start, main.start = main.start, lambda *arguments: kept.append(start(*arguments))
     out, err, status = io.StringIO(), io.StringIO(), 0
     sys.argv = [f"{case}.py", *words]
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), warnings.catch_warnings():
             warnings.simplefilter("always", UserWarning)
-            cli.run(main, getattr(module, "PRESETS", None))
+            cli.run(main)
     except SystemExit as end:
         status = end.code
     said = [line for line in err.getvalue().splitlines() if not line.startswith("warning: ")]

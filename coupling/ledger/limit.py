@@ -91,11 +91,11 @@ def work_on_wall(window: Any, last: Any) -> float:
     work = window.dt * float(np.vdot(window.wall_force, window.wall_v))
     if last is None:
         return work
-    if window.resampled is None:
+    if window.change is None:
         jump = before = window.wall_x - last.wall_x - last.dt * last.wall_v
     else:
         before = last.x - last.wall_x - last.dt * last.wall_v
-        jump = window.resampled.interpolate(before)
+        jump = window.change.interpolate(before)
     return work + 0.5 * float(np.vdot(last.wall_force, before) + np.vdot(window.wall_force, jump))
 
 

@@ -91,7 +91,7 @@ class Iterated(Coupled):
                      velocity_of_a_particle=particles["v"])
         self._next = IterationState(residual, self._relax.get_state(), self._wall_force)
         return Window(number, time, dt, force=force, moved=moved, v_start=self._v, particles=particles,
-                      seconds=clock.seconds, resampled=self._change, substeps=steps, iterations=repeated + 1,
+                      seconds=clock.seconds, change=self._change, substeps=steps, iterations=repeated + 1,
                       indentation_energy=indentation_energy(self._mapping, after["wall_force"]), **after)
 
     def _compute(self, number: int, time: float, dt: float, steps: int, force: np.ndarray,

@@ -22,7 +22,7 @@ class Window(NamedTuple):
     DEM, the mapping and the MPM. Of a solid alone there is no wall and are no particles (m = p = 0), and the
     force is zero.
 
-    ``resampled``: how the interface's points before the window became those in it, see ``InterfaceChange``,
+    ``change``: how the interface's points before the window became those in it, see ``InterfaceChange``,
     or None; ``substeps`` of the DEM in it; ``iterations``: how often both partitions computed it, the
     attempts that were given up left out: ``failed`` of them failed, ``refused`` were too long for the
     accuracy asked for; ``acceleration`` of the interface's mean velocity from window to window [m/s^2], shape
@@ -44,7 +44,7 @@ class Window(NamedTuple):
     v_start: np.ndarray
     particles: np.ndarray
     seconds: Dict[str, float]
-    resampled: Optional[InterfaceChange] = None
+    change: Optional[InterfaceChange] = None
     substeps: int = 0
     fraction: float = 1.0
     iterations: int = 1

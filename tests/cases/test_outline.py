@@ -66,7 +66,7 @@ def test_flow_pushes_a_free_cluster_with_exact_momentum(dem):
         impulse = impulse + solid.applied * window.dt
         books = ledger(window)
         worst.append([np.abs(impulse + momentum()).max(), abs(books["impulse_grains"] + books["impulse_solid"])])
-        replaced += window.resampled is not None and not window.resampled.keeps_numbers and bool(impulse.any())
+        replaced += window.change is not None and not window.change.keeps_numbers and bool(impulse.any())
         sizes.append(len(window.x))
         assert not behind(window.x, solid.interface.elements, grains.particles()["x"][:, :2]).any()
 
@@ -103,7 +103,7 @@ def test_goes_on_bit_for_bit(dem):
     run(solid, grains, 60, on_window=[windows.append])
     states = solid.get_state(), grains.get_state()
     run(solid, grains, 22, on_window=[windows.append], last=windows[-1])
-    assert sum(w.resampled is not None and not w.resampled.keeps_numbers for w in windows[60:]) >= 3
+    assert sum(w.change is not None and not w.change.keeps_numbers for w in windows[60:]) >= 3
     assert sum(w.wall_force.any() for w in windows[60:]) > 5
     expected = *solid.surface(), solid.points.x.copy(), grains.particles(), solid.interface.elements
     other = heap()

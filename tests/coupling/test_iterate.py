@@ -199,7 +199,7 @@ def test_interface_that_is_resampled(relax):
     plain, ball, windows = run(40, **keys)
     solid, grains, others = run(40, Divided(), Shared(), **keys)
     assert (solid.u, solid.v, grains.y, grains.v) == pytest.approx((plain.u, plain.v, ball.y, ball.v), rel=1e-7)
-    assert {len(w.x) for w in others} == {1, 2} and sum(w.resampled is not None for w in others) == len(others) // 3
+    assert {len(w.x) for w in others} == {1, 2} and sum(w.change is not None for w in others) == len(others) // 3
     assert sum(w.iterations for w in others) <= 1.5 * sum(w.iterations for w in windows)
 
 

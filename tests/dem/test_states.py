@@ -91,3 +91,23 @@ def test_instances_leave_no_open_files(backend):
     assert opened() == before
     for one in kept:
         one.close()
+
+
+def test_remembering_changes_nothing_and_leads_back(liggghts, heap, dim):
+    """Friction and adhesion, in contact; back to round-off, as lists of neighbours are made anew."""
+    scene, window = heap(dim)
+    runs = []
+    for remembers in (False, True):
+        grains, back = open_dem("liggghts", scene, DT), None
+        for k in range(12):
+            if remembers:
+                back = grains.remember()
+            grains.advance(200, *window(200 * k * DT, 200 * DT))
+        runs.append(grains.particles())
+    assert np.array_equal(*runs)
+    back()
+    assert grains.time == pytest.approx(11 * 200 * DT)
+    grains.advance(200, *window(2200 * DT, 200 * DT))
+    for name in ("x", "v", "omega"):
+        assert grains.particles()[name] == pytest.approx(runs[1][name], abs=1e-9 * abs(runs[1][name]).max())
+    grains.close()

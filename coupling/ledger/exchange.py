@@ -113,6 +113,6 @@ def check_closed(entries: Dict[str, float], time: float) -> None:
     """UnstableError when a ledger's ``entries`` at ``time`` [s] show more energy than a closed system has."""
     total, interface = entries["energy_error"], entries["interface_error"]
     if max(total, interface) > MADE:
-        raise UnstableError(f"the coupled run has gained energy until t = {time:.6g} s, {total:.0%} of the largest "
-                            f"so far, {interface:.0%} at the interface: it is unstable or far too coarse, repeat "
-                            "the windows (iterate=20) or take a smaller dt, 10 or more to a contact")
+        raise UnstableError(f"the coupled run has gained energy until t = {time:.6g} s, {total:.0%} of the "
+                            f"largest so far, {interface:.0%} at the interface: it is unstable or far too "
+                            "coarse, repeat the windows (iterate=20) or take a smaller dt, 10 or more to a contact")

@@ -63,8 +63,8 @@ class LimitWatch:
         say(f"the window of {dt:.3g} s that ends at t = {time:.6g} s exceeds the {longest(mass, k, c):.3g} s "
             f"that weak coupling bears, less under more force: a contact of {k:.3g} N/m and {c:.3g} kg/s "
             f"(damping) under {self._seen:.3g} N pushes {mass:.3g} kg of the solid. The force rings and may "
-            "throw particles off: repeat the windows (iterate=20), or take a smaller dt, a softer or a less damped "
-            "contact")
+            "throw particles off: repeat the windows (iterate=20), or take a smaller dt, a softer or a less "
+            "damped contact")
 
     def judge(self, window: Any, last: Any) -> None:
         """Has more energy been made at the interface of late than a right exchange makes, and does that not

@@ -32,8 +32,15 @@ class LoopState(NamedTuple):
 
 def march(solid: Solid, steps: Steps, on_window: Iterable[Observer] = (),
           last: Optional[Window] = None) -> None:
-    """Advance a solid that nothing touches, see ``couple``; steps that fail are shortened down to dt /
-    ``SHORTEST``."""
+    """Advance a solid that nothing touches, see ``couple``; steps that fail are shortened, to a 32nd at most.
+
+    >>> import mpm_fenicsx as mpm
+    >>> body = mpm.Body(mpm.Box((0.0, 0.0), (1.0, 1.0)), (2, 2), 2, mpm.linear(E=1e6, nu=0.3), rho=1000.0)
+    >>> solid = mpm.MPM(mpm.Grid(mpm.Box((-1.0, -1.0), (2.0, 2.0)), (6, 6)), body, gravity=(0.0, -10.0))
+    >>> march(solid, Steps(dt=1e-2, t_end=0.1))
+    >>> abs(solid.points.v - [0.0, -1.0]).max() < 1e-9
+    True
+    """
     couple(solid, None, None, steps, on_window, last)
 
 
@@ -53,7 +60,19 @@ def couple(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], s
     one, when the scheme has been checked. A run that stopped goes on bit for bit from the states of both
     partitions and its ``last`` window. FloatingPointError when a number is no longer finite,
     NotConvergedError when a window needs more repetitions, UnstableError when the solid gains energy, see
-    ``energy_watch``.
+    ``energy_watch``. Here a ball bounces off a block:
+
+    >>> import dem_liggghts as dem, mpm_fenicsx as mpm
+    >>> box, rubber = mpm.Box((0.0, 0.0), (0.1, 0.1)), dem.Material(E=1e7, nu=0.3)
+    >>> block = mpm.Body(box, (4, 4), 2, mpm.linear(E=1e7, nu=0.3), rho=1000.0)
+    >>> top, bottom = mpm.Interface.top(box, (4,)), mpm.Support(lambda x: x[:, 1] < 1e-9, "xy")
+    >>> solid = mpm.MPM(mpm.Grid(mpm.Box((-0.05, 0.0), (0.15, 0.2)), (8, 8)), block, [bottom], top)
+    >>> ball = dem.Spheres([[0.05, 0.111]], [[0.0, -1.0]], 0.01, 2500.0)
+    >>> scene = dem.Scene(ball, dem.Wall(top.x, top.elements), rubber, rubber)
+    >>> grains = dem.open_dem("reference", scene, 1e-5)
+    >>> couple(solid, grains, copy(top.x), Scheme(dt=1e-4, t_end=5e-3, substeps=10))
+    >>> bool(grains.particles()["v"][0, 1] > 0.5)
+    True
     """
     start, most = solid.time, SHORTEST if grains is None else scheme.substeps
     control = StepControl(most, scheme.adapt)

@@ -29,6 +29,11 @@ class Window(NamedTuple):
     (n, dim), with weak coupling; ``wall_force_before`` [N]: in the window before; ``indentation_energy``:
     elastic energy of the indentation that both partitions hold [J], where a map subtracts it from the motion,
     see ``spread``: ``wall_x`` is the wall without that; ``state``: what the loop goes on from besides.
+
+    >>> one = np.ones((1, 2))
+    >>> window = Window(1, 1e-3, 1e-3, *3 * [one], 5.0 * one, *4 * [one], particles=one, seconds={"MPM": 2e-3})
+    >>> float(window.force[:, 1].sum()), window.iterations
+    (5.0, 1)
     """
 
     number: int

@@ -28,6 +28,12 @@ class Mapping:
 
     rows: this rank's rows of H, those of ``share``. Everything is collective, except where the mapping
     ``is_copy``: that costs nothing. ``compliance`` [m/N] and ``indentation``: see ``spread``.
+
+    >>> x = np.array([[0.0, 0.0], [1.0, 0.0]])
+    >>> middle = linear(x, [[0, 1]], [[0.5, 0.1]])
+    >>> wall_x, wall_v = middle.motion(x + [0.0, 0.2], np.array([[0.0, 1.0], [0.0, 3.0]]))
+    >>> wall_x.round(12).tolist(), wall_v.tolist()
+    ([[0.5, 0.3]], [[0.0, 2.0]])
     """
 
     compliance = 0.0
@@ -94,7 +100,11 @@ def _places(x_solid: Any, x_wall: Any) -> Tuple[np.ndarray, np.ndarray]:
 
 
 def copy(x: np.ndarray, comm: Any = MPI.COMM_WORLD) -> Mapping:
-    """The map of an interface to a wall with the same nodes x [m], shape (n, dim), in the same order."""
+    """The map of an interface to a wall with the same nodes x [m], shape (n, dim), in the same order.
+
+    >>> copy([[0.0, 0.0], [1.0, 0.0]]).is_copy
+    True
+    """
     x, _ = _places(x, x)
     rows, _ = share(len(x), comm)
     n = rows.stop - rows.start
@@ -103,7 +113,12 @@ def copy(x: np.ndarray, comm: Any = MPI.COMM_WORLD) -> Mapping:
 
 
 def nearest(x_solid: np.ndarray, x_wall: np.ndarray, comm: Any = MPI.COMM_WORLD) -> Mapping:
-    """Each wall node follows the nearest interface point: a copy where positions coincide."""
+    """Each wall node follows the nearest interface point: a copy where positions coincide.
+
+    >>> follow = nearest([[0.0, 0.0], [1.0, 0.0]], [[0.3, 0.0], [0.9, 0.0]])
+    >>> follow.force(np.array([[0.0, 1.0], [0.0, 2.0]])).tolist()
+    [[0.0, 1.0], [0.0, 2.0]]
+    """
     x_solid, x_wall = _places(x_solid, x_wall)
     mine = x_wall[share(len(x_wall), comm)[0]]
     from scipy.spatial import cKDTree  # takes time to import, and few scenes need it
@@ -118,7 +133,12 @@ def linear(x_solid: np.ndarray, elements: np.ndarray, x_wall: np.ndarray,
            comm: Any = MPI.COMM_WORLD) -> Mapping:
     """Each wall node follows the closest point of the interface's ``elements``, segments of shape (k, 2) or
     triangles of shape (k, 3), by linear interpolation between their corners. ValueError for an element
-    without extent."""
+    without extent.
+
+    >>> middle = linear([[0.0, 0.0], [1.0, 0.0]], [[0, 1]], [[0.25, 0.0]])
+    >>> middle.force(np.array([[0.0, 4.0]])).tolist()
+    [[0.0, 3.0], [0.0, 1.0]]
+    """
     x_solid, x_wall = _places(x_solid, x_wall)
     elements = check.indices("elements of the interface", elements, len(x_solid), (2, 3), "points")
     p = x_wall[share(len(x_wall), comm)[0], None]

@@ -51,7 +51,13 @@ def spread(mapping: Mapping, radius: float, compliance: float = 0.0) -> Mapping:
     """``mapping`` with the motion of each wall node averaged over its neighbours within ``radius`` [m], of
     the places at the start, and the forces spread alike; 0: as it is. compliance: of the indentation under
     such a force that the contact law contains already [m/N], to be subtracted from the motion. Collective.
-    ValueError for negative values."""
+    ValueError for negative values.
+
+    >>> x = np.column_stack([np.arange(5.0), np.zeros(5)])
+    >>> one = np.array([[0.0, 0.0], [0.0, 0.0], [0.0, 4.0], [0.0, 0.0], [0.0, 0.0]])
+    >>> spread(nearest(x, x), radius=2.0).force(one)[:, 1].round(12).tolist()
+    [0.0, 1.0, 2.0, 1.0, 0.0]
+    """
     if not 0.0 <= radius < np.inf:
         raise ValueError(f"spread is {radius} m: give the radius over which a contact force is spread, or 0")
     if not 0.0 <= compliance < np.inf:

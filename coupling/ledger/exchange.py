@@ -115,4 +115,5 @@ def check_closed(entries: Dict[str, float], time: float) -> None:
     if max(total, interface) > MADE:
         raise UnstableError(f"the coupled run has gained energy until t = {time:.6g} s, {total:.0%} of the "
                             f"largest so far, {interface:.0%} at the interface: it is unstable or far too "
-                            "coarse, repeat the windows (iterate=20) or take a smaller dt, 10 or more to a contact")
+                            "coarse, repeat the windows (iterate=20) or take a smaller dt, 10 or more to a "
+                            "contact")

@@ -31,7 +31,7 @@ class Window(NamedTuple):
     see ``spread``: ``wall_x`` is the wall without that; ``state``: what the loop goes on from besides.
 
     >>> one = np.ones((1, 2))
-    >>> window = Window(1, 1e-3, 1e-3, *3 * [one], 5.0 * one, *4 * [one], particles=one, seconds={"MPM": 2e-3})
+    >>> window = Window(1, 1e-3, 1e-3, *3 * [one], 5.0 * one, *4 * [one], particles=one, seconds={})
     >>> float(window.force[:, 1].sum()), window.iterations
     (5.0, 1)
     """

@@ -46,8 +46,9 @@ def _source(module):
 def _bind(template, names):
     constants = dict(names)
     # Numba tells cache entries apart by the qualified name and does not notice edits of what a kernel calls: constants
-    # and sources therefore go into the name. A bound kernel has a name of that sort already.
-    text = repr([(name, getattr(value, "__name__", value)) for name, value in names])
+    # and sources therefore go into the name. A bound kernel has a name of that sort already. So does the module: numba
+    # finds the class of a law's parameters by its name.
+    text = repr([template.__module__, *((name, getattr(value, "__name__", value)) for name, value in names)])
     tag = hashlib.sha1((text + _source(inspect.getmodule(template))).encode()).hexdigest()[:12]
     kernel = types.FunctionType(template.__code__, {**template.__globals__, **constants},
                                 f"{template.__name__}_{tag}", template.__defaults__)

@@ -22,8 +22,8 @@ from typing import NamedTuple, Optional
 import mpm_dem_checks as check
 
 from ..compiled import called
-from . import Law, lame
 from .hencky import ELASTIC, OPEN, deviatoric_moduli, hencky_law
+from .law import Law, lame
 from .mohr_coulomb import soil_angles, tension_limit
 
 CONE = 2

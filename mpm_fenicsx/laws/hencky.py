@@ -25,8 +25,8 @@ import math
 import numpy as np
 
 from ..compiled import called
-from . import Law
 from .algebra import cofactor, combine2, combine3, determinant, from_axes2, from_axes3, symmetric2, symmetric3
+from .law import Law
 
 STATE = np.dtype([
     ("plastic", np.float64, (3, 3)),  # Cp^-1 - 1, zero at the start
@@ -138,7 +138,7 @@ def remember(p, F33, old, new, m, e, t, region):
     new.opened = max(f1 + f2 + f3, 0.0) if region == OPEN else 0.0
 
 
-def stress(p, F, F33, old, new, P):
+def stress(p, F, F33, dt, old, new, P):
     """Also returns what the tangent goes on with: l, n, m as in ``principal_axes``, trial strains in descending order,
     the rank of the one across the plane, stresses t in the order of l, and the region."""
     l, n, m = principal_axes(F, F33, old.plastic)
@@ -165,10 +165,10 @@ def _spin(l, t, d, a, b):
     return 0.5 * (d[a][a] - d[a][b] - d[b][a] + d[b][b]) / (l[a] + l[b])
 
 
-def tangent(p, F, F33, old, new, P, A):
+def tangent(p, F, F33, dt, old, new, P, A):
     """dtau = a : dF F^-1 has in principal axes a_aabb = d_ab, a_abab = w l_b, a_abba = w l_a with the spin term w =
     (t_a - t_b) / (l_a - l_b); with P = tau F^-T, A in the axes n, m is a_abcd - t_a delta_ad delta_bc."""
-    l, n, m, e, rank, t, region = stress(p, F, F33, old, new, P)
+    l, n, m, e, rank, t, region = stress(p, F, F33, dt, old, new, P)
     rows = moduli(p, old.plastic_strain, e[0], e[1], e[2], region)
     d = _unsorted((_unsorted(rows[0], rank), _unsorted(rows[1], rank), _unsorted(rows[2], rank)), rank)
     last = D * D

@@ -12,7 +12,7 @@ import math
 from typing import NamedTuple
 
 from ..compiled import inlined
-from . import ELASTIC_STATE, Law, lame
+from .law import ELASTIC_STATE, Law, lame
 
 
 class Params(NamedTuple):
@@ -49,7 +49,7 @@ def thickness(p, F):
     return math.sqrt(stretch2) if stretch2 > 0.0 else math.nan
 
 
-def stress(p, F, F33, old, new, P):
+def stress(p, F, F33, dt, old, new, P):
     E33 = 0.5 * (F33 * F33 - 1.0)
     pressure = p.lam * (_trace(F, D) + E33)
     for i in range(D):
@@ -61,9 +61,9 @@ def stress(p, F, F33, old, new, P):
     P[D * D] = F33 * (pressure + 2.0 * p.mu * E33)
 
 
-def tangent(p, F, F33, old, new, P, A):
+def tangent(p, F, F33, dt, old, new, P, A):
     """dP_iJ/dF_kL = delta_ik S_JL + F_iM C_MJLN F_kN, with C of Hooke's law."""
-    stress(p, F, F33, old, new, P)
+    stress(p, F, F33, dt, old, new, P)
     E33 = 0.5 * (F33 * F33 - 1.0)
     pressure = p.lam * (_trace(F, D) + E33)
     last = D * D

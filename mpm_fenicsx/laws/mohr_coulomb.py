@@ -20,8 +20,8 @@ from typing import NamedTuple, Optional
 import mpm_dem_checks as check
 
 from ..compiled import called
-from . import Law, lame
 from .hencky import ELASTIC, OPEN, hencky_law
+from .law import Law, lame
 
 # Where the stress ends up, in the order of t1 >= t2 >= t3. Compression edge: t1 = t2, as in triaxial compression.
 SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, TENSION, TENSION_EDGE, SHEAR_TENSION, CORNER = range(2, 9)

@@ -5,8 +5,8 @@
 import math
 from typing import NamedTuple
 
-from . import ELASTIC_STATE, Law, lame
 from .algebra import cofactor, determinant
+from .law import ELASTIC_STATE, Law, lame
 
 
 class Params(NamedTuple):
@@ -19,7 +19,7 @@ class Params(NamedTuple):
 D = 2  # fixed by specialise
 
 
-def stress(p, F, F33, old, new, P):
+def stress(p, F, F33, dt, old, new, P):
     J = determinant(F, D)
     volume = J * F33
     log_J = math.log(volume) if volume > 0.0 else math.nan
@@ -29,9 +29,9 @@ def stress(p, F, F33, old, new, P):
     P[D * D] = p.mu * F33 + (p.lam * log_J - p.mu) / F33
 
 
-def tangent(p, F, F33, old, new, P, A):
+def tangent(p, F, F33, dt, old, new, P, A):
     """dP_iJ/dF_kL = mu delta_ik delta_JL + lam F^-T_iJ F^-T_kL + (mu - lam ln J) F^-T_iL F^-T_kJ."""
-    stress(p, F, F33, old, new, P)
+    stress(p, F, F33, dt, old, new, P)
     J = determinant(F, D)
     volume = J * F33
     shear = p.mu - p.lam * (math.log(volume) if volume > 0.0 else math.nan)

@@ -11,31 +11,31 @@ A law that knows its stretch in closed form saves the iteration.
 import math
 
 from ..compiled import specialise
-from . import Law, kernels
+from .law import Law, kernels
 
 D = 2
 stress = tangent = thickness = find_stretch = None  # bound by specialise
 
 
-def plain_stress(p, F, F33, old, new, P, A):
+def plain_stress(p, F, F33, dt, old, new, P, A):
     """Plane strain and three dimensions: F33 stays."""
-    stress(p, F, F33, old, new, P)
+    stress(p, F, F33, dt, old, new, P)
     return F33
 
 
-def plain_tangent(p, F, F33, old, new, P, A):
-    tangent(p, F, F33, old, new, P, A)
+def plain_tangent(p, F, F33, dt, old, new, P, A):
+    tangent(p, F, F33, dt, old, new, P, A)
     return F33
 
 
-def closed_stretch(p, F, F33, old, new, P, A):
+def closed_stretch(p, F, F33, dt, old, new, P, A):
     return thickness(p, F)
 
 
-def newton_stretch(p, F, F33, old, new, P, A):
+def newton_stretch(p, F, F33, dt, old, new, P, A):
     """F33 with P_33 = 0. The last correction is below 1e-9, so that, converging quadratically, it is exact."""
     for _ in range(40):
-        tangent(p, F, F33, old, new, P, A)
+        tangent(p, F, F33, dt, old, new, P, A)
         change = -P[D * D] / A[D * D, D * D]
         if not abs(change) < 1e9:
             return math.nan
@@ -45,15 +45,15 @@ def newton_stretch(p, F, F33, old, new, P, A):
     return math.nan
 
 
-def plane_stress(p, F, F33, old, new, P, A):
-    F33 = find_stretch(p, F, F33, old, new, P, A)
-    stress(p, F, F33, old, new, P)
+def plane_stress(p, F, F33, dt, old, new, P, A):
+    F33 = find_stretch(p, F, F33, dt, old, new, P, A)
+    stress(p, F, F33, dt, old, new, P)
     return F33
 
 
-def plane_stress_tangent(p, F, F33, old, new, P, A):
-    F33 = find_stretch(p, F, F33, old, new, P, A)
-    tangent(p, F, F33, old, new, P, A)
+def plane_stress_tangent(p, F, F33, dt, old, new, P, A):
+    F33 = find_stretch(p, F, F33, dt, old, new, P, A)
+    tangent(p, F, F33, dt, old, new, P, A)
     for i in range(D * D):
         for j in range(D * D):
             A[i, j] -= A[i, D * D] * A[D * D, j] / A[D * D, D * D]

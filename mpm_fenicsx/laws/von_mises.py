@@ -15,8 +15,8 @@ from typing import NamedTuple
 import mpm_dem_checks as check
 
 from ..compiled import called
-from . import Law, lame
 from .hencky import ELASTIC, deviatoric_moduli, hencky_law
+from .law import Law, lame
 
 FLOW = 2
 

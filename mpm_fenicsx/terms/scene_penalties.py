@@ -19,7 +19,7 @@ def modulus(law, dim):
     """Stiffness [Pa] of the law at rest against stretch in one direction with the others held."""
     P, A = np.zeros(dim * dim + 1), np.zeros((dim * dim + 1, dim * dim + 1))
     old, new = np.zeros(2, law.state)
-    laws.kernels(law, dim)[1](law.params, np.eye(dim), 1.0, old, new, P, A)
+    laws.kernels(law, dim)[1](law.params, np.eye(dim), 1.0, 0.0, old, new, P, A)
     return A[0, 0]
 
 

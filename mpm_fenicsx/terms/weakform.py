@@ -41,7 +41,7 @@ def residual(points: Quadrature, elements: Elements, old: Deformation, new: Defo
     cells, patch, volume, bulk = elements.nodes, elements.patch, patches.volume, patches.bulk
     F_old, F33_old, old_state = old
     F, F33, new_state = new
-    u, a = increment.u, increment.a
+    dt, u, a = increment.dt, increment.u, increment.a
     H = np.empty((D, D))
     P = np.empty(D * D + 1)
     A = np.empty((D * D + 1, D * D + 1))
@@ -58,7 +58,7 @@ def residual(points: Quadrature, elements: Elements, old: Deformation, new: Defo
                 for k in range(D):
                     f += H[i, k] * F_old[q, k, j]
                 F[q, i, j] = r * f
-        F33[q] = point_stress(params, F[q], F33_old[q], old_state[q], new_state[q], P, A)
+        F33[q] = point_stress(params, F[q], F33_old[q], dt, old_state[q], new_state[q], P, A)
         if FBAR:
             bulk[patch[c], 0] += deviatoric_force(P, F[q], H, V0[q], D, T)
         else:
@@ -116,7 +116,7 @@ def tangent(points: Quadrature, elements: Elements, old: Deformation, new: Defor
     F_old, F33_old, old_state = old
     F, F33, new_state = new
     volume, _, bulk, push, pull = patches
-    alpha, u = increment.alpha, increment.u
+    dt, alpha, u = increment.dt, increment.alpha, increment.u
     P = np.empty(D * D + 1)
     A = np.empty((D * D + 1, D * D + 1))
     half = np.empty((D, D, D, D))
@@ -124,7 +124,7 @@ def tangent(points: Quadrature, elements: Elements, old: Deformation, new: Defor
     forth, back, g = found = StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))
     w = np.empty(K)
     for q in range(len(cell)):
-        F33[q] = point_tangent(params, F[q], F33[q], old_state[q], new_state[q], P, A)
+        F33[q] = point_tangent(params, F[q], F33[q], dt, old_state[q], new_state[q], P, A)
         c = cell[q]
         for e in range(K):
             w[e] = alpha * mass[q] * N[q, e] if CONSISTENT else 0.0
@@ -178,7 +178,7 @@ def cauchy(now: Deformation, params, sigma):
     P = np.empty(D * D + 1)
     new = state[:1].copy()  # a law fills it; the points' own states stay as they are
     for q in range(len(F)):
-        stress(params, F[q], F33[q], state[q], new[0], P)
+        stress(params, F[q], F33[q], 0.0, state[q], new[0], P)
         J = determinant(F[q], D) * F33[q]
         for i in range(D):
             for j in range(D):

@@ -21,12 +21,12 @@ stress = tangent = None
 
 def all_stresses(p, F, old, new, P, A):
     for q in range(len(F)):
-        stress(p, F[q], 1.0, old[q], new[q], P)
+        stress(p, F[q], 1.0, 1e-3, old[q], new[q], P)
 
 
 def all_tangents(p, F, old, new, P, A):
     for q in range(len(F)):
-        tangent(p, F[q], 1.0, old[q], new[q], P, A)
+        tangent(p, F[q], 1.0, 1e-3, old[q], new[q], P, A)
 
 
 def measure(law, dim, points, repeat):

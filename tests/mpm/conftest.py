@@ -70,7 +70,7 @@ def at_point():
     return make_point
 
 
-def make_point(law, stress_state):
+def make_point(law, stress_state, dt=0.1):
     """P(F), A(F) and P33(F) [Pa], W(F) [J/m^3], F33(F) and the dimension; the old stretch F33 is 1, as are all states.
     P has the shape of F, A = dP/dF twice that."""
     D = 3 if stress_state == "three_dimensional" else 2
@@ -80,7 +80,7 @@ def make_point(law, stress_state):
 
     def call(function, F):
         P, A = np.zeros(D * D + 1), np.zeros((D * D + 1, D * D + 1))
-        F33 = function(law.params, np.ascontiguousarray(F, float), 1.0, old, new, P, A)
+        F33 = function(law.params, np.ascontiguousarray(F, float), 1.0, dt, old, new, P, A)
         return P[:-1].reshape(D, D), A[:-1, :-1].reshape(D, D, D, D), P[-1], F33
 
     def energy(F):
@@ -94,8 +94,8 @@ def make_point(law, stress_state):
 class Element:
     """One point of a material led along a path. ``new`` holds the state that ``step`` would keep."""
 
-    def __init__(self, law, dim):
-        self.law, self.dim, self.n = law, dim, dim * dim
+    def __init__(self, law, dim, dt=0.1):
+        self.law, self.dim, self.n, self.dt = law, dim, dim * dim, dt
         self._stress, self._tangent = kernels(law, dim)
         self.states = np.zeros(2, law.state)
 
@@ -105,9 +105,10 @@ class Element:
         F = np.ascontiguousarray(F, float)
         P, A = np.full(self.n + 1, 7.0), np.full((self.n + 1, self.n + 1), 7.0)
         if kernel is self._tangent:
-            kernel(self.law.params, F, 1.0, self.old, self.new, P, A)
+            kernel(self.law.params, F, 1.0, self.dt, self.old, self.new, P, A)
         else:
-            self.region = kernel(self.law.params, F, 1.0, self.old, self.new, P)[-1]
+            answer = kernel(self.law.params, F, 1.0, self.dt, self.old, self.new, P)
+            self.region = answer[-1] if answer else None  # where the return mapping of a plastic law went
         return P, A
 
     def P(self, F):
@@ -133,7 +134,7 @@ class Element:
 
 @pytest.fixture
 def element():
-    """``element(law, dim)``, see ``Element``."""
+    """``element(law, dim, dt)``, see ``Element``."""
     return Element
 
 

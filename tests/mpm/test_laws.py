@@ -138,8 +138,8 @@ def test_old_state_stays(law, at_point):
     stress, tangent = at_point(law, "three_dimensional").kernels
     old, new = np.ones(2, law.state)[:, None]
     P, A, F = np.zeros(10), np.zeros((10, 10)), deformation(3, 1)[0]
-    for call in (lambda: stress(law.params, F, 1.0, old[0], new[0], P),
-                 lambda: tangent(law.params, F, 1.0, old[0], new[0], P, A)):
+    for call in (lambda: stress(law.params, F, 1.0, 0.1, old[0], new[0], P),
+                 lambda: tangent(law.params, F, 1.0, 0.1, old[0], new[0], P, A)):
         before, F_before = old.tobytes(), F.copy()
         call()
         assert old.tobytes() == before and np.array_equal(F, F_before)

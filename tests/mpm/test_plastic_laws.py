@@ -253,7 +253,7 @@ def test_kernels_make_no_arrays(plastic_law, dim):
     @njit
     def repeat(times, p, F, state, P, A):
         for _ in range(times):
-            tangent(p, F, 1.0, state[0], state[1], P, A)
+            tangent(p, F, 1.0, 0.1, state[0], state[1], P, A)
 
     F, n = 0.98 * np.eye(dim) + 0.03 * np.random.default_rng(0).normal(size=(dim, dim)), dim * dim + 1
     made = []

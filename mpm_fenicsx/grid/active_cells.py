@@ -1,7 +1,8 @@
-"""The part of the grid that the points need: filled cells and one spare layer, with nodes numbered on their own.
+"""The part of the grid that the points need: filled cells and one spare layer, with nodes numbered on their
+own.
 
-Cost follows these active cells, not the grid. Nodes without mass inside it are identity rows, so that matrix and pattern stay
-while points move from cell to cell; they are found anew when a point leaves them.
+Cost follows these active cells, not the grid. Nodes without mass inside it are identity rows, so that matrix
+and pattern stay while points move from cell to cell; they are found anew when a point leaves them.
 """
 import numpy as np
 from petsc4py import PETSc
@@ -10,25 +11,27 @@ from . import compat
 
 
 def ghosted_vector(numbering, comm):
-    """New vector with one value for each cell or node of a ``compat.Numbering``, those of ghosts from the ranks that own
-    them. Collective."""
-    return PETSc.Vec().createGhost(numbering.ghosts.astype(PETSc.IntType), (numbering.owned, PETSc.DETERMINE), comm=comm)
+    """New vector with one value for each cell or node of a ``compat.Numbering``, those of ghosts from the
+    ranks that own them. Collective."""
+    size = numbering.owned, PETSc.DETERMINE
+    return PETSc.Vec().createGhost(numbering.ghosts.astype(PETSc.IntType), size, comm=comm)
 
 
 class ActiveCells:
     """Numbering, vectors and matrix of the active cells.
 
-    cells: (all local cells, K) nodes in their local numbering (owned first, then ghosts), -1 outside; row: (all
-    local cells,) row of an owned cell in the element matrices, -1 else; point_row: the same for cells that points may be in;
-    active: (all local cells,) mask of these; node: (n,) the grid node behind each local number; fixed: (n, D) mask of
-    supported directions; element_matrices: (rows, K, D, D, K) [N/m], derivative by (node, direction) of (direction,
-    node). Cells with walls that share a node with those for points have a row too, as that node may come to carry mass.
+    cells: (all local cells, K) nodes in their local numbering (owned first, then ghosts), -1 outside; row:
+    (all local cells,) row of an owned cell in the element matrices, -1 else; point_row: the same for cells
+    that points may be in; active: (all local cells,) mask of these; node: (n,) the grid node behind each
+    local number; fixed: (n, D) mask of supported directions; element_matrices: (rows, K, D, D, K) [N/m],
+    derivative by (node, direction) of (direction, node). Cells with walls that share a node with those for
+    points have a row too, as that node may come to carry mass.
 
-    For F-bar: patch: (all local cells,) row of an owned active cell's patch in patch_matrices, shape (patches, M, D,
-    D, M), and in nodes_of_patch, shape (patches, M), -1 where it has fewer; place: (all local cells, K) places of its
-    nodes among these. A quadrilateral or a hexahedron is its own patch, and these matrices are the element matrices.
-    For ghost inertia: nodes_of_facets (facets, M) and facet_matrices, shape (facets, D, M, M), by direction, node and
-    node. Collective.
+    For F-bar: patch: (all local cells,) row of an owned active cell's patch in patch_matrices, shape
+    (patches, M, D, D, M), and in nodes_of_patch, shape (patches, M), -1 where it has fewer; place: (all local
+    cells, K) places of its nodes among these. A quadrilateral or a hexahedron is its own patch, and these
+    matrices are the element matrices. For ghost inertia: nodes_of_facets (facets, M) and facet_matrices,
+    shape (facets, D, M, M), by direction, node and node. Collective.
     """
 
     def __init__(self, background, filled, fixed, symmetric=True, averaged=False, facets=None, walls=None):

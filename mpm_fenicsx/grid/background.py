@@ -1,7 +1,7 @@
 """The distributed background grid.
 
-No function space is made: the mesh's geometry already has nodes, cells and their index maps, and the form compiler
-stays out of the start.
+No function space is made: the mesh's geometry already has nodes, cells and their index maps, and the form
+compiler stays out of the start.
 """
 import numpy as np
 from mpi4py import MPI
@@ -29,8 +29,8 @@ INSIDE = 1e-12  # of a cell's size: points on a facet belong to both cells
 
 
 def check_inside(grid, x, what, origin=0.0):
-    """ValueError for the first of the positions x [m], shape (n, D), that is not inside the grid; what: lies there;
-    origin: of both, see ``frame``."""
+    """ValueError for the first of the positions x [m], shape (n, D), that is not inside the grid; what: lies
+    there; origin: of both, see ``frame``."""
     outside = ~((x >= grid.box.lower) & (x <= grid.box.upper)).all(axis=1)
     if outside.any():
         box = shifted(grid.box, origin) if np.any(origin) else grid.box
@@ -41,17 +41,17 @@ def check_inside(grid, x, what, origin=0.0):
 class Background:
     """Distributed background grid.
 
-    whole: vertices and cells of the whole grid; owner: rank of each of its cells; cells: nodes of this rank's cells,
-    shape (m, K), owned ones first, then ghosts; original_cell: (m,) their numbers in the whole; x: nodes [m], shape
-    (n, D), likewise; vertex_of: (n,) their numbers in the whole; h: (D,) size of a cell [m]; maps, affine: see
-    ``shape.cell_maps``; patch: patch of each cell of the whole grid, see ``patches``, or None; origin: of all these
-    coordinates in the user's [m], shape (D,); tolerance: by which a point may lie outside a cell, of the cell's size,
-    for the round-off in the user's coordinates. Collective.
+    whole: vertices and cells of the whole grid; owner: rank of each of its cells; cells: nodes of this rank's
+    cells, shape (m, K), owned ones first, then ghosts; original_cell: (m,) their numbers in the whole; x:
+    nodes [m], shape (n, D), likewise; vertex_of: (n,) their numbers in the whole; h: (D,) size of a cell [m];
+    maps, affine: see ``shape.cell_maps``; patch: patch of each cell of the whole grid, see ``patches``, or
+    None; origin: of all these coordinates in the user's [m], shape (D,); tolerance: by which a point may lie
+    outside a cell, of the cell's size, for the round-off in the user's coordinates. Collective.
     """
 
     def __init__(self, grid, comm, filling, averaged=False, origin=0.0, room=None):
-        """grid: ``Grid`` or ``Mesh``; filling: positions [m], shape (n, D), of what makes a cell expensive; each
-        rank may give its own share; averaged: whether F-bar needs patches, which then stay on one rank;
+        """grid: ``Grid`` or ``Mesh``; filling: positions [m], shape (n, D), of what makes a cell expensive;
+        each rank may give its own share; averaged: whether F-bar needs patches, which then stay on one rank;
         room: beyond the edge of a ``Grid`` [cells], shape (D, 2), see ``room``."""
         self.grid, self.comm, self.dim = grid, comm, grid.box.dim
         self.whole = vertices, cells = whole_mesh(grid)
@@ -60,7 +60,8 @@ class Background:
         self.patch = patches(grid, vertices, cells) if averaged else None
         self.owner = bisect(centres, weights, comm.size, self.patch)
         self.mesh = self._distribute(vertices, cells)
-        self.cell_numbering, self.node_numbering = compat.cell_numbering(self.mesh), compat.node_numbering(self.mesh)
+        self.cell_numbering = compat.cell_numbering(self.mesh)
+        self.node_numbering = compat.node_numbering(self.mesh)
         self.cells_owned, self.nodes_owned = self.cell_numbering.owned, self.node_numbering.owned
         self.x = compat.node_positions(self.mesh)
         self.cells = compat.nodes_of_cells(self.mesh, cells.shape[1])
@@ -95,7 +96,7 @@ class Background:
         return compat.create_mesh(comm, cells[mine].astype(np.int64), part, self.grid.cell, owners)
 
     def keep_mine(self, points, names):
-        """Of points made alike on every rank, keep those in cells of this rank. names: what each belongs to."""
+        """Of points made alike on every rank, keep those in its own cells. names: what each belongs to."""
         rank, number = self.search.assign(points.x)
         if (rank < 0).any():
             p = np.argmin(rank)
@@ -106,7 +107,7 @@ class Background:
         points.cell[:] = self.search.local(number[mine])
 
     def groups(self, cells):
-        """How many groups without common nodes the ``cells`` of all ranks make; known on the first rank. Collective."""
+        """Number of groups without common nodes in the ``cells`` of all ranks, on rank 0. Collective."""
         cells = self.comm.gather(self.original_cell[cells])
         if cells is None:
             return 0
@@ -118,6 +119,7 @@ class Background:
 
     def _ranks_around(self):
         """Ranks with which this one shares cells, in both directions alike."""
-        mine = set(np.concatenate([self.cell_numbering.owners, self.node_numbering.owners]).tolist()) - {self.comm.rank}
+        owners = np.concatenate([self.cell_numbering.owners, self.node_numbering.owners])
+        mine = set(owners.tolist()) - {self.comm.rank}
         shared = self.comm.allgather(sorted(mine))
         return sorted(mine | {rank for rank, others in enumerate(shared) if self.comm.rank in others})

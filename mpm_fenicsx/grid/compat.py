@@ -1,5 +1,7 @@
-"""The only file with names of dolfinx, and of PETSc where these differ between versions (written for dolfinx 0.5 and
-petsc4py 3.18)."""
+"""The only file with names of dolfinx, and with those of PETSc that differ between versions.
+
+Written for dolfinx 0.5 and petsc4py 3.18.
+"""
 import ctypes
 from typing import NamedTuple
 
@@ -30,7 +32,7 @@ def _check(code):
 
 
 def set_coo_pattern(A, rows, columns):
-    """Give the matrix its pattern: entry k goes to (rows[k], columns[k]); pairs with a negative index are ignored."""
+    """Give the matrix its pattern: entry k goes to (rows[k], columns[k]), none to a negative index."""
     i, j = rows.astype(PETSc.IntType), columns.astype(PETSc.IntType)  # copies: PETSc may overwrite them
     _check(_petsc.MatSetPreallocationCOO(A.handle, i.size, i.ctypes.data, j.ctypes.data))
 
@@ -67,9 +69,9 @@ def sent():
 
 
 def create_mesh(comm, cells, x, cell, owners):
-    """Distributed mesh of this rank's slice of ``cells`` (global vertex numbers, shape (n, K)) and of the vertices
-    ``x`` (shape (m, D)). ``owners``: for each cell of the slice the ranks that get it, the owner first, ghosts after.
-    Collective."""
+    """Distributed mesh of this rank's slice of ``cells`` (global vertex numbers, shape (n, K)) and of the
+    vertices ``x`` (shape (m, D)). ``owners``: for each cell of the slice the ranks that get it, the owner
+    first, ghosts after. Collective."""
     domain = ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1, dim=x.shape[1]))
     offsets = np.cumsum([0] + [len(o) for o in owners]).astype(np.int32)
     data = np.fromiter((r for o in owners for r in o), np.int32, offsets[-1])
@@ -81,9 +83,9 @@ def create_mesh(comm, cells, x, cell, owners):
 
 
 class Numbering(NamedTuple):
-    """Numbers of a rank's cells or nodes, the owned ones first, then the ghosts: ``owned`` of them are its own, which
-    have the numbers from ``first`` on in the whole mesh; ghosts: (k,) numbers of the others there; owners: (k,) their
-    ranks."""
+    """Numbers of a rank's cells or nodes, the owned ones first, then the ghosts: ``owned`` of them are its
+    own, which have the numbers from ``first`` on in the whole mesh; ghosts: (k,) numbers of the others there;
+    owners: (k,) their ranks."""
 
     owned: int
     first: int
@@ -127,8 +129,7 @@ def original_cells(mesh):
 
 
 def cells_behind_facets(mesh, cell_count):
-    """Cell behind each facet of the ``cell_count`` owned and ghost cells, shape (cells, facets): -1 where this rank sees
-    none."""
+    """Cell behind each facet of owned and ghost cells, shape (cells, facets); -1: none on this rank."""
     topology, dim = mesh.topology, mesh.topology.dim
     topology.create_connectivity(dim, dim - 1)
     topology.create_connectivity(dim - 1, dim)
@@ -140,8 +141,8 @@ def cells_behind_facets(mesh, cell_count):
     pair[:, 0] = cells.array[first]
     two = count == 2
     pair[two, 1] = cells.array[first[two] + 1]
-    both = pair[of_cell]
-    return np.where(both[..., 0] == np.arange(cell_count)[:, None], both[..., 1], both[..., 0]).astype(np.int32)
+    one, other = pair[of_cell].transpose(2, 0, 1)
+    return np.where(one == np.arange(cell_count)[:, None], other, one).astype(np.int32)
 
 
 def cell_tree(mesh, cells, padding):

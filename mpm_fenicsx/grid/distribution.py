@@ -5,9 +5,9 @@ EMPTY_CELL = 0.02  # weight of a cell without points; a point weighs 1
 
 
 def bisect(centres, weights, ranks, patch=None):
-    """Recursive coordinate bisection: the rank of each cell, shape (n,), so that every rank gets about the same sum of
-    ``weights``. Ties are broken by the cell's number, so the answer does not depend on who asks. patch: (n,) numbers of
-    groups of cells that must not be cut, or None."""
+    """Recursive coordinate bisection: the rank of each cell, shape (n,), so that every rank gets about the
+    same sum of ``weights``. Ties are broken by the cell's number, so the answer does not depend on who asks.
+    patch: (n,) numbers of groups of cells that must not be cut, or None."""
     if patch is not None:
         size = np.bincount(patch)
         middle = np.stack([np.bincount(patch, x) / size for x in centres.T], axis=1)
@@ -33,7 +33,7 @@ def bisect(centres, weights, ranks, patch=None):
 
 
 def ghosts(cells, vertex_count, owner, ranks, mine):
-    """For each cell of the slice ``mine``: its owner, then all ranks that own a cell at one of its vertices."""
+    """For each cell of the slice ``mine``: its owner, then all other ranks with a cell at its vertices."""
     at_vertex = np.zeros((vertex_count, ranks), bool)
     at_vertex[cells.ravel(), np.repeat(owner, cells.shape[1])] = True
     sharing = at_vertex[cells[mine]].any(axis=1)

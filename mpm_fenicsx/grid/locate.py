@@ -1,5 +1,5 @@
-"""Kernels of the search for cells, see ``search``: rounding on a lattice, a walk over neighbours on any mesh. ``specialise``
-fixes D and K of the walk's."""
+"""Kernels of the search for cells, see ``search``: rounding on a lattice, a walk over neighbours on any mesh.
+``specialise`` fixes D and K of the walk's."""
 from typing import NamedTuple
 
 import numpy as np
@@ -13,9 +13,10 @@ NOWHERE = -1
 
 
 class Lattice(NamedTuple):
-    """Regular cells of a box: its ``lower`` corner [m], shape (D,), size ``h`` of a cell [m], shape (D,), ``counts`` of
-    cells, shape (D,), ``simplices`` per cell (1 or D!, numbered by the permutation that sorts the local coordinates
-    downwards), and ``room`` beyond the edges that counts as inside [cells], shape (D, 2)."""
+    """Regular cells of a box: its ``lower`` corner [m], shape (D,), size ``h`` of a cell [m], shape (D,),
+    ``counts`` of cells, shape (D,), ``simplices`` per cell (1 or D!, numbered by the permutation that sorts
+    the local coordinates downwards), and ``room`` beyond the edges that counts as inside [cells], shape (D,
+    2)."""
 
     lower: np.ndarray
     h: np.ndarray
@@ -25,9 +26,9 @@ class Lattice(NamedTuple):
 
 
 class Neighbours(NamedTuple):
-    """``behind`` (cells, facets): the cell behind each facet, -1 where this rank sees none; ``lower``, ``upper`` (D +
-    1,): the facet that bounds each reference coordinate from below and above (of a simplex the last entry of ``upper`` is
-    the facet sum(xi) = 1)."""
+    """``behind`` (cells, facets): the cell behind each facet, -1 where this rank sees none; ``lower``,
+    ``upper`` (D + 1,): the facet that bounds each reference coordinate from below and above (of a simplex the
+    last entry of ``upper`` is the facet sum(xi) = 1)."""
 
     behind: np.ndarray
     lower: np.ndarray
@@ -69,8 +70,8 @@ def lattice_numbers(x, lattice, number):
 
 @compiled
 def locate_lattice(number, owner, local, row, rank, cell):
-    """Local cell of each point from its number; whether any point is not of this rank, and whether any lies in a cell
-    without a ``row``, see ``active_cells``."""
+    """Local cell of each point from its number; whether any point is not of this rank, and whether any lies
+    in a cell without a ``row``, see ``active_cells``."""
     leaving = 0
     inactive = 0
     for p in range(len(number)):
@@ -87,8 +88,8 @@ def locate_lattice(number, owner, local, row, rank, cell):
 def walk(x, cell, maps: CellMaps, neighbours: Neighbours, most, tolerance, found):
     """Cell of each point by walking from ``cell`` over the facet that the point violates most.
 
-    most: steps before giving up; tolerance: of a cell's size, by which it may lie outside. Fills ``found`` with the cell,
-    or -1 when not reached.
+    most: steps before giving up; tolerance: of a cell's size, by which it may lie outside. Fills ``found``
+    with the cell, or -1 when not reached.
     """
     corner, inverse = maps
     neighbour, facet_of_lower, facet_of_upper = neighbours
@@ -127,7 +128,7 @@ def walk(x, cell, maps: CellMaps, neighbours: Neighbours, most, tolerance, found
 
 
 def holds(x, cell, maps: CellMaps, tolerance, answer):
-    """Whether each point lies in its cell, or outside by less than the ``tolerance`` of its size, into ``answer``."""
+    """Fill ``answer``: whether each point lies in its cell, or beside it by less than ``tolerance`` sizes."""
     place = ReferencePoint(np.empty(D), np.empty((D, D)), np.empty(K), np.empty((K, D)), np.empty((D, D)))
     xi = place.xi
     for p in range(len(x)):

@@ -1,11 +1,12 @@
 """Patches of simplices over which F-bar averages the volume change.
 
-The basis on a simplex is linear, so its volume change is one number already and the mean must go over several cells:
-the F-bar-Patch method (de Souza Neto, Andrade Pires & Owen 2005, doi 10.1002/nme.1187; its mesh falls into patches that
-do not overlap). A patch here is what lies around one inner edge: two triangles or, in space, the ring of tetrahedra.
-That leaves about one volume change per node, as quadrilaterals and hexahedra with F-bar have. Edges are taken from the
-longest to the shortest where all their cells are free, then each cell left over joins the smallest patch next to it. On
-a lattice these are the squares and the cubes, since their diagonals are longest.
+The basis on a simplex is linear, so its volume change is one number already and the mean must go over several
+cells: the F-bar-Patch method (de Souza Neto, Andrade Pires & Owen 2005, doi 10.1002/nme.1187; its mesh falls
+into patches that do not overlap). A patch here is what lies around one inner edge: two triangles or, in
+space, the ring of tetrahedra. That leaves about one volume change per node, as quadrilaterals and hexahedra
+with F-bar have. Edges are taken from the longest to the shortest where all their cells are free, then each
+cell left over joins the smallest patch next to it. On a lattice these are the squares and the cubes, since
+their diagonals are longest.
 """
 from itertools import combinations
 
@@ -18,9 +19,9 @@ FREE = -1
 
 
 def patches(grid, vertices, cells):
-    """Number of the patch of each cell of the whole grid, shape (m,); None for quadrilaterals and hexahedra, each its
-    own patch. The same on every rank. grid: ``Grid`` or ``Mesh``; vertices [m], shape (n, D); cells, shape (m, D +
-    1)."""
+    """Number of the patch of each cell of the whole grid, shape (m,); None for quadrilaterals and hexahedra,
+    each its own patch. The same on every rank. grid: ``Grid`` or ``Mesh``; vertices [m], shape (n, D); cells,
+    shape (m, D + 1)."""
     D = vertices.shape[1]
     if cells.shape[1] != D + 1:
         return None
@@ -40,7 +41,7 @@ def _alike(rows):
 
 
 def _neighbours(cells):
-    """Vertices of the facets of all cells, shape (m (D + 1), D), and the cell behind each, FREE on the boundary."""
+    """Vertices of the facets of all cells, shape (m (D + 1), D), and the cell behind each or FREE."""
     K = cells.shape[1]
     facets = cells[:, list(combinations(range(K), K - 1))].reshape(-1, K - 1)
     number = _alike(facets)
@@ -52,8 +53,8 @@ def _neighbours(cells):
 
 
 def _rings(vertices, cells, boundary):
-    """Cells around each inner edge, longest edge first: where each ring begins and ends, shape (rings + 1,), and the
-    cells of all. boundary: vertices of the facets on the boundary, shape (k, D)."""
+    """Cells around each inner edge, longest edge first: where each ring begins and ends, shape (rings + 1,),
+    and the cells of all. boundary: vertices of the facets on the boundary, shape (k, D)."""
     pairs = list(combinations(range(cells.shape[1]), 2))
     outer = boundary[:, list(combinations(range(boundary.shape[1]), 2))].reshape(-1, 2)
     edges = cells[:, pairs].reshape(-1, 2)
@@ -84,8 +85,8 @@ def _take_rings(first, of_edge, patch):
 
 @compiled
 def _join(behind, patch):
-    """Every free cell joins the smallest patch behind one of its facets, or becomes one where there is none. behind:
-    cell behind each facet, shape (m, D + 1)."""
+    """Every free cell joins the smallest patch behind one of its facets, or becomes one where there is none.
+    behind: cell behind each facet, shape (m, D + 1)."""
     size = np.zeros(len(patch) + 1, np.int64)
     for c in range(len(patch)):
         size[patch[c]] += 1  # the free ones count in the last place, which is nobody's

@@ -1,8 +1,8 @@
 """Search for the cell of a point: rounding on a lattice, a walk over neighbours on any other mesh.
 
-Both searches answer two questions. ``locate``: the local cell of the points of this rank, and whether any is not here.
-``destinations``: for all points, rank and rank-independent number of their cell; it is asked only when a point is not
-here, and it is collective.
+Both searches answer two questions. ``locate``: the local cell of the points of this rank, and whether any is
+not here. ``destinations``: for all points, rank and rank-independent number of their cell; it is asked only
+when a point is not here, and it is collective.
 """
 import numpy as np
 from mpi4py import MPI
@@ -30,7 +30,7 @@ class LatticeSearch:
         return number
 
     def locate(self, points, row):
-        """Fill ``points.cell``; returns whether any point is not here and whether any is in a cell without a ``row``."""
+        """Fill ``points.cell``; returns whether any point is elsewhere, and in a cell without a ``row``."""
         return locate_lattice(self._numbers(points.x), self._owner, self._local, row, self._rank, points.cell)
 
     def assign(self, x):
@@ -63,7 +63,8 @@ class WalkSearch:
         self._walk, self._holds = (specialise(f, **size, to_reference=to_reference) for f in (walk, holds))
         self._number, self._first = b.cell_numbering.in_whole, b.cell_numbering.first
         self._starts = np.array(b.comm.allgather(self._first))
-        self._owner = np.concatenate([np.full(b.cells_owned, b.comm.rank), b.cell_numbering.owners]).astype(np.int32)
+        owned = np.full(b.cells_owned, b.comm.rank)
+        self._owner = np.concatenate([owned, b.cell_numbering.owners]).astype(np.int32)
         self._tree = None
 
     def _found(self, points):
@@ -85,7 +86,7 @@ class WalkSearch:
         return self._by_tree(points, np.flatnonzero(found < 0), rank, number)
 
     def _by_tree(self, points, lost, rank, number):
-        """Put rank and number of the points ``lost`` in their places; every rank looks in its tree for all of them."""
+        """Rank and number of the points ``lost`` into their places; every rank looks for all in its tree."""
         comm = self._background.comm
         everybody = comm.allgather(points.x[lost])
         start = sum(len(part) for part in everybody[:comm.rank])

@@ -12,7 +12,8 @@ CURVATURE = 9.0 * np.array([[2.0, -5.0, 4.0, -1.0], [-1.0, 4.0, -5.0, 2.0]])
 
 
 class Supports:
-    """The supports of a scene on this rank's grid nodes x, shape (n, D). ``fixed``: mask of held directions, (n, D).
+    """The supports of a scene on this rank's grid nodes x, shape (n, D). ``fixed``: mask of held directions,
+    (n, D).
 
     Where several supports hold a node in the same direction, the last one counts.
     """
@@ -33,8 +34,8 @@ class Supports:
             self._holder[held] = number
 
     def check(self, active, active_cells, time):
-        """Warn, on the first rank, of every support that holds no node with mass: the first time, and not later, when
-        the body may have left it. Collective, on all ranks alike."""
+        """Warn, on the first rank, of every support that holds no node with mass: the first time, and not
+        later, when the body may have left it. Collective, on all ranks alike."""
         if self._checked:
             return
         self._checked = True
@@ -47,12 +48,12 @@ class Supports:
                               "later", stacklevel=2)
 
     def displacement(self, node, time, dt, v, a):
-        """Known displacement over the step [m], shape (n, D), zero where free; sets velocity and acceleration of held
-        nodes at the start of the step in v and a.
+        """Known displacement over the step [m], shape (n, D), zero where free; sets velocity and acceleration
+        of held nodes at the start of the step in v and a.
 
-        The accelerations at both ends of the step are those of the cubic through four times in it, so that nobody asks
-        the motion for a time outside the run; the velocity is such that Newmark's method ends the step with the second
-        one, which differs from the first one of the next step by O(dt^2)."""
+        The accelerations at both ends of the step are those of the cubic through four times in it, so that
+        nobody asks the motion for a time outside the run; the velocity is such that Newmark's method ends the
+        step with the second one, which differs from the first one of the next step by O(dt^2)."""
         known = np.zeros(v.shape)
         fixed = self.fixed[node]
         v[fixed] = 0.0

@@ -4,9 +4,10 @@ from mpi4py import MPI
 
 
 def resolution(mpm):
-    """``cell_size``: mean size of the background cells along each axis [m]; ``points_per_cell``: least, mean and most of
-    the cells that have any; ``explicit_limit``: the smallest size over the fastest elastic wave [s], beyond which an
-    explicit method would be unstable; None for a law without Lamé parameters. Collective."""
+    """``cell_size``: mean size of the background cells along each axis [m]; ``points_per_cell``: least, mean
+    and most of the cells that have any; ``explicit_limit``: the smallest size over the fastest elastic wave
+    [s], beyond which an explicit method would be unstable; None for a law without Lamé parameters.
+    Collective."""
     cells = np.concatenate([part.points.cell for part in mpm._parts])
     counts = np.unique(cells, return_counts=True)[1]
     least, most = counts.min(initial=np.iinfo(np.int64).max), counts.max(initial=0)

@@ -13,9 +13,9 @@ SHOWN = 4  # of the first so many the values say more than that they differ
 
 
 def fingerprint(mpm, supports, conditions, inertia):
-    """Numbers of ``WHAT``, float: checksums where there are many values. Functions are not among them, nor is gravity.
-    To be taken while every rank still has all material points. supports: ``Support`` records; conditions: sets of
-    particles with their names."""
+    """Numbers of ``WHAT``, float: checksums where there are many values. Functions are not among them, nor is
+    gravity. To be taken while every rank still has all material points. supports: ``Support`` records;
+    conditions: sets of particles with their names."""
     points, bodies = [part.points for part in mpm.parts], [part.body for part in mpm.parts]
     laws = [(b.law.name, tuple(map(float, b.law.params)), b.rho, b.thickness, b.stress_state, b.f_bar) for b in bodies]
     return np.array([

@@ -1,5 +1,5 @@
-"""A part of space in equal bins, each with the things that reach into it: what a material point is near to costs one
-look-up, on any grid, and nothing where there is no wall."""
+"""A part of space in equal bins, each with the things that reach into it: what a material point is near to
+costs one look-up, on any grid, and nothing where there is no wall."""
 from typing import NamedTuple
 
 import numpy as np
@@ -8,8 +8,8 @@ from ..compiled import inlined
 
 
 class Bins(NamedTuple):
-    """origin: lower corner [m], shape (D,); size: of a bin [m]; counts: bins along each axis, shape (D,); bin b has the
-    things items[start[b]:start[b + 1]]. Bins are numbered with x fastest."""
+    """origin: lower corner [m], shape (D,); size: of a bin [m]; counts: bins along each axis, shape (D,); bin
+    b has the things items[start[b]:start[b + 1]]. Bins are numbered with x fastest."""
 
     origin: np.ndarray
     size: float
@@ -19,7 +19,7 @@ class Bins(NamedTuple):
 
 
 def make_bins(lower, upper, size):
-    """Bins of ``size`` [m] for things in boxes from ``lower`` to ``upper`` [m], shape (n, D) each; n is at least 1."""
+    """Bins of ``size`` [m] for n > 0 things in boxes from ``lower`` to ``upper`` [m], shape (n, D) each."""
     origin = lower.min(axis=0)
     first, last = (np.floor((corner - origin) / size).astype(np.int64) for corner in (lower, upper))
     counts = last.max(axis=0) + 1

@@ -1,4 +1,4 @@
-"""The interface's boundary particles: shared out over the ranks, put together in order, renewed where it flows."""
+"""Boundary particles of the interface: shared out over the ranks, gathered, renewed where it flows."""
 from dataclasses import replace
 
 import numpy as np
@@ -12,8 +12,9 @@ from .points import Points
 
 
 class BoundaryParticles:
-    """Those of ``interface``, an ``Interface`` or None, which is the one of now: ``x`` are the places of its particles
-    at the start, or what their parents make of them. ``points``: on this rank; at first all of them. Collective.
+    """Those of ``interface``, an ``Interface`` or None, which is the one of now: ``x`` are the places of its
+    particles at the start, or what their parents make of them. ``points``: on this rank; at first all of
+    them. Collective.
 
     Raises ValueError for an interface of another dimension.
     """
@@ -39,8 +40,9 @@ class BoundaryParticles:
             return np.zeros(shape)
         force = check.shaped("force", force, shape)
         if not np.isfinite(force).all():
-            raise MPMError(f"the force on boundary particle {np.argwhere(~np.isfinite(force))[0][0]} is not a number "
-                           f"at t = {time:.6g} s: look at the grains that sent it")
+            bad = np.argwhere(~np.isfinite(force))[0][0]
+            raise MPMError(f"the force on boundary particle {bad} is not a number at t = {time:.6g} s: look at the "
+                           "grains that sent it")
         return force
 
     @property
@@ -69,15 +71,15 @@ class BoundaryParticles:
         return surface.everywhere(self._comm, self.points.gid, values, self.count)
 
     def stay_inside(self, box):
-        """Put particles that have left the box of the grid back on its side; returns whether there are any."""
+        """Put particles that left the box of the grid back on its side; returns whether there are any."""
         inside = np.clip(self.points.x, box.lower, box.upper)
         left = somewhere(self._comm, (inside != self.points.x).any())[0]
         self.points.x[:] = inside
         return left
 
     def renew(self, has_mass, time, changed):
-        """Renew the particles by the rule, see ``outline.find_change``; if that changes anything, ``points`` are all of
-        them on every rank again. Returns the ``outline.Change``, or None."""
+        """Renew the particles by the rule, see ``outline.find_change``; if that changes anything, ``points``
+        are all of them on every rank again. Returns the ``outline.Change``, or None."""
         x, v, a, force = self.whole("x", "v", "a", "force")
         old = self.interface
         change = outline.find_change(x, old.elements, old.resampling, force.any(axis=1), has_mass, changed)
@@ -85,9 +87,10 @@ class BoundaryParticles:
             if not len(change.x):
                 raise MPMError(f"nothing is left of the outline at t = {time:.6g} s: no boundary particle has a "
                                "material point near it; give it a smaller spacing, or more inset")
-            n = len(change.x)
-            self.interface = replace(old, x=change.interpolate(np.asarray(old.x, float)), elements=change.elements)
-            self.points.restore(dict(gid=np.arange(n), cell=np.zeros(n, np.int32), x=change.x, v=change.interpolate(v),
+            n, x0 = len(change.x), change.interpolate(np.asarray(old.x, float))
+            self.interface = replace(old, x=x0, elements=change.elements)
+            self.points.restore(dict(gid=np.arange(n), cell=np.zeros(n, np.int32), x=change.x,
+                                     v=change.interpolate(v),
                                      a=change.interpolate(a), force=change.redistribute(force)))
         return change
 
@@ -108,8 +111,8 @@ REACHES = 1e-3  # share of a particle's basis on nodes with mass from which on i
 
 
 def near_mass(background, active_cells, parts, kernels):
-    """Function from places [m], shape (n, D), to the mask of those whose basis reaches nodes that carry mass, alike on
-    every rank. The points of ``parts`` are in their cells, and these among the ``active_cells``."""
+    """Function from places [m], shape (n, D), to the mask of those whose basis reaches nodes that carry mass,
+    alike on every rank. The points of ``parts`` are in their cells, and these among the ``active_cells``."""
     comm, search, flags = background.comm, background.search, np.zeros((len(active_cells.node), 1))
     for part in parts:
         flags[active_cells.cells[np.unique(part.points.cell)], 0] = 1.0

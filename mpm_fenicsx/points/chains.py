@@ -1,7 +1,7 @@
 """Chains of particles in the plane, linked by segments a→b: what is removed from them, where they cross.
 
-``following`` and ``before``, shape (n,), link each particle with its neighbours in its chain: NONE beyond an end; both
-are NONE for a particle that is gone. A chain may be open or closed; the outside is on its left.
+``following`` and ``before``, shape (n,), link each particle with its neighbours in its chain: NONE beyond an
+end; both are NONE for a particle that is gone. A chain may be open or closed; the outside is on its left.
 """
 from typing import NamedTuple
 
@@ -55,8 +55,8 @@ def folded(x, a, i, c):
 
 @compiled
 def thin_out(x, following, before, stays, shortest):
-    """Remove particles that do not ``stay``, that are folds, or that bound segments below ``shortest`` [m]: of these
-    the one that changes the shape less. Ends of open chains remain. Returns whether any is gone."""
+    """Remove particles that do not ``stay``, that are folds, or that bound segments below ``shortest`` [m]:
+    of these the one that changes the shape less. Ends of open chains remain. Returns whether any is gone."""
     changed = False
     for i in range(len(x)):
         if not stays[i] and following[i] != NONE and before[i] != NONE:
@@ -85,8 +85,8 @@ def thin_out(x, following, before, stays, shortest):
 
 
 class Floor(NamedTuple):
-    """Across which ``axis`` it lies, at which ``level`` [m], which way (1 or -1) is ``inward``, and how far above it a
-    foot may ``reach`` [m]."""
+    """Across which ``axis`` it lies, at which ``level`` [m], which way (1 or -1) is ``inward``, and how far
+    above it a foot may ``reach`` [m]."""
 
     axis: int
     level: float
@@ -140,8 +140,9 @@ def _sides(x, a, b, c, d):
 
 @compiled
 def untie(x, following, before, touched):
-    """Where two segments cross, each goes on as the other did: a chain is cut into two, or two chains become one, with
-    the outside still on their left. Marks the particles ``touched``; returns the number of crossings."""
+    """Where two segments cross, each goes on as the other did: a chain is cut into two, or two chains become
+    one, with the outside still on their left. Marks the particles ``touched``; returns the number of
+    crossings."""
     count = 0
     while count < len(x):
         a, c = crossing(x, following)
@@ -156,8 +157,8 @@ def untie(x, following, before, touched):
 
 @compiled
 def drop_loops(x, following, before, touched, smallest):
-    """Remove closed chains with ``touched`` particles that are air (they run counter-clockwise), or body of less than
-    ``smallest`` [m^2]."""
+    """Remove closed chains with ``touched`` particles that are air (they run counter-clockwise), or body of
+    less than ``smallest`` [m^2]."""
     seen = np.zeros(len(x), np.bool_)
     for start in range(len(x)):
         if not touched[start] or seen[start]:
@@ -175,8 +176,8 @@ def drop_loops(x, following, before, touched, smallest):
 
 @compiled
 def in_order(following, before):
-    """Particles chain by chain, open ones first, shape (k,), and the place of each follower in that order or NONE.
-    Closed chains of less than three are left out."""
+    """Particles chain by chain, open ones first, shape (k,), and the place of each follower in that order or
+    NONE. Closed chains of less than three are left out."""
     n, count = len(following), 0
     order, after, seen = np.empty(n, np.int64), np.empty(n, np.int64), np.zeros(n, np.bool_)
     for closed in (False, True):

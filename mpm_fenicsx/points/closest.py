@@ -1,5 +1,5 @@
-"""Closest point of a segment or triangle to a place, by barycentric coordinates (Ericson, Real-Time Collision Detection,
-2005, section 5.1.5)."""
+"""Closest point of a segment or triangle to a place, by barycentric coordinates (Ericson, Real-Time Collision
+Detection, 2005, section 5.1.5)."""
 from ..compiled import inlined
 
 
@@ -13,8 +13,8 @@ def _dot(a, b, D):
 
 @inlined
 def closest(x, corner, D, weight, w):
-    """Fill ``weight``, shape (D,), with the barycentric coordinates of the closest point to x, shape (D,); those of
-    corners that it is not between are zero. corner: (D, D); w: work of shape (3, D)."""
+    """Fill ``weight``, shape (D,), with the barycentric coordinates of the closest point to x, shape (D,);
+    those of corners that it is not between are zero. corner: (D, D); w: work of shape (3, D)."""
     for i in range(D):
         w[0, i], w[2, i] = corner[1, i] - corner[0, i], x[i] - corner[0, i]
     if D == 2:

@@ -4,8 +4,8 @@ from mpi4py import MPI
 
 
 class Router:
-    """Sends records to other ranks. neighbours: ranks expected as destinations. ``traffic``: [messages, bytes] sent so
-    far. Collective."""
+    """Sends records to other ranks. neighbours: ranks expected as destinations. ``traffic``: [messages,
+    bytes] sent so far. Collective."""
 
     def __init__(self, comm, neighbours):
         self.comm, self.traffic = comm, [0, 0]
@@ -13,8 +13,7 @@ class Router:
         self._graph = comm.Create_dist_graph_adjacent(self._neighbours, self._neighbours)
 
     def exchange(self, records, rank):
-        """Send each record (structured array) to its ``rank``, shape (n,); returns those that arrive, sorted by field
-        ``gid``."""
+        """Send each record (structured array) to its ``rank``, shape (n,); returns arrivals by ``gid``."""
         order = np.lexsort((records["gid"], rank))
         records, rank = records[order], rank[order]
         near = bool(np.isin(rank, self._neighbours).all())

@@ -1,8 +1,8 @@
 """What leaves the grid: it ends the run, stays at the edge at rest, or goes; what goes or stays is booked.
 
-A material point that is held or removed takes part no more: the books have its mass, momentum and energy, so that what
-is left plus what has left is what was there. Boundary particles cannot go, since the interface keeps its numbers: they
-stay at the edge, at rest, and what loads them reaches nobody.
+A material point that is held or removed takes part no more: the books have its mass, momentum and energy, so
+that what is left plus what has left is what was there. Boundary particles cannot go, since the interface
+keeps its numbers: they stay at the edge, at rest, and what loads them reaches nobody.
 """
 import numpy as np
 
@@ -16,8 +16,8 @@ BISECTIONS = 40  # to find an edge
 
 
 def read_ways(outflow, dim):
-    """Ways by axis and end, shape (dim, 2), of a word for all sides or a dict by side, such as {"+x": "remove"}, whose
-    other sides stop. Raises ValueError for another word or side."""
+    """Ways by axis and end, shape (dim, 2), of a word for all sides or a dict by side, such as {"+x":
+    "remove"}, whose other sides stop. Raises ValueError for another word or side."""
     sides = [sign + axis for axis in AXES[:dim] for sign in "-+"]
     given = outflow if isinstance(outflow, dict) else dict.fromkeys(sides, outflow)
     for side, way in given.items():
@@ -30,9 +30,9 @@ def read_ways(outflow, dim):
 
 
 class Outflow:
-    """For the ``ways`` of ``read_ways`` on ``grid``. ``active``: something may leave without an end of the run;
-    ``removed``: sums of what has been held or removed since the start, the same on every rank; ``held``: the material
-    points of this rank that are held, one ``Points`` for each body."""
+    """For the ``ways`` of ``read_ways`` on ``grid``. ``active``: something may leave without an end of the
+    run; ``removed``: sums of what has been held or removed since the start, the same on every rank; ``held``:
+    the material points of this rank that are held, one ``Points`` for each body."""
 
     def __init__(self, ways, grid, comm, gravity):
         self._ways, self._grid, self._box, self._comm, self._gravity = ways, grid, grid.box, comm, gravity
@@ -47,8 +47,8 @@ class Outflow:
         return {"count": int(count), "mass": mass, "momentum": self._sums[3:].copy(), "energy": energy}
 
     def _way(self, points):
-        """What happens to each point that is outside the grid, shape (n,): by the side beyond which it is farthest, or
-        of a grid with holes to which it flies."""
+        """What happens to each point that is outside the grid, shape (n,): by the side beyond which it is
+        farthest, or of a grid with holes to which it flies."""
         low, high = np.asarray(self._box.lower) - points.x, points.x - np.asarray(self._box.upper)
         beyond = np.stack([low, high], axis=2).reshape(len(points), self._ways.size)
         flight = np.stack([-points.v, points.v], axis=2).reshape(len(points), self._ways.size)
@@ -56,7 +56,7 @@ class Outflow:
         return np.where(np.isfinite(points.x).all(axis=1), self._ways.ravel()[side], "stop")
 
     def of_material(self, part):
-        """For ``sets.Set``: what becomes of the points of ``part`` without a rank. None when all that leaves stops."""
+        """For ``sets.Set``: what becomes of points of ``part`` without a rank. None: they end the run."""
         if not self.active:
             return None
         points, held = part.points, Points(**{name: values[:0] for name, values in part.points.copy().items()})
@@ -104,8 +104,9 @@ class Outflow:
         return leave
 
     def first_lost(self, points, N):
-        """Boundary particles without a node of mass, in cells with basis values N, shape (n, K): once material has left
-        they are switched off, too. Returns the first that has lost its material otherwise, or -1. Collective."""
+        """Boundary particles without a node of mass, in cells with basis values N, shape (n, K): once
+        material has left they are switched off, too. Returns the first that has lost its material otherwise,
+        or -1. Collective."""
         lost = ~points.off & (N.sum(axis=1) == 0.0)
         if self._sums[0] and somewhere(self._comm, lost.any())[0]:
             switch_off(points, np.flatnonzero(lost))
@@ -134,8 +135,8 @@ class Outflow:
 
 
 def edge(grid, x, search):
-    """Where the ways from the nearest cells' middles to the places x [m], shape (n, D), leave the grid; x: the same on
-    every rank. Collective."""
+    """Where the ways from the nearest cells' middles to the places x [m], shape (n, D), leave the grid; x:
+    the same on every rank. Collective."""
     if isinstance(grid, Grid):
         return np.clip(x, grid.box.lower, grid.box.upper)
     from scipy.spatial import cKDTree  # takes time to import, and few scenes need it

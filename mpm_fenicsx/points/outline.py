@@ -1,4 +1,5 @@
-"""The outline of a plane body that flows: it gets boundary particles where it stretches and loses some where it folds.
+"""The outline of a plane body that flows: it gets boundary particles where it stretches and loses some where
+it folds.
 
 Everything here is a pure function of arrays.
 """
@@ -13,8 +14,8 @@ from .chains import NONE, Floor, drop_loops, end_of, foremost, in_order, links, 
 class Change(NamedTuple):
     """From an outline of m particles to one of n: places x [m], shape (n, 2), and elements, shape (k, 2).
 
-    A new particle moves as (1 - weight) times the first plus weight times the second of its ``parents``, shape (n, 2);
-    what loads an old particle goes on to its ``successor``, shape (m,).
+    A new particle moves as (1 - weight) times the first plus weight times the second of its ``parents``,
+    shape (n, 2); what loads an old particle goes on to its ``successor``, shape (m,).
     """
 
     x: np.ndarray
@@ -34,7 +35,7 @@ class Change(NamedTuple):
         return (1.0 - w) * values[self.parents[:, 0]] + w * values[self.parents[:, 1]]
 
     def redistribute(self, load):
-        """Loads on the new particles, shape (n, …), from those on the old ones, shape (m, …): the sum stays."""
+        """Loads on the new particles, shape (n, …), of those on the old ones, (m, …): the sum stays."""
         out = np.zeros((len(self.x), *load.shape[1:]))
         np.add.at(out, self.successor, load)
         return out
@@ -43,10 +44,10 @@ class Change(NamedTuple):
 def find_change(x, elements, rule, loaded, has_mass, changed=False):
     """The ``Change`` that ``rule`` (`scene.Resampling`) asks for, or None.
 
-    x: places [m], shape (n, 2); loaded: mask of the particles that carry a load, shape (n,); has_mass(x): mask of the
-    places from which a particle reaches a grid node with mass; changed: the places have been changed already. In this
-    order: particles that reach no mass or sank below a floor go, as do those in folds and between short segments; the
-    feet are laid anew; loops are cut off; long segments are divided.
+    x: places [m], shape (n, 2); loaded: mask of the particles that carry a load, shape (n,); has_mass(x):
+    mask of the places from which a particle reaches a grid node with mass; changed: the places have been
+    changed already. In this order: particles that reach no mass or sank below a floor go, as do those in
+    folds and between short segments; the feet are laid anew; loops are cut off; long segments are divided.
     """
     x, parent = np.array(x, float), np.arange(len(x))
     following, before = links(elements, len(x))
@@ -80,13 +81,13 @@ def find_change(x, elements, rule, loaded, has_mass, changed=False):
 
 
 def find_foot(x, step, end, floor, last, loaded):
-    """Place [m], shape (2,), for the ``end`` of an open chain, its ``last`` or first, on the floor beneath the foremost
-    particle near it, and the number of that particle.
+    """Place [m], shape (2,), for the ``end`` of an open chain, its ``last`` or first, on the floor beneath
+    the foremost particle near it, and the number of that particle.
 
-    Grid nodes on a floor that sticks do not move, so an end there stays behind and the flow overruns it; contact with
-    the lower side of the overrun part would be contact with the floor. What lies within the reach of the floor, up to
-    the first particle that carries a load, is therefore cut off as far as the foremost particle, and the end goes on as
-    that one does. step: (n,) the way into the chain.
+    Grid nodes on a floor that sticks do not move, so an end there stays behind and the flow overruns it;
+    contact with the lower side of the overrun part would be contact with the floor. What lies within the
+    reach of the floor, up to the first particle that carries a load, is therefore cut off as far as the
+    foremost particle, and the end goes on as that one does. step: (n,) the way into the chain.
     """
     out = floor.inward if last == (floor.axis == 1) else -floor.inward  # left of the way to or from the floor
     nose = foremost(x, step, end, floor, out, loaded)
@@ -96,8 +97,8 @@ def find_foot(x, step, end, floor, last, loaded):
 
 
 def lay_foot(links, last, end, nose):
-    """Cut off what lies between the ``end`` of a chain, its ``last`` or first, and its particle ``nose``. links: the
-    arrays ``following`` and ``before``."""
+    """Cut off what lies between the ``end`` of a chain, its ``last`` or first, and its particle ``nose``.
+    links: the arrays ``following`` and ``before``."""
     following, before = links
     step = before if last else following
     while step[end] != nose:
@@ -105,8 +106,9 @@ def lay_foot(links, last, end, nose):
 
 
 def _divided(x, order, after, parent, longest, has_mass, changed):
-    """The ``Change`` to the particles in this ``order``, with others between them where segments are longer than
-    ``longest`` [m] and there is mass; None unless that, or something before, has ``changed`` the outline."""
+    """The ``Change`` to the particles in this ``order``, with others between them where segments are longer
+    than ``longest`` [m] and there is mass; None unless that, or something before, has ``changed`` the
+    outline."""
     a, b = order, order[np.where(after == NONE, np.arange(len(order)), after)]
     length = np.hypot(*(x[b] - x[a]).T)
     pieces = np.where(length > longest, np.ceil(length / longest), 1).astype(int)

@@ -13,8 +13,8 @@ from ..scene.mesh import lattice
 
 
 def gauss_rule(cell: Optional[str], points: Optional[int]) -> Tuple[np.ndarray, np.ndarray]:
-    """Points (n, D) and weights (n,) on the reference cell: tensor Gauss rule with ``points`` per direction, or the
-    symmetric simplex rule of basix with that many points."""
+    """Points (n, D) and weights (n,) on the reference cell: tensor Gauss rule with ``points`` per direction,
+    or the symmetric simplex rule of basix with that many points."""
     if cell in ("quadrilateral", "hexahedron"):
         D = 2 if cell == "quadrilateral" else 3
         g, w = np.polynomial.legendre.leggauss(points)
@@ -54,7 +54,8 @@ def seed(body: Body) -> Tuple[np.ndarray, np.ndarray]:
 
 
 def of_points(body: Body) -> Interface:
-    """The body's material points as its interface: particles that coincide with them, in their order, and stay so.
+    """The body's material points as its interface: particles that coincide with them, in their order, and
+    stay so.
 
     >>> from mpm_fenicsx import Box, linear
     >>> of_points(Body(Box((0.0, 0.0), (1.0, 0.5)), (2, 1), 1, linear(1e6, 0.3), 1000.0)).elements.tolist()
@@ -65,9 +66,9 @@ def of_points(body: Body) -> Interface:
 
 
 class Points:
-    """Fields of points on this rank, each an array of its own (kernels over strided records take twice as long); a
-    record is packed only to travel or to be stored. Fields: ``gid`` number in the whole run, ``cell``, ``x``, and
-    whatever else is given."""
+    """Fields of points on this rank, each an array of its own (kernels over strided records take twice as
+    long); a record is packed only to travel or to be stored. Fields: ``gid`` number in the whole run,
+    ``cell``, ``x``, and whatever else is given."""
 
     def __init__(self, **fields):
         self.names = tuple(fields)
@@ -99,8 +100,8 @@ class Points:
         return np.dtype([("number", np.int64)] + [(name, a.dtype, a.shape[1:]) for name, a in arrays])
 
     def migrate(self, router, rank, number):
-        """Send points to their ``rank``, with the ``number`` of their cell, shape (n,) both; the order by gid stays.
-        Returns the numbers of the cells of all points then here. Collective."""
+        """Send points to their ``rank``, with the ``number`` of their cell, shape (n,) both; the order by gid
+        stays. Returns the numbers of the cells of all points then here. Collective."""
         staying = rank == router.comm.rank
         packed = np.empty(np.count_nonzero(~staying), self.record())
         packed["number"] = number[~staying]

@@ -9,8 +9,8 @@ from .points import Points
 
 
 class Set(NamedTuple):
-    """Points with their name in the state; active: the cells that they are in are active; moves: they can change cells;
-    leave: what becomes of those that left the grid, see ``outflow``, None: they end the run."""
+    """Points with their name in the state; active: the cells that they are in are active; moves: they can
+    change cells; leave: what becomes of those that left the grid, see ``outflow``, None: they end the run."""
 
     name: str
     points: Points
@@ -20,16 +20,16 @@ class Set(NamedTuple):
 
 
 class Sets:
-    """The ``Set`` records of a scene; names of material points start with "points". origin: of their coordinates, see
-    ``frame``. All methods but ``filled`` and the state's are collective."""
+    """The ``Set`` records of a scene; names of material points start with "points". origin: of their
+    coordinates, see ``frame``. All methods but ``filled`` and the state's are collective."""
 
     def __init__(self, comm, sets, origin):
         self._comm, self._sets, self._origin = comm, tuple(sets), origin
 
     def locate(self, search, row, router, time):
-        """Phase I: cell of every point; points travel to the rank of their cell. row: of each local cell in the
-        element matrices, -1 where it is inactive. Returns whether any point travelled, and whether any is in an inactive
-        cell."""
+        """Phase I: cell of every point; points travel to the rank of their cell. row: of each local cell in
+        the element matrices, -1 where it is inactive. Returns whether any point travelled, and whether any is
+        in an inactive cell."""
         anywhere = row if all(s.active for s in self._sets) else np.zeros_like(row)
         moving = [(s, row if s.active else anywhere) for s in self._sets if s.moves]
         leaving, inactive = np.array([search.locate(s.points, rows) for s, rows in moving]).T

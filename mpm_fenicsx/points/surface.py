@@ -1,11 +1,9 @@
-"""Geometry of surfaces made of segments (in the plane) or triangles (in space), each with its outside: see
-``Interface``."""
+"""Geometry of surfaces of segments or triangles, each with its outside, see ``Interface``."""
 import numpy as np
 
 
 def normal_areas(x, elements):
-    """Area times outward unit normal of each element [m^2; m in the plane], shape (m, D), from the positions x [m],
-    shape (n, D)."""
+    """Area times outward unit normal of each element [m^2; m in the plane], shape (m, D); x: (n, D) [m]."""
     first = x[elements[:, 0]]
     if x.shape[1] == 2:
         edge = x[elements[:, 1]] - first
@@ -14,7 +12,7 @@ def normal_areas(x, elements):
 
 
 def to_particles(values, elements, count):
-    """Share the elements' ``values``, shape (m, …), equally among their particles; returns shape (count, …)."""
+    """Elements' ``values``, shape (m, …), shared equally among their particles, shape (count, …)."""
     shared = np.zeros((count, *values.shape[1:]))
     for column in elements.T:
         np.add.at(shared, column, values / elements.shape[1])
@@ -27,8 +25,8 @@ def areas(x, elements):
 
 
 def everywhere(comm, gid, values, count):
-    """Values, shape (count, …), in the order of ``gid`` on every rank, from those of each rank. Collective when there
-    is more than one rank."""
+    """Values, shape (count, …), in the order of ``gid`` on every rank, from those of each rank. Collective
+    when there is more than one rank."""
     if comm.size == 1:
         return values.copy()
     whole = np.empty((count, *values.shape[1:]))

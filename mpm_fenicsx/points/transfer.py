@@ -1,10 +1,11 @@
-"""Transfers between points and grid, the paper's phases I and III. Templates: ``specialise`` fixes D and K."""
+"""Transfers between points and grid, phases I and III. Templates: ``specialise`` fixes D and K."""
 
 D, K = 2, 4
 
 
 def to_grid(cell, cells, N, mass, v, a, nodal):
-    """Phase I: add nodal mass [kg], momentum [kg m/s] and inertia force [N] to ``nodal``, shape (nodes, 1 + 2D).
+    """Phase I: add nodal mass [kg], momentum [kg m/s] and inertia force [N] to ``nodal``, shape (nodes, 1 +
+    2D).
 
     cell: (n,) cells of the points; cells: (m, K) nodes; N: (n, K); mass: (n,); v, a: (n, D).
     """
@@ -21,7 +22,8 @@ def to_grid(cell, cells, N, mass, v, a, nodal):
 def to_points(cell, cells, N, increment, x, v, a):
     """Phase III: move the points with the grid and update their velocity by the trapezoidal rule.
 
-    N: (n, K); increment: what the nodes do, a ``newmark.Increment``; changes x [m], v [m/s], a [m/s^2]: (n, D).
+    N: (n, K); increment: what the nodes do, a ``newmark.Increment``; changes x [m], v [m/s], a [m/s^2]: (n,
+    D).
     """
     dt, u, a_nodes = increment.dt, increment.u, increment.a
     for p in range(len(cell)):

@@ -1,4 +1,4 @@
-"""What an MPM scene consists of: frozen data in SI units, checked when made. No numerics, MPI or PETSc in here."""
+"""Bodies, grids and supports of a scene: frozen data in SI units, checked when made."""
 from dataclasses import dataclass
 from typing import Callable, Optional, Sequence, Tuple, Union
 
@@ -87,18 +87,20 @@ class Cloud:
 class Body:
     """A body and its material points.
 
-    shape: a ``Box`` divided into ``cells`` body cells of kind ``cell``; a ``Mesh``, whose cells are the body cells
-    (``cells`` is None); or a ``Cloud`` (``cells`` and ``points`` are None). points: per body cell, for quadrilaterals
-    and hexahedra per direction (tensor Gauss rule, 1 to 6), for simplices in all (triangles 1, 3, 6, 7 or 12,
-    tetrahedra 1, 4, 14, 15 or 24). stress_state: ``plane_stress`` or ``plane_strain`` (default) in the plane,
-    ``three_dimensional``. thickness: of a plane body [m]. velocity: initial velocity [m/s], shape (dim,), or a function
-    from positions (n, dim) to velocities (n, dim). f_bar: average the volume change over each cell of the background
-    grid, or over patches of its triangles and tetrahedra, against locking of bodies that keep their volume. stress:
-    normal stresses along x, y and z at the start [Pa], shape (n, 3), as a function of positions (n, dim), see
-    ``at_rest``; the body is then at rest, not in free fall.
+    shape: a ``Box`` divided into ``cells`` body cells of kind ``cell``; a ``Mesh``, whose cells are the body
+    cells (``cells`` is None); or a ``Cloud`` (``cells`` and ``points`` are None). points: per body cell, for
+    quadrilaterals and hexahedra per direction (tensor Gauss rule, 1 to 6), for simplices in all (triangles 1,
+    3, 6, 7 or 12, tetrahedra 1, 4, 14, 15 or 24). stress_state: ``plane_stress`` or ``plane_strain``
+    (default) in the plane, ``three_dimensional``. thickness: of a plane body [m]. velocity: initial velocity
+    [m/s], shape (dim,), or a function from positions (n, dim) to velocities (n, dim). f_bar: average the
+    volume change over each cell of the background grid, or over patches of its triangles and tetrahedra,
+    against locking of bodies that keep their volume. stress: normal stresses along x, y and z at the start
+    [Pa], shape (n, 3), as a function of positions (n, dim), see ``at_rest``; the body is then at rest, not in
+    free fall.
 
     >>> from mpm_fenicsx import linear
-    >>> beam = Body(Box((0.0, 0.0), (1.0, 0.1)), cells=(20, 2), points=2, law=linear(E=210e9, nu=0.3), rho=7800.0)
+    >>> steel = linear(E=210e9, nu=0.3)
+    >>> beam = Body(Box((0.0, 0.0), (1.0, 0.1)), cells=(20, 2), points=2, law=steel, rho=7800.0)
     >>> beam.stress_state
     'plane_strain'
     """
@@ -144,7 +146,10 @@ class Body:
         if self.points not in list(allowed) or isinstance(self.points, bool):
             raise ValueError(f"points is {check.shown(self.points)}: choose one of {', '.join(map(str, allowed))} "
                              f"({'per direction' if tensor else f'per {self.cell}'})")
-        cells = len(self.shape.cells) if isinstance(self.shape, Mesh) else cell_count(self.cells or (), self.cell)
+        if isinstance(self.shape, Mesh):
+            cells = len(self.shape.cells)
+        else:
+            cells = cell_count(self.cells or (), self.cell)
         n = cells * (self.points**self.dim if tensor else self.points)
         check.check_memory(f"{n:.3g} material points of the body ({cells:.3g} cells, points={self.points})",
                            n * BYTES_PER_POINT[self.dim],
@@ -165,9 +170,9 @@ class Body:
 class Support:
     """Grid nodes whose motion is given.
 
-    where: function from node positions [m], shape (n, dim), to a mask, shape (n,). fix: the directions held, such as
-    "y" or "xy". motion: displacement from the start [m] as a function of time [s], one number or one per direction of
-    ``fix``; None holds still.
+    where: function from node positions [m], shape (n, dim), to a mask, shape (n,). fix: the directions held,
+    such as "y" or "xy". motion: displacement from the start [m] as a function of time [s], one number or one
+    per direction of ``fix``; None holds still.
 
     >>> floor = Support(lambda x: x[:, 1] < 1e-6, fix="xy", name="floor")
     >>> floor.where(np.array([(0.0, 0.0), (0.0, 1.0)]))
@@ -189,7 +194,8 @@ class Support:
     @staticmethod
     def column(axis: str, at: float, grid: Grid, fix: str, motion: Optional[Callable] = None,
                name: str = "support") -> "Support":
-        """Support on the grid nodes of the column (in space: plane) across ``axis`` that is nearest to ``at`` [m].
+        """Support on the grid nodes of the column (in space: plane) across ``axis`` that is nearest to ``at``
+        [m].
 
         >>> grid = Grid(Box((0.0, 0.0), (1.0, 1.0)), (10, 10))
         >>> Support.column("x", 0.52, grid, "y").where(np.array([(0.5, 0.3), (0.6, 0.3)]))

@@ -1,6 +1,7 @@
 """Boundary conditions of a scene besides grid nodes: frozen data in SI units, checked when made.
 
-Boundary particles carry them. They come as an ``Interface``: positions and the elements from which their areas follow.
+Boundary particles carry them. They come as an ``Interface``: positions and the elements from which their
+areas follow.
 """
 from dataclasses import dataclass
 from typing import Any, Callable, List, Optional, Tuple, Union
@@ -24,19 +25,21 @@ def _check_rubbing(wall: Union["Penalty", "GridWall"]) -> None:
 
 @dataclass(frozen=True)
 class Penalty:
-    """Boundary particles at which springs hold the body (Chandra et al. 2021, doi 10.1007/s11440-020-01123-3).
+    """Boundary particles at which springs hold the body (Chandra et al. 2021, doi
+    10.1007/s11440-020-01123-3).
 
-    surface: the particles; one that belongs to no element, as a hinge, has the area of a cell's side. follows: they
-    move with the body (a hinge, a sole), else they stay where they are or go where ``motion`` takes them (a plane
-    that cuts the grid anywhere, a moving wall). normal: of any length, shape (dim,) or (n, dim), from the wall
-    into the body; with it only the motion along it is held (slip), without it the motion in all directions
-    (stick). friction: Coulomb's coefficient against slip, at the normal force of the last step; inf sticks as long
-    as there is one, so with separates=True the wall catches what it touches. separates: the wall pushes but does
-    not pull. motion: displacement of what holds [m] as a function of time [s], shape (dim,) or (n, dim), zero at
-    the start. at: a point of the plane [m], shape (dim,), to which particles that follow a body may have some
-    distance at the start; None: every particle is on its plane. stiffness: of the springs per area [Pa/m]; None:
-    the nearest body's stiffness (against stretch in one direction) over the cell size, and 100 times that for supports,
-    which neither rub nor separate. It gives by pressure / stiffness.
+    surface: the particles; one that belongs to no element, as a hinge, has the area of a cell's side.
+    follows: they move with the body (a hinge, a sole), else they stay where they are or go where ``motion``
+    takes them (a plane that cuts the grid anywhere, a moving wall). normal: of any length, shape (dim,) or
+    (n, dim), from the wall into the body; with it only the motion along it is held (slip), without it the
+    motion in all directions (stick). friction: Coulomb's coefficient against slip, at the normal force of the
+    last step; inf sticks as long as there is one, so with separates=True the wall catches what it touches.
+    separates: the wall pushes but does not pull. motion: displacement of what holds [m] as a function of time
+    [s], shape (dim,) or (n, dim), zero at the start. at: a point of the plane [m], shape (dim,), to which
+    particles that follow a body may have some distance at the start; None: every particle is on its plane.
+    stiffness: of the springs per area [Pa/m]; None: the nearest body's stiffness (against stretch in one
+    direction) over the cell size, and 100 times that for supports, which neither rub nor separate. It gives
+    by pressure / stiffness.
 
     >>> slope = Interface.line((2.0, 0.0), (0.0, 1.0), segments=4)
     >>> Penalty(slope, normal=(1.0, 2.0), friction=0.4, name="slope").normal[0]
@@ -80,10 +83,12 @@ class Penalty:
 
 @dataclass(frozen=True)
 class GridWall:
-    """A wall along grid nodes, with Coulomb friction or separation or both; without either a ``Support`` does.
+    """A wall along grid nodes, with Coulomb friction or separation or both; without either a ``Support``
+    does.
 
-    where: function from node positions [m], shape (n, dim), to a mask, shape (n,). normal: a direction such as "+y" or
-    "-x", from the wall into the body. friction, separates and stiffness: see ``Penalty``, whose springs hold the nodes.
+    where: function from node positions [m], shape (n, dim), to a mask, shape (n,). normal: a direction such
+    as "+y" or "-x", from the wall into the body. friction, separates and stiffness: see ``Penalty``, whose
+    springs hold the nodes.
 
     >>> floor = GridWall(lambda x: x[:, 1] < 1e-6, "+y", friction=0.5, name="floor")
     >>> floor.penalty(np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])).normal
@@ -128,10 +133,10 @@ class GridWall:
 class Load:
     """A load on boundary particles that follow the body.
 
-    surface: the particles and their elements. Exactly one of: force: on each particle [N]; traction: [Pa], fixed in
-    direction, on the area of the deformed surface; pressure: [Pa], positive against the outside of the deformed
-    surface. Each is constant or a function of time [s]; force has shape (dim,) or (n, dim), traction (dim,), pressure
-    is a number.
+    surface: the particles and their elements. Exactly one of: force: on each particle [N]; traction: [Pa],
+    fixed in direction, on the area of the deformed surface; pressure: [Pa], positive against the outside of
+    the deformed surface. Each is constant or a function of time [s]; force has shape (dim,) or (n, dim),
+    traction (dim,), pressure is a number.
 
     >>> wind = Load(Interface.line((1.0, 1.0), (0.0, 1.0), 4), pressure=lambda t: 100.0 * t, name="wind")
     >>> wind.kind, float(wind.at(0.5))

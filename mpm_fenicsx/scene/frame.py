@@ -121,9 +121,10 @@ def _(scene: SolidScene, by: np.ndarray) -> SolidScene:
     def several(things: Sequence) -> tuple:
         return tuple(shifted(thing, by) for thing in things)
 
-    return replace(scene, grid=shifted(scene.grid, by), body=several(scene.bodies), supports=several(scene.supports),
-                   interface=scene.interface and shifted(scene.interface, by), loads=several(scene.loads),
-                   penalties=several(scene.penalties), body_force=_of_shifted(scene.body_force, by))
+    return replace(scene, grid=shifted(scene.grid, by), body=several(scene.bodies),
+                   supports=several(scene.supports), loads=several(scene.loads),
+                   penalties=several(scene.penalties), body_force=_of_shifted(scene.body_force, by),
+                   interface=scene.interface and shifted(scene.interface, by))
 
 
 class Seen:

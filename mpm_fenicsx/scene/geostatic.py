@@ -9,10 +9,10 @@ from ..laws import Law
 
 
 def at_rest(top: float, rho: float, gravity: float, ratio: float) -> Callable[[np.ndarray], np.ndarray]:
-    """Stress under a level surface at height ``top`` [m]: a function from positions [m], shape (n, dim), to the normal
-    stresses along x, y and z [Pa], shape (n, 3), for the field ``stress`` of ``Body``. gravity: downward [m/s^2];
-    ratio: of horizontal to vertical stress, as 1 - sin phi (Jaky 1944) or nu / (1 - nu) (elastic, held at the
-    sides).
+    """Stress under a level surface at height ``top`` [m]: a function from positions [m], shape (n, dim), to
+    the normal stresses along x, y and z [Pa], shape (n, 3), for the field ``stress`` of ``Body``. gravity:
+    downward [m/s^2]; ratio: of horizontal to vertical stress, as 1 - sin phi (Jaky 1944) or nu / (1 - nu)
+    (elastic, held at the sides).
 
     >>> at_rest(top=2.0, rho=1500.0, gravity=10.0, ratio=0.5)(np.array([(0.0, 1.0)]))
     array([[ -7500., -15000.,  -7500.]])
@@ -27,8 +27,8 @@ def at_rest(top: float, rho: float, gravity: float, ratio: float) -> Callable[[n
 
 
 def put_stress(points: Any, law: Law, stress: np.ndarray) -> None:
-    """Give the material points the normal ``stress`` along x, y and z [Pa], shape (n, 3), as elastic strain of a law of
-    ``laws.hencky``, whose points as they are count as undeformed. ValueError for another law."""
+    """Give the material points the normal ``stress`` along x, y and z [Pa], shape (n, 3), as elastic strain
+    of a law of ``laws.hencky``, whose points as they are count as undeformed. ValueError for another law."""
     if "plastic" not in law.state.names:
         raise ValueError(f"the law {law.name} cannot start with a stress: take one of the plastic ones")
     p: Any = law.params

@@ -1,8 +1,9 @@
 """Named physical groups in Gmsh's files: of those meshio keeps one for each entity and one for each name.
 
-An entity (point, curve, surface or volume of the geometry) may belong to several groups, and a number or a name may
-stand for one group in each dimension. Files of version 2 repeat an element for each of its groups instead; there the
-number is at the element. A minus before a number turns the element round, the group is the same.
+An entity (point, curve, surface or volume of the geometry) may belong to several groups, and a number or a
+name may stand for one group in each dimension. Files of version 2 repeat an element for each of its groups
+instead; there the number is at the element. A minus before a number turns the element round, the group is the
+same.
 """
 import re
 from pathlib import Path
@@ -12,15 +13,15 @@ import numpy as np
 
 
 class Groups(NamedTuple):
-    """names: (dimension, number of the group) → name; entities: (dimension, entity) → numbers of its groups, or None in
-    a file of version 2, whose elements have the numbers themselves."""
+    """names: (dimension, number of the group) → name; entities: (dimension, entity) → numbers of its groups,
+    or None in a file of version 2, whose elements have the numbers themselves."""
 
     names: dict
     entities: Optional[dict]
 
 
 def read_groups(path: Path) -> Optional[Groups]:
-    """The ``Groups`` of the file, or None when it is not one of Gmsh's. Raises ValueError for a section that is cut."""
+    """The ``Groups`` of the file, None of one not by Gmsh. ValueError for a section that is cut."""
     with open(path, "rb") as file:
         data = file.read()
     head = re.search(rb"^\$MeshFormat\s*\n\s*(\d+)\.?(\d*)\s+(\d)\s+(\d+)", data, re.MULTILINE)
@@ -46,8 +47,8 @@ def _section(data: bytes, name: bytes) -> bytes:
 
 
 def _entities(section: bytes, binary: int, size: int, box_of_point: int) -> Dict[Tuple[int, int], List[int]]:
-    """(dimension, entity) → numbers of its physical groups. size: bytes of a size_t; box_of_point: numbers that say
-    where a point is, of other entities 6."""
+    """(dimension, entity) → numbers of its physical groups. size: bytes of a size_t; box_of_point: numbers
+    that say where a point is, of other entities 6."""
     if not section:
         return {}
     tokens, place = section.split(), 0

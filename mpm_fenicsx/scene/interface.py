@@ -1,4 +1,4 @@
-"""Surfaces of boundary particles: frozen data in SI units, checked when made. No numerics, MPI or PETSc in here."""
+"""Surfaces of boundary particles: frozen data in SI units, checked when made."""
 import math
 from dataclasses import dataclass
 from typing import Any, Optional, Sequence, Tuple, Union
@@ -18,10 +18,10 @@ SIDES = {"x-": (0, 1.0), "y+": (1, -1.0), "x+": (0, -1.0), "y-": (1, 1.0)}  # cl
 class Resampling:
     """How an interface keeps up with a plane body that flows, see ``outline``.
 
-    spacing: of the boundary particles [m]; longest, shortest: segment, as multiples of it, beyond which one is divided,
-    or loses an end. feet: for the first and the last end of an open outline None, or the side, such as "y-", and the
-    level [m] of the floor on which the body sticks and the end rests; reach: of a foot above its floor, a multiple of
-    the spacing.
+    spacing: of the boundary particles [m]; longest, shortest: segment, as multiples of it, beyond which one
+    is divided, or loses an end. feet: for the first and the last end of an open outline None, or the side,
+    such as "y-", and the level [m] of the floor on which the body sticks and the end rests; reach: of a foot
+    above its floor, a multiple of the spacing.
 
     >>> Resampling(0.01).longest
     2.0
@@ -51,9 +51,10 @@ class Resampling:
 
 @dataclass(frozen=True)
 class Interface:
-    """Boundary particles: positions x [m], shape (n, dim), and the elements they form, shape (m, dim): segments a→b
-    with the outside on their left, or triangles that run counter-clockwise seen from outside; shape (m, 1): single
-    particles. resampling: how it keeps up with a body that flows; None: the same particles all the time.
+    """Boundary particles: positions x [m], shape (n, dim), and the elements they form, shape (m, dim):
+    segments a→b with the outside on their left, or triangles that run counter-clockwise seen from outside;
+    shape (m, 1): single particles. resampling: how it keeps up with a body that flows; None: the same
+    particles all the time.
 
     >>> Interface([(0.0, 1.0), (0.5, 1.0), (1.0, 1.0)], [(0, 1), (1, 2)]).x.shape
     (3, 2)
@@ -74,16 +75,18 @@ class Interface:
             check.record("resampling of the interface", self.resampling, Resampling)
 
     @staticmethod
-    def around(body: Body, spacing: Optional[float] = None, inset: float = 0.05, open_sides: Sequence[str] = (),
-               floor: Optional[str] = None, **rule: Any) -> "Interface":
+    def around(body: Body, spacing: Optional[float] = None, inset: float = 0.05,
+               open_sides: Sequence[str] = (), floor: Optional[str] = None, **rule: Any) -> "Interface":
         """Outline of a plane body whose shape is a box, resampled as the body flows.
 
-        spacing: of the boundary particles [m]; None: half a body cell. inset: how far inside the body they lie, in body
-        cells (the paper's delta). open_sides: those without boundary particles ("x-", "x+", "y-", "y+"), where a wall
-        or the floor is; floor: the one of them on which the body sticks. rule: further fields of ``Resampling``.
+        spacing: of the boundary particles [m]; None: half a body cell. inset: how far inside the body they
+        lie, in body cells (the paper's delta). open_sides: those without boundary particles ("x-", "x+",
+        "y-", "y+"), where a wall or the floor is; floor: the one of them on which the body sticks. rule:
+        further fields of ``Resampling``.
 
         >>> from mpm_fenicsx import mohr_coulomb
-        >>> soil = Body(Box((0.0, 0.0), (0.2, 0.1)), (20, 10), 2, mohr_coulomb(1e6, 0.3, friction_angle=30.0), 1600.0)
+        >>> sand = mohr_coulomb(1e6, 0.3, friction_angle=30.0)
+        >>> soil = Body(Box((0.0, 0.0), (0.2, 0.1)), (20, 10), 2, sand, 1600.0)
         >>> outline = Interface.around(soil, open_sides=("x-", "y-"), floor="y-")
         >>> len(outline.x), outline.resampling.feet[0]
         (61, None)
@@ -113,8 +116,8 @@ class Interface:
 
     @staticmethod
     def of_mesh(mesh: Mesh, surface: Optional[str] = None) -> "Interface":
-        """The surface of a body mesh, or the named one of its surfaces, as segments or triangles; its vertices become
-        the boundary particles. Raises ValueError as ``Mesh.boundary``.
+        """The surface of a body mesh, or the named one of its surfaces, as segments or triangles; its
+        vertices become the boundary particles. Raises ValueError as ``Mesh.boundary``.
 
         >>> Interface.of_mesh(Mesh([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], [(0, 1, 2)], "triangle")).elements
         array([[1, 0],
@@ -129,8 +132,9 @@ class Interface:
 
     @staticmethod
     def top(box: Box, segments: Union[int, Sequence[int]], shift: float = 0.0) -> "Interface":
-        """Upper side of a box, moved into the body by ``shift`` [m] (the paper's delta). segments: of the upper edge of a
-        plane box, one number; of the upper face of a box in space two, along x and z, each rectangle being two triangles.
+        """Upper side of a box, moved into the body by ``shift`` [m] (the paper's delta). segments: of the
+        upper edge of a plane box, one number; of the upper face of a box in space two, along x and z, each
+        rectangle being two triangles.
 
         >>> Interface.top(Box((0.0, 0.0), (1.0, 0.1)), segments=2).x
         array([[0. , 0.1],
@@ -169,8 +173,8 @@ class Interface:
     @staticmethod
     def patch(corner: Sequence[float], first: Sequence[float], second: Sequence[float],
               counts: Sequence[int]) -> "Interface":
-        """Parallelogram in space from ``corner`` along the edges ``first`` and ``second`` [m], in counts[0] x counts[1]
-        pieces of two triangles each; its outside is that of first x second.
+        """Parallelogram in space from ``corner`` along the edges ``first`` and ``second`` [m], in counts[0] x
+        counts[1] pieces of two triangles each; its outside is that of first x second.
 
         >>> Interface.patch((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1, 1)).elements
         array([[0, 2, 3],
@@ -197,8 +201,8 @@ def _check_size(counts: Sequence[int], name: str, dim: int) -> None:
 
 def _corners(box: Box, inset: float, open_sides: Sequence[str],
              floor: Optional[str]) -> Tuple[np.ndarray, Tuple]:
-    """Corners of an outline in clockwise order, the first once more at the end when it is closed, and its feet; see
-    ``Interface.around``."""
+    """Corners of an outline in clockwise order, the first once more at the end when it is closed, and its
+    feet; see ``Interface.around``."""
     for side in (*open_sides, *([] if floor is None else [floor])):
         check.choice("side of the outline", side, tuple(SIDES))
     if floor is not None and floor not in open_sides:

@@ -68,14 +68,14 @@ class Box:
 
 @dataclass(frozen=True)
 class Mesh:
-    """A mesh: vertices [m], shape (n, dim), cells, shape (m, nodes per cell), all of one kind ``cell``, with their
-    vertices in dolfinx's order (tensor order for quadrilaterals and hexahedra: x fastest).
+    """A mesh: vertices [m], shape (n, dim), cells, shape (m, nodes per cell), all of one kind ``cell``, with
+    their vertices in dolfinx's order (tensor order for quadrilaterals and hexahedra: x fastest).
 
-    groups: named groups of cells, name → numbers of cells; surfaces: named groups of facets, name → vertices of the
-    facets, shape (k, nodes per facet).
+    groups: named groups of cells, name → numbers of cells; surfaces: named groups of facets, name → vertices
+    of the facets, shape (k, nodes per facet).
 
-    Raises ValueError for an empty mesh, arrays that do not fit, cells that are flat, inside out or folded over their
-    neighbours, and facets shared by more than two cells.
+    Raises ValueError for an empty mesh, arrays that do not fit, cells that are flat, inside out or folded
+    over their neighbours, and facets shared by more than two cells.
 
     >>> corners = np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)])
     >>> square = Mesh(corners, [(0, 1, 2), (1, 3, 2)], "triangle", surfaces={"left": [(0, 2)]})
@@ -107,7 +107,8 @@ class Mesh:
         self._check_named("surface", self.surfaces, len(self.vertices), facet, "vertices")
 
     @staticmethod
-    def _check_named(kind: str, named: Dict[str, np.ndarray], end: int, columns: Optional[Tuple[int]], of: str) -> None:
+    def _check_named(kind: str, named: Dict[str, np.ndarray], end: int, columns: Optional[Tuple[int]],
+                     of: str) -> None:
         for name, numbers in check.record(f"{kind} of the mesh", named, dict).items():
             if not np.size(numbers):
                 raise ValueError(f"the {kind} {name!r} of the mesh is empty: leave it out")
@@ -148,8 +149,8 @@ class Mesh:
         return Box(tuple(self.vertices.min(axis=0)), tuple(self.vertices.max(axis=0)))
 
     def part(self, group: str) -> "Mesh":
-        """The cells of one named group as a mesh of its own, with what it has of the surfaces; ValueError lists the
-        groups that exist."""
+        """The cells of one named group as a mesh of its own, with what it has of the surfaces; ValueError
+        lists the groups that exist."""
         if group not in self.groups:
             raise ValueError(f"the mesh has no group of cells {group!r}; it has "
                              f"{', '.join(sorted(self.groups)) or 'none'}: look at the name")
@@ -167,8 +168,8 @@ class Mesh:
         return np.asarray(self.surfaces[name])
 
     def on_surface(self, name: str) -> Callable[[np.ndarray], np.ndarray]:
-        """Function from positions, shape (n, dim), to the mask of those that are vertices of the named surface: the
-        ``where`` of a support. ValueError lists the surfaces that exist."""
+        """Function from positions, shape (n, dim), to the mask of those that are vertices of the named
+        surface: the ``where`` of a support. ValueError lists the surfaces that exist."""
         from scipy.spatial import cKDTree  # takes time to import, and few scenes need it
 
         places = self.vertices[np.unique(self._surface(name))]
@@ -176,8 +177,8 @@ class Mesh:
         return lambda x: cKDTree(places).query(x, distance_upper_bound=near)[0] < np.inf
 
     def _facets(self) -> np.ndarray:
-        """Facets of all cells, cell by cell, outside on the left (of a→b) or seen counter-clockwise, shape (m * facets
-        per cell, nodes per facet) in cyclic order."""
+        """Facets of all cells, cell by cell, outside on the left (of a→b) or seen counter-clockwise, shape (m
+        * facets per cell, nodes per facet) in cyclic order."""
         local = np.array(FACETS[self.cell])
         facets = self.cells[:, local]
         turned = corner_volumes(self.vertices[self.cells], self.cell)[:, 0] < 0
@@ -185,11 +186,11 @@ class Mesh:
         return facets.reshape(-1, local.shape[1])
 
     def boundary(self, surface: Optional[str] = None) -> np.ndarray:
-        """Facets that belong to one cell only, outside on the left (of a→b) or seen counter-clockwise, shape (k, nodes
-        per facet) in cyclic order; with ``surface`` those of the named one.
+        """Facets that belong to one cell only, outside on the left (of a→b) or seen counter-clockwise, shape
+        (k, nodes per facet) in cyclic order; with ``surface`` those of the named one.
 
-        Raises ValueError where pieces of the surface meet in an edge (in the plane: a vertex) of more than two facets,
-        and for a named surface that is not on the boundary.
+        Raises ValueError where pieces of the surface meet in an edge (in the plane: a vertex) of more than
+        two facets, and for a named surface that is not on the boundary.
         """
         facets = self._facets()
         order, first, count = _alike(facets)
@@ -211,8 +212,8 @@ class Mesh:
 
 
 def _alike(rows: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows that hold the same numbers: ``order`` puts them next to each other, ``first`` and ``count`` say where each
-    lot begins in it and how many there are."""
+    """Rows that hold the same numbers: ``order`` puts them next to each other, ``first`` and ``count`` say
+    where each lot begins in it and how many there are."""
     key = np.sort(rows, axis=1)
     order = np.lexsort(key.T)
     change = (key[order[1:]] != key[order[:-1]]).any(axis=1)
@@ -221,7 +222,7 @@ def _alike(rows: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _runs_up(facets: np.ndarray) -> np.ndarray:
-    """Whether each facet goes from its lowest vertex to the lower of the two beside it: tells the ways round apart."""
+    """Whether each facet goes from its lowest vertex to the lower one beside it: which way round."""
     if facets.shape[1] == 2:
         return facets[:, 0] < facets[:, 1]
     lowest, row = np.argmin(facets, axis=1), np.arange(len(facets))
@@ -230,7 +231,7 @@ def _runs_up(facets: np.ndarray) -> np.ndarray:
 
 
 def corner_volumes(x: np.ndarray, cell: str) -> np.ndarray:
-    """Jacobian determinant at the vertices of each cell (one value for simplices), x: (m, nodes, dim); shape (m, k)."""
+    """Jacobian determinant at the vertices of each cell, (m, k), k = 1 for simplices; x: (m, nodes, dim)."""
     dim = x.shape[2]
     if NODES[cell] == dim + 1:
         return np.linalg.det(x[:, 1:] - x[:, :1])[:, None]
@@ -244,8 +245,8 @@ def corner_volumes(x: np.ndarray, cell: str) -> np.ndarray:
 def lattice(box: Box, counts: Sequence[int], cell: Optional[str]) -> Tuple[np.ndarray, np.ndarray]:
     """Vertices, shape (n, D), and cells, shape (m, K), of a regular mesh; direction 0 runs fastest in both.
 
-    Simplices: each box cell is cut into D! of them along its main diagonal (Kuhn), numbered by the permutation that
-    sorts the local coordinates downwards.
+    Simplices: each box cell is cut into D! of them along its main diagonal (Kuhn), numbered by the
+    permutation that sorts the local coordinates downwards.
     """
     D = box.dim
     axes = [np.linspace(lo, hi, n + 1) for lo, hi, n in zip(box.lower, box.upper, counts)]

@@ -19,15 +19,17 @@ TENSOR = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}
 
 
 def read_mesh(path: Union[str, Path], dim: int) -> Mesh:
-    """Mesh of ``dim`` dimensions from a file, with its named physical groups: those of cells become ``groups`` (see
-    ``Mesh.part``), those of facets ``surfaces`` (see ``Mesh.on_surface`` and ``Interface.of_mesh``).
+    """Mesh of ``dim`` dimensions from a file, with its named physical groups: those of cells become
+    ``groups`` (see ``Mesh.part``), those of facets ``surfaces`` (see ``Mesh.on_surface`` and
+    ``Interface.of_mesh``).
 
-    Raises ValueError for a file that cannot be read, holds no cells of that dimension, several kinds of them, or a mesh
-    of another dimension, and for what ``Mesh`` refuses.
+    Raises ValueError for a file that cannot be read, holds no cells of that dimension, several kinds of them,
+    or a mesh of another dimension, and for what ``Mesh`` refuses.
 
     >>> import meshio, tempfile
     >>> file = Path(tempfile.mkdtemp()) / "one_triangle.vtk"
-    >>> meshio.write_points_cells(file, [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)], [("triangle", [(0, 1, 2)])])
+    >>> x = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
+    >>> meshio.write_points_cells(file, x, [("triangle", [(0, 1, 2)])])
     >>> read_mesh(file, dim=2).box
     Box(lower=(0.0, 0.0), upper=(1.0, 1.0))
     """
@@ -61,8 +63,8 @@ def read_mesh(path: Union[str, Path], dim: int) -> Mesh:
 
 
 def read_cloud(path: Union[str, Path], dim: int) -> Cloud:
-    """Material points from a file: its points, and their point data "volume" [m^3]. Raises ValueError when the file
-    cannot be read or has no volumes, and for what ``Cloud`` refuses.
+    """Material points from a file: its points, and their point data "volume" [m^3]. Raises ValueError when
+    the file cannot be read or has no volumes, and for what ``Cloud`` refuses.
 
     >>> import meshio, tempfile
     >>> file, x = Path(tempfile.mkdtemp()) / "two_points.vtk", [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]
@@ -129,8 +131,8 @@ def _check_plane(points: np.ndarray, path: Path, dim: int) -> None:
 
 
 def _once(cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Cells, shape (m, K), each once: a Gmsh file of version 2 repeats an element for each of its physical groups. Returns
-    also the place of each given cell among them, shape (m,)."""
+    """Cells, shape (m, K), each once: a Gmsh file of version 2 repeats an element for each of its physical
+    groups. Returns also the place of each given cell among them, shape (m,)."""
     _, first, inverse = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
     place = np.empty(len(order), int)
@@ -139,7 +141,7 @@ def _once(cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
 
 
 def _named(data: Any, groups: Optional[Groups]) -> Iterator[Tuple[str, int, np.ndarray]]:
-    """(name, number of the block, numbers in the block) of every named group; groups: of a Gmsh file, else None."""
+    """(name, block, numbers in the block) of every named group; groups: of a Gmsh file, else None."""
     if groups is None and "gmsh:physical" not in data.cell_data:
         for name, sets in data.cell_sets.items():
             yield from ((name, b, np.asarray(chosen, int)) for b, chosen in enumerate(sets)

@@ -1,5 +1,6 @@
-"""Surfaces of boundary particles made as fine as the grid: between particles farther apart than its cells there are
-nodes that no spring holds, and soil flows through (measured: a patch with particles every 2 cells lets 21 % pass)."""
+"""Surfaces of boundary particles made as fine as the grid: between particles farther apart than its cells
+there are nodes that no spring holds, and soil flows through (measured: a patch with particles every 2 cells
+lets 21 % pass)."""
 from dataclasses import replace
 from typing import Any, Callable, Tuple
 
@@ -13,8 +14,8 @@ SPACING = 0.5  # of the particles over the size of a cell: none has passed a wal
 
 
 def as_fine_as_the_grid(penalty: Penalty, background: Any) -> Penalty:
-    """The ``Penalty`` with its elements divided until its particles are half a cell apart; its own particles come
-    first. Normals and motions between them are interpolated; one without elements stays as it is."""
+    """The ``Penalty`` with its elements divided until its particles are half a cell apart; its own particles
+    come first. Normals and motions between them are interpolated; one without elements stays as it is."""
     x, elements = np.asarray(penalty.surface.x, float), np.asarray(penalty.surface.elements)
     if not len(elements) or elements.shape[1] == 1:
         return penalty
@@ -37,7 +38,7 @@ def as_fine_as_the_grid(penalty: Penalty, background: Any) -> Penalty:
 
 
 def _of_parents(motion: Callable, shape: Tuple[int, ...], between: Callable) -> Callable[[float], np.ndarray]:
-    """A motion given for the particles that are divided, where it has their ``shape``, as one of those then there."""
+    """A ``motion`` of all particles from one given for those of the ``shape`` that are divided."""
     def moved(time: float) -> np.ndarray:
         shift = np.asarray(motion(time), float)
         return between(shift) if shift.shape == shape else shift
@@ -60,8 +61,9 @@ def _cell_sizes(background: Any, corners: np.ndarray) -> np.ndarray:
 def divide(elements: np.ndarray, count: int, pieces: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Divide each side of element e, a segment or a triangle, into pieces[e] pieces.
 
-    elements: (m, K) numbers of ``count`` particles. Returns parents, shape (n, K), and weights, shape (n, K), of the
-    particles then there, the first ``count`` being the old ones, and the elements they form, shape (k, K).
+    elements: (m, K) numbers of ``count`` particles. Returns parents, shape (n, K), and weights, shape (n, K),
+    of the particles then there, the first ``count`` being the old ones, and the elements they form, shape (k,
+    K).
     """
     K, parents, numerators, denominators, divided, n = elements.shape[1], [], [], [], [], 0
     for p in np.unique(pieces):

@@ -1,7 +1,7 @@
 """Room beyond the edge of a regular grid for material that presses on a wall there.
 
-The springs of a wall give, by some 1e-4 of a cell under soil at rest. Where the grid ends at the wall, what has sunk in
-by that is still in the outermost cell, whose basis goes on linearly, and has not left the grid.
+The springs of a wall give, by some 1e-4 of a cell under soil at rest. Where the grid ends at the wall, what
+has sunk in by that is still in the outermost cell, whose basis goes on linearly, and has not left the grid.
 """
 from typing import Optional, Sequence, Union
 
@@ -16,9 +16,9 @@ ROOM = 0.1  # of a cell; a wall as near as that to the edge needs it too
 
 def room_at_walls(grid: Union[Grid, Mesh],
                   penalties: Sequence[Union[Penalty, GridWall]]) -> Optional[np.ndarray]:
-    """Room below and above the grid along each axis [cells], shape (D, 2): 0, and ``ROOM`` where a wall of the
-    ``Penalty`` and ``GridWall`` records lies. None for a ``Mesh``, which has no sides: give it a layer of cells behind
-    a wall that gives."""
+    """Room below and above the grid along each axis [cells], shape (D, 2): 0, and ``ROOM`` where a wall of
+    the ``Penalty`` and ``GridWall`` records lies. None for a ``Mesh``, which has no sides: give it a layer of
+    cells behind a wall that gives."""
     if not isinstance(grid, Grid):
         return None
     room, h = np.zeros((grid.dim, 2)), grid.box.size / grid.cells

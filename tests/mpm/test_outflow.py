@@ -132,6 +132,7 @@ def test_what_is_no_way_out_is_refused(outflow, words):
 
 RANKS = """
 import numpy as np
+from mpi4py import MPI
 from test_outflow import *
 for way, grid in (("remove", None), ("hold", u_shaped())):
     drop = Body(DROP, None, None, LAW, 2.0, velocity=(8.0, 1.0))

@@ -60,7 +60,7 @@ class Model:
         for condition in (*self.loads, *self.penalties):
             self.background.keep_mine(condition.points, condition.names)
         self._sets = self._all_points()
-        self._fingerprint = fingerprint(self, scene.supports, self._sets.names(), scene.inertia)
+        self._fingerprint = fingerprint(self, self._sets.names())
         for part in self._parts:
             part.compile(self.background, scene.inertia != "lumped")
             self.background.keep_mine(part.points, np.full(len(part.points), "the body"))
@@ -142,12 +142,12 @@ class Model:
     def surface(self) -> Tuple[np.ndarray, np.ndarray]:
         """Boundary particles: positions [m] and velocities [m/s], shape (n, dim) each, in the order of the
         interface, the same on every rank."""
-        x, v = self._surface.whole("x", "v")
+        x, v = self._surface.gather("x", "v")
         return self._frame.leave(x), v
 
     def displacement(self) -> np.ndarray:
         """Of the boundary particles since the start [m], shape (n, dim): not less exact far from zero."""
-        return self._surface.whole("x")[0] - self._surface.interface.x
+        return self._surface.gather("x")[0] - self._surface.interface.x
 
     # ---------------------------------------------------------------- energy, momentum, forces
 

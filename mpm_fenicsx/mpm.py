@@ -233,7 +233,7 @@ class MPM(Model):
 
     def window_mass(self) -> np.ndarray:
         """See ``Carriers.window_mass``, of all boundary particles, the same on every rank."""
-        return self._surface.everywhere(self.step.carriers.window_mass())
+        return self._surface.gather_values(self.step.carriers.window_mass())
 
     def snapshot(self) -> dict:
         """This rank's piece of what ParaView shows, see ``snapshots``."""

@@ -7,29 +7,34 @@ import numpy as np
 from ..errors import MPMError
 from ..grid.background import whole_mesh
 
-WHAT = ("number of ranks", "rank", "dimension", "number of material points", "grid", "material points", "laws", "supports",
-        "interface, loads and walls", "kind of inertia", "outflow", "origin")
+WHAT = (
+    "number of ranks", "rank", "dimension", "number of material points", "grid", "material points", "laws", "supports",
+    "interface, loads and walls", "kind of inertia", "outflow", "origin")
 SHOWN = 4  # of the first so many the values say more than that they differ
 
 
-def fingerprint(mpm, supports, conditions, inertia):
+def fingerprint(model, conditions):
     """Numbers of ``WHAT``, float: checksums where there are many values. Functions are not among them, nor is
-    gravity. To be taken while every rank still has all material points. supports: ``Support`` records;
-    conditions: sets of particles with their names."""
-    points, bodies = [part.points for part in mpm.parts], [part.body for part in mpm.parts]
-    laws = [(b.law.name, tuple(map(float, b.law.params)), b.rho, b.thickness, b.stress_state, b.f_bar) for b in bodies]
+    gravity. To be taken while every rank still has all material points. conditions: sets of particles with
+    their names."""
+    scene, points = model.scene, [part.points for part in model.parts]
+    laws = [(b.law.name, tuple(map(float, b.law.params)), b.rho, b.thickness, b.stress_state, b.f_bar)
+            for b in scene.bodies]
+    outflow = sorted(scene.outflow.items()) if isinstance(scene.outflow, dict) else scene.outflow
+    texts = laws, [(s.fix, s.name) for s in scene.supports], conditions, scene.inertia, outflow
     return np.array([
-        mpm.comm.size, mpm.comm.rank, mpm.dim, sum(map(len, points)), _sum(*whole_mesh(mpm.grid)),
-        _sum(*(array for p in points for array in (p.x, p.V0))), _said(laws), _said([(s.fix, s.name) for s in supports]),
-        _said(conditions), _said(inertia), _said(sorted(mpm.outflow.items()) if isinstance(mpm.outflow, dict)
-                                                 else mpm.outflow), _sum(mpm.origin)], float)
+        model.comm.size, model.comm.rank, model.dim, sum(map(len, points)), _of_arrays(*whole_mesh(scene.grid)),
+        _of_arrays(*(array for p in points for array in (p.x, p.V0))), *map(_of_text, texts),
+        _of_arrays(model.origin)], float)
 
 
-def _sum(*arrays):
+def _of_arrays(*arrays):
+    """Checksum of arrays."""
     return zlib.crc32(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays))
 
 
-def _said(values):
+def _of_text(values):
+    """Checksum of what values print as."""
     return zlib.crc32(repr(values).encode())
 
 
@@ -39,7 +44,9 @@ def check_state(state, own):
         raise ValueError("this is no state of an MPM: give what get_state() has returned")
     for k, (what, theirs, ours) in enumerate(zip(WHAT, np.asarray(state["scene"]), own)):
         if theirs != ours:
-            differs = f"{what} is {theirs:g}, here it is {ours:g}" if k < SHOWN else f"{what} differ from those here"
+            differs = f"{what} differ from those here"
+            if k < SHOWN:
+                differs = f"{what} is {theirs:g}, here it is {ours:g}"
             raise ValueError(f"the state belongs to another scene: its {differs}; give a state of this scene")
 
 
@@ -48,7 +55,7 @@ def while_open(method):
     @wraps(method)
     def checked(self, *args, **kwargs):
         if self.closed:
-            raise MPMError(f"{method.__name__}() was called after close(): the solver is gone, make a new MPM or close this "
-                           "one later")
+            raise MPMError(f"{method.__name__}() was called after close(): the solver is gone, make a new MPM or "
+                           "close this one later")
         return method(self, *args, **kwargs)
     return checked

@@ -56,7 +56,7 @@ class BoundaryParticles:
             numbers = self._comm.allgather(self.points.gid)
             self._number, self._counts = np.concatenate(numbers), np.array([len(part) for part in numbers])
 
-    def whole(self, *names):
+    def gather(self, *names):
         """Fields of shape (n, dim) of all particles in the order of the interface, the same on every rank."""
         if self._comm.size == 1:
             return [getattr(self.points, name).copy() for name in names]
@@ -66,7 +66,7 @@ class BoundaryParticles:
         ordered[self._number] = parts
         return [ordered[:, k:k + self._dim].copy() for k in range(0, mine.shape[1], self._dim)]
 
-    def everywhere(self, values):
+    def gather_values(self, values):
         """Values of this rank's particles in the order of the interface, of all on every rank."""
         return surface.everywhere(self._comm, self.points.gid, values, self.count)
 
@@ -80,7 +80,7 @@ class BoundaryParticles:
     def renew(self, has_mass, time, changed):
         """Renew the particles by the rule, see ``outline.find_change``; if that changes anything, ``points``
         are all of them on every rank again. Returns the ``outline.Change``, or None."""
-        x, v, a, force = self.whole("x", "v", "a", "force")
+        x, v, a, force = self.gather("x", "v", "a", "force")
         old = self.interface
         change = outline.find_change(x, old.elements, old.resampling, force.any(axis=1), has_mass, changed)
         if change is not None:

@@ -1,8 +1,9 @@
-"""What leaves the grid: it ends the run, stays at the edge at rest, or goes; what goes or stays is booked.
+"""Outflow: material that leaves the grid ends the run, is held at the edge at rest, or is removed.
 
-A material point that is held or removed takes part no more: the books have its mass, momentum and energy, so
-that what is left plus what has left is what was there. Boundary particles cannot go, since the interface
-keeps its numbers: they stay at the edge, at rest, and what loads them reaches nobody.
+A material point that is held or removed takes part no more. Its mass, momentum and energy are added up, so
+that mass and momentum of what is left and of what has left are those at the start. Boundary particles are
+never removed, since the interface keeps its numbers: they are held at the edge, at rest, and a load on them
+reaches no node.
 """
 import numpy as np
 
@@ -30,9 +31,10 @@ def read_ways(outflow, dim):
 
 
 class Outflow:
-    """For the ``ways`` of ``read_ways`` on ``grid``. ``active``: something may leave without an end of the
-    run; ``removed``: sums of what has been held or removed since the start, the same on every rank; ``held``:
-    the material points of this rank that are held, one ``Points`` for each body."""
+    """Holds or removes what leaves the ``grid`` by the ``ways`` of ``read_ways``. ``active``: something may
+    leave without an end of the run; ``removed``: sums of what has been held or removed since the start, the
+    same on every rank; ``held``: the material points of this rank that are held, one ``Points`` for each
+    body."""
 
     def __init__(self, ways, grid, comm, gravity):
         self._ways, self._grid, self._box, self._comm, self._gravity = ways, grid, grid.box, comm, gravity
@@ -66,19 +68,21 @@ class Outflow:
             """Rank and number of the points that stay. Collective."""
             way = np.where(rank < 0, self._way(points), "stay")
             goes = (way == "hold") | (way == "remove")
-            self._book(part, np.flatnonzero(goes))
+            self._add_up(part, np.flatnonzero(goes))
             self._hold(points, held, way == "hold")
             points.take(~goes)
             return rank[~goes], number[~goes]
 
         return leave
 
-    def _book(self, part, chosen):
+    def _add_up(self, part, chosen):
+        """Add the ``chosen`` points to the sums of what has left."""
         p = part.points
-        self._sums += total(self._comm, [len(chosen), p.mass[chosen].sum(), sum(part.energies(self._gravity, chosen)),
-                                         *(p.mass[chosen] @ p.v[chosen])])
+        energy, momentum = sum(part.energies(self._gravity, chosen)), p.mass[chosen] @ p.v[chosen]
+        self._sums += total(self._comm, [len(chosen), p.mass[chosen].sum(), energy, *momentum])
 
     def _hold(self, points, held, mask):
+        """Add the points of the ``mask`` to those ``held``, on the edge and at rest."""
         for name in held.names:
             setattr(held, name, np.concatenate([getattr(held, name), getattr(points, name)[mask]]))
         np.clip(held.x, self._box.lower, self._box.upper, out=held.x)
@@ -117,8 +121,8 @@ class Outflow:
     def check_left(self, count, time):
         """MPMError when of ``count`` points none is left."""
         if count <= self._sums[0]:
-            raise MPMError(f"all {count} material points have left the grid at t = {time:.6g} s: enlarge it, or end the run "
-                           "earlier")
+            raise MPMError(f"all {count} material points have left the grid at t = {time:.6g} s: enlarge it, or end "
+                           "the run earlier")
 
     def get_state(self):
         """As name → array copy."""
@@ -135,8 +139,8 @@ class Outflow:
 
 
 def edge(grid, x, search):
-    """Where the ways from the nearest cells' middles to the places x [m], shape (n, D), leave the grid; x:
-    the same on every rank. Collective."""
+    """Places where straight lines from the middles of the nearest cells to x [m], shape (n, D), leave the
+    grid; x: the same on every rank. Collective."""
     if isinstance(grid, Grid):
         return np.clip(x, grid.box.lower, grid.box.upper)
     from scipy.spatial import cKDTree  # takes time to import, and few scenes need it

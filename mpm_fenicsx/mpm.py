@@ -11,7 +11,7 @@ from .output import snapshots
 from .output.resolution import resolution
 from .output.states import check_state, while_open
 from .points.boundary_particles import near_mass
-from .points.outline import Change
+from .points.outline import OutlineChange
 from .scene.bodies import Body, Grid, Support
 from .scene.conditions import GridWall, Load, Penalty
 from .scene.interface import Interface
@@ -120,9 +120,8 @@ class MPM(Model):
         return "the ghost penalty on inertia"
 
     @while_open
-    def resample(self) -> Optional[Change]:
-        """Between steps, renew the particles of an interface with a ``Resampling``: ``outline.Change`` or
-        None."""
+    def resample(self) -> Optional[OutlineChange]:
+        """Between steps, renew the particles of an interface with a ``Resampling``; None: they stay."""
         if not self._surface.resampled:
             return None
         changed = self._surface.stay_inside(self._framed.grid.box)

@@ -79,7 +79,7 @@ class BoundaryParticles:
 
     def renew(self, has_mass, time, changed):
         """Renew the particles by the rule, see ``outline.find_change``; if that changes anything, ``points``
-        are all of them on every rank again. Returns the ``outline.Change``, or None."""
+        are all of them on every rank again. Returns the ``OutlineChange``, or None."""
         x, v, a, force = self.gather("x", "v", "a", "force")
         old = self.interface
         change = outline.find_change(x, old.elements, old.resampling, force.any(axis=1), has_mass, changed)

@@ -11,7 +11,7 @@ from ..scene.interface import SIDES
 from .chains import NONE, Floor, drop_loops, end_of, foremost, in_order, links, remove, thin_out, untie
 
 
-class Change(NamedTuple):
+class OutlineChange(NamedTuple):
     """From an outline of m particles to one of n: places x [m], shape (n, 2), and elements, shape (k, 2).
 
     A new particle moves as (1 - weight) times the first plus weight times the second of its ``parents``,
@@ -42,7 +42,7 @@ class Change(NamedTuple):
 
 
 def find_change(x, elements, rule, loaded, has_mass, changed=False):
-    """The ``Change`` that ``rule`` (`scene.Resampling`) asks for, or None.
+    """The ``OutlineChange`` that ``rule`` (``Resampling``) asks for, or None.
 
     x: places [m], shape (n, 2); loaded: mask of the particles that carry a load, shape (n,); has_mass(x):
     mask of the places from which a particle reaches a grid node with mass; changed: the places have been
@@ -76,7 +76,8 @@ def find_change(x, elements, rule, loaded, has_mass, changed=False):
         changed = True
     order, after = in_order(following, before)
     if not len(order):  # nothing is left
-        return Change(x[:0], np.empty((0, 2), int), np.empty((0, 2), int), np.empty(0), np.full(len(x), NONE))
+        none = np.empty((0, 2), int)
+        return OutlineChange(x[:0], none, none, np.empty(0), np.full(len(x), NONE))
     return _divided(x, order, after, parent, rule.longest * rule.spacing, has_mass, changed)
 
 
@@ -106,8 +107,8 @@ def lay_foot(links, last, end, nose):
 
 
 def _divided(x, order, after, parent, longest, has_mass, changed):
-    """The ``Change`` to the particles in this ``order``, with others between them where segments are longer
-    than ``longest`` [m] and there is mass; None unless that, or something before, has ``changed`` the
+    """The ``OutlineChange`` to the particles in this ``order``, with others between them where segments are
+    longer than ``longest`` [m] and there is mass; None unless that, or something before, has ``changed`` the
     outline."""
     a, b = order, order[np.where(after == NONE, np.arange(len(order)), after)]
     length = np.hypot(*(x[b] - x[a]).T)
@@ -129,4 +130,4 @@ def _divided(x, order, after, parent, longest, has_mass, changed):
     successor[order] = first
     gone = np.flatnonzero(successor == NONE)
     successor[gone] = np.argmin(((x[gone, None] - places) ** 2).sum(axis=2), axis=1)
-    return Change(places, elements, parent[np.column_stack([a[owner], b[owner]])], t, successor)
+    return OutlineChange(places, elements, parent[np.column_stack([a[owner], b[owner]])], t, successor)

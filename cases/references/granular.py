@@ -7,7 +7,7 @@ import numpy as np
 
 from coupling import cli
 from coupling.pictures import figure
-from mpm_fenicsx.laws.soil import Soil
+from mpm_fenicsx import Soil
 
 SOIL = Soil(E=50e3, nu=0.4, rho=1300.0, phi=22.0)  # table 1 of the paper
 GRAVITY = 9.81  # [m/s^2]

@@ -1,22 +1,23 @@
-"""Partitioned coupling of a solid (MPM) and grains (DEM): how a scene is run, the loop, the maps, the ledger. Knows neither
-solver."""
-from . import started  # isort: split # noqa: F401 - first of all: from here the start-up time counts
+"""Partitioned coupling of a solid (MPM) and grains (DEM): how a scene is run, the loop, the maps, the ledger. Knows
+neither solver."""
+# isort: off
+from . import started  # noqa: F401 - first of all: from here the start-up time counts
+import mpm_dem_cache  # noqa: F401 - before anything is compiled
+# isort: on
 
-import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
+from . import cli
+from .cli import case
+from .loop.control import count_windows
+from .loop.couple import NotConvergedError, Window, couple, march
+from .maps.mapping import Mapping, copy, linear, nearest
+from .maps.spread import indentation_compliance, spread
+from .output import Output
+from .pictures.flow import FlowPictures
+from .records.history import History
+from .run import Run
+from .scheme import Scheme, Steps
 
-from . import cli  # noqa: E402
-from .cli import case  # noqa: E402
-from .loop.control import count_windows  # noqa: E402
-from .loop.couple import NotConvergedError, Window, couple, march  # noqa: E402
-from .maps.mapping import Mapping, copy, linear, nearest  # noqa: E402
-from .maps.spread import spread  # noqa: E402
-from .output import Output  # noqa: E402
-from .pictures.flow import FlowPictures  # noqa: E402
-from .records.history import History  # noqa: E402
-from .records.record import Record  # noqa: E402
-from .run import Run  # noqa: E402
-from .scheme import Scheme, Steps  # noqa: E402
-
-__all__ = ["FlowPictures", "History", "Mapping", "NotConvergedError", "Output", "Record", "Run", "Scheme",
-           "Steps", "Window", "case", "cli", "copy", "count_windows", "couple", "linear", "march", "nearest",
-           "spread"]
+__all__ = [  # a scene and how it is run; maps; the loop by itself and what it tells
+    "FlowPictures", "Output", "Run", "Scheme", "Steps", "case", "cli",
+    "Mapping", "copy", "indentation_compliance", "linear", "nearest", "spread",
+    "History", "NotConvergedError", "Window", "count_windows", "couple", "march"]

@@ -22,6 +22,7 @@ from .laws.soil import Soil  # noqa: E402
 from .mpm import MPM  # noqa: E402
 from .output.gauges import FlowGauges  # noqa: E402
 from .points.points import of_points, seed  # noqa: E402
+from .scene.beam import SimplySupportedBeam  # noqa: E402
 from .scene.bodies import Body, Cloud, Grid, Support  # noqa: E402
 from .scene.conditions import GridWall, Load, Penalty  # noqa: E402
 from .scene.flow import fall_room, flow_grid, level_floor  # noqa: E402
@@ -33,7 +34,7 @@ from .scene.numerics import SOLVERS, Numerics  # noqa: E402
 
 __all__ = [  # a scene; how it is computed; laws; points; what is read off; errors
     "Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "Load", "Mesh", "Penalty", "Resampling",
-    "Support", "at_rest", "fall_room", "flow_grid", "level_floor", "read_cloud", "read_mesh",
+    "SimplySupportedBeam", "Support", "at_rest", "fall_room", "flow_grid", "level_floor", "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS",
     "LAWS", "Soil", "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "von_mises",
     "of_points", "seed",

@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 NOBODY = 65534
 CODE = """
-import os, coupling.analytic, dem_liggghts, mpm_fenicsx, numba, numpy, warnings
+import os, coupling, dem_liggghts, mpm_fenicsx, numba, numpy, warnings
 from coupling import Record
 from coupling.pictures.figure import pyplot
 from dem_liggghts.rigid import turn_axes

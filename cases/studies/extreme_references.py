@@ -3,9 +3,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from coupling import analytic
 from coupling.ledger import exchange
 from coupling.records import report
+from references import beam_theory
 from studies.extreme_keys import ALONE
 
 
@@ -74,7 +74,7 @@ def peak_force(p):
 def first_mode(p):
     """Angular frequency of the beam's first mode [rad/s]."""
     block = p.block
-    return analytic.beam_modes(block.length, block.height, block.width, *moduli(p), block.rho, modes=1,
+    return beam_theory.beam_modes(block.length, block.height, block.width, *moduli(p), block.rho, modes=1,
                                shear=shear(p))[0][0]
 
 
@@ -154,7 +154,7 @@ def of_beam(p, history):
     """Timoshenko beam with Hertz contact."""
     E, nu = moduli(p)
     end = p.windows.windows * p.windows.dt
-    known = analytic.impact(p.block.length, p.block.height, p.block.width, p.ball.radius, p.ball.v0, E, nu,
+    known = beam_theory.impact(p.block.length, p.block.height, p.block.width, p.ball.radius, p.ball.v0, E, nu,
                             p.block.rho, end, shear=shear(p), sphere=(p.ball.E_ball, p.block.nu, p.density))
     lengths = history["window"]
     at_end, at_middle = (known.at(np.clip(history["time"] - lag, 0.0, end)) for lag in (0.0, lengths / 2))
@@ -187,7 +187,7 @@ def bounces(p, history):
     """Largest error in the start of a contact, relative to the time from one to the next."""
     contact = contact_time(p)
     period = 2 * p.ball.v0 / p.ball.gravity + contact
-    found = [c.start for c in analytic.contacts(history["time"], history["force"])]
+    found = [c.start for c in beam_theory.contacts(history["time"], history["force"])]
     expected = p.ball.gap / p.ball.v0 + period * np.arange(len(found))
     missing = abs(len(found) - int((history["time"][-1] - p.ball.gap / p.ball.v0) / period + 1))
     return max(np.abs(np.array(found) - expected).max() / period, missing)

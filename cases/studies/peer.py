@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from coupling import analytic
 from coupling.cli import UsageError
 from coupling.records import report
 from coupling.records.writing import tell
+from references import beam_theory
 
 BEAM = dict(length=0.1535, radius=0.01, v0=0.01, E=215.82e9, nu=0.289, rho=7960.0)  # as cases/beam_impact.py
 SECTION, T_END, MODES = (0.01, 0.01), 4e-4, 50
@@ -38,7 +38,7 @@ def measure(python, script, runs, folder, repeat=1):
     """Rows of an overlay (label, time_s, error_NAME), one per run of the peer, the fastest of ``repeat``; those
     finished before are kept. RuntimeError when the peer's script fails."""
     rows, b = [], BEAM
-    reference = analytic.impact(b["length"], *SECTION, b["radius"], b["v0"], b["E"], b["nu"], b["rho"], T_END,
+    reference = beam_theory.impact(b["length"], *SECTION, b["radius"], b["v0"], b["E"], b["nu"], b["rho"], T_END,
                                 modes=MODES)
     for options in runs:
         note = " ".join(f"{k}={v}" for k, v in options.items())

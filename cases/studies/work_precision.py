@@ -1,7 +1,7 @@
 """Error against run time: a case over a grid of its keys, as CSV, Markdown table and figure with its Pareto front.
 
     python -m coupling.work_precision cases/beam_impact.py h=5e-3,2.5e-3,2e-3 dt=1e-6,2e-6,4e-6 points=2
-    python -m coupling.work_precision cases/beam_impact.py cells=31x7,62x13 overlay=cases/reference/kratos_beam.csv
+    python -m coupling.work_precision cases/beam_impact.py cells=31x7,62x13 overlay=cases/references/kratos_beam.csv
     python -m coupling.work_precision cases/beam_impact.py dt=1e-6,2e-6 peer=PYTHON script=FILE peer_dt=1e-6,2e-6
 
 A key with several values, separated by commas, is swept, one with a single value is given to every run, and so are

@@ -8,7 +8,7 @@ the cells, and the wall follows the mean motion there: by the transpose of the s
 moment and work of the forces stay what they are. How deep that indentation is, is known
 (``compliance_in_space``, ``compliance_in_plane``): the wall is moved out by it, and the force not changed.
 """
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
 from scipy.sparse import csr_matrix, vstack
@@ -30,6 +30,22 @@ def compliance_in_plane(radius: float, E: float, width: float) -> float:
     width/radius) / (pi E width), not below 0, and 0 for no radius. E: Young's modulus in plane stress, E / (1
     - nu^2) in plane strain [Pa]."""
     return max(2.0 * np.log(BAR * width / radius) / (np.pi * E * width), 0.0) if radius else 0.0
+
+
+def indentation_compliance(radius: float, E: float, nu: float, width: Optional[float] = None,
+                           plane: str = "stress") -> float:
+    """Compliance [m/N] that a solid still has under a force spread over ``radius`` [m], and that Hertz's law
+    contains, too: in space, or of a plane scene of ``width`` [m] in plane "stress" or "strain".
+
+    >>> from coupling import indentation_compliance
+    >>> round(1e9 * indentation_compliance(3e-3, 2e11, 0.3), 4)
+    1.0465
+    >>> round(1e9 * indentation_compliance(3e-3, 2e11, 0.3, width=0.01), 4)
+    0.691
+    """
+    if width is None:
+        return compliance_in_space(radius, E, nu)
+    return compliance_in_plane(radius, E if plane == "stress" else E / (1 - nu**2), width)
 
 
 class Spread(Mapping):

@@ -4,7 +4,7 @@
 
 The beam is solved once more without MPM and without coupling: eigenmodes of a finite element model (tensor products of
 1D elements, quadratic and graded towards the load, or the linear ones of a background grid) take the place of the modes
-of the Timoshenko beam in ``analytic.impact``, which integrates them exactly against Hertz's law. Each row changes one
+of the Timoshenko beam in ``beam_theory.impact``, which integrates them exactly against Hertz's law. Each row changes one
 thing. What the finite elements give is what a coupled run tends to; coupled runs follow. Prints Markdown tables.
 """
 import shutil
@@ -21,8 +21,8 @@ from scipy.sparse.linalg import eigsh, splu
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "cases")]
-from coupling import analytic  # noqa: E402
 from coupling.records import history, report  # noqa: E402
+from references import beam_theory  # noqa: E402
 from studies import sweep  # noqa: E402
 
 H, W, V0, E, NU, RHO = 0.01, 0.01, 0.01, 215.82e9, 0.289, 7960.0
@@ -182,7 +182,7 @@ def reference(scene):
 
 
 def impact(scene, modes, **changes):
-    return analytic.impact(scene.length, H, W, scene.radius, V0, E, NU, RHO, scene.t_end, modes=modes, **changes)
+    return beam_theory.impact(scene.length, H, W, scene.radius, V0, E, NU, RHO, scene.t_end, modes=modes, **changes)
 
 
 def errors(scene, modes, **changes):
@@ -248,7 +248,7 @@ def rows_of_runs(name):
                 raise RuntimeError(f"{changes}: {result.status}")
             run = next(path for path in Path(folder).glob("*/history.csv"))
             times = history.read(run)
-            peak = analytic.contacts(times["time"], times["force"])[-1].peak / own - 1
+            peak = beam_theory.contacts(times["time"], times["force"])[-1].peak / own - 1
             shutil.rmtree(run.parent)
             yield (f"coupled run, `{changes}`",
                    [*(result.errors[key] for key in ("force", "u_beam", "v_sphere_end")), peak])

@@ -59,7 +59,7 @@ def measure(script, words, out):
 
     Newton._run, Step.tangent = counted, assembled
     case = __import__(script)
-    case.main(**cli.parse(case.main, [*words, f"out={out}"], case.PRESETS))
+    case.main(**cli.parse(case.main, [*words, f"out={out}"]))
     events = {name: [PETSc.Log.Event(event).getPerfInfo() for event in names] for name, names in EVENTS.items()}
     done |= {name: sum(info["time"] for info in infos) for name, infos in events.items()}
     (Path(out) / "solver.json").write_text(json.dumps(done))

@@ -4,7 +4,7 @@ docs/solvers.md and docs/error_floor.md.
     ./dev report [parts=beam_2d,solvers,…] [peer=PYTHON script=FILE] [out=out/report]
 
 peer: the interpreter of another program and its script of the beam, see cases/studies/peer.py; without it the stored
-numbers of cases/reference/kratos_beam.csv stand beside ours. Every part runs by itself with a limit of time; one that
+numbers of cases/references/kratos_beam.csv stand beside ours. Every part runs by itself with a limit of time; one that
 fails says so in its section, the others go on, and the exit status is 1. A part that is not asked for keeps its last
 section. The machine should do nothing else meanwhile; the load before the run is in the report.
 """
@@ -24,7 +24,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "cases")]
 from studies.sweep import environment  # noqa: E402
 
 WORK = [sys.executable, "-m", "coupling.work_precision"]
-OVERLAY = "overlay=cases/reference/kratos_beam.csv"
+OVERLAY = "overlay=cases/references/kratos_beam.csv"
 PEER_RUNS = ["peer_ppe=4", "peer_dt=4e-6,2e-6,1e-6,5e-7"]
 MISSING = "(nothing yet: run ./dev report)"
 

@@ -27,7 +27,7 @@ def call(case, words, monkeypatch, capsys):
         with warnings.catch_warnings():
             warnings.simplefilter("always", UserWarning)
             try:
-                cli.run(case.main, case.PRESETS)
+                cli.run(case.main)
             except SystemExit as end:
                 status = end.code
         return (status, *capsys.readouterr())
@@ -50,7 +50,7 @@ def script(*words):
 
 
 @pytest.mark.parametrize("given, status, sentence", [
-    ("raduis=1", 2, "unknown key 'raduis' (did you mean radius?); known keys: dim, length, radius, v0, "),
+    ("raduis=1", 2, "unknown key 'raduis' (did you mean radius?); known keys: dim, length, height, width, E, nu, rho, h, "),
     ("dt=fast", 2, "dt=fast cannot be read as a finite number"),
     ("dem=lammps", 2, "dem=lammps does not exist: choose one of reference, liggghts, compare"),
     ("dt=0", 1, "dt is 0.0 s: "), ("dt=-1e-6", 1, "dt is -1e-06 s: "),
@@ -116,7 +116,7 @@ def test_supports_that_hold_nothing_are_named(call):
 @pytest.mark.parametrize("failure", ["force", "disk"])
 def test_files_so_far_are_readable_after_an_error(call, case, monkeypatch, tmp_path, failure):
     """In the eleventh window a number gets lost, or the disk is full."""
-    opened = case.open_dem
+    opened = case.Scene.open
 
     def failing(*arguments):
         grains = opened(*arguments)
@@ -133,7 +133,7 @@ def test_files_so_far_are_readable_after_an_error(call, case, monkeypatch, tmp_p
         grains.advance = fails_later
         return grains
 
-    monkeypatch.setattr(case, "open_dem", failing)
+    monkeypatch.setattr(case.Scene, "open", failing)
     code, out, err = call("paraview=5")
     report = json.loads((tmp_path / "report.json").read_text())
     assert code == 1 and out.count("\n") == 1 and err.count("\n") == 1
@@ -194,7 +194,7 @@ def test_help_is_the_manual_and_a_wrong_key_a_status():
 
 
 def test_every_key_has_a_meaning(case):
-    for line in cli.manual(case.main, case.PRESETS).split("keys (key=value)")[1].splitlines()[1:-2]:
+    for line in cli.manual(case.main).split("keys (key=value)")[1].splitlines()[1:-2]:
         assert len(line.split(maxsplit=1)) == 2, line
 
 

@@ -1,5 +1,6 @@
 """The sphere on the beam in space: pinned numbers, both kinds of cell, both back ends; against Timoshenko's beam."""
 import json
+from dataclasses import fields
 from inspect import signature
 
 import meshio
@@ -77,11 +78,13 @@ def test_paraview_series(run_3d, tmp_path, keys, kind, cells):
 def test_preset_is_the_papers_discretisation(case):
     """Grid of 62 x 13 x 7 hexahedra over 15.87 x 3 x 1.52 cm, body of 120 x 8 x 10, wall of 77 x 10, 5e-8 s."""
     keys = {**{name: p.default for name, p in signature(case.main).parameters.items()}, **case.PRESETS["paper_3d"]}
-    p = case.SimpleNamespace(**keys)
-    grid, beam, _, interface = case.solid_scene(p)
+    names = [field.name for field in fields(case.SimplySupportedBeam)]
+    beam = case.SimplySupportedBeam(**{name: keys[name] for name in names})
+    grid, body, _, interface = beam.scene(case.LAWS["linear"](beam.E, beam.nu))
     assert grid.box.size == pytest.approx([0.1587, 0.03, 0.0152])
     assert (grid.cells, grid.cell) == ((62, 13, 7), "hexahedron")
-    assert beam.cells == (120, 8, 10) and beam.points == 2 and len(interface.elements) == 2 * 770 and p.dt == 5e-8
+    assert body.cells == (120, 8, 10) and body.points == 2 and len(interface.elements) == 2 * 770
+    assert keys["dt"] == 5e-8
 
 
 @pytest.mark.validation

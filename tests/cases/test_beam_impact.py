@@ -138,9 +138,9 @@ def test_restored_and_restarted_runs_go_on_bit_for_bit(run, case, monkeypatch, b
         solid.set_state(kept["solid"]), grains.set_state(kept["grains"])
         coupling.couple(solid, grains, mapping, scheme, on_window, last=kept["last"])
 
-    monkeypatch.setattr(case, "couple", rolled_back)
+    monkeypatch.setattr("coupling.run.couple", rolled_back)
     rolled = only(run(dem=backend, **scheme))
-    monkeypatch.setattr(case, "couple", goes_on)  # new partitions that only get the state
+    monkeypatch.setattr("coupling.run.couple", goes_on)  # new partitions that only get the state
     restarted = only(run(dem=backend, **scheme))
     assert len(rolled) == 50 and len(restarted) == 35
     for name in FIRST[1:] + ["newton"]:
@@ -233,12 +233,12 @@ def test_preset_is_the_papers_discretisation(case):
     assert (keys["cells"], keys["body"], keys["points"] ** 2, keys["segments"]) == ((62, 13), (120, 8), 16, (60,))
     assert (keys["dt"], keys["substeps"], keys["wall_segments"]) == (5e-8, 1, None)
     assert (keys["length"], keys["radius"], keys["restitution"], keys["friction"]) == (0.1535, 0.01, 1.0, 0.0)
-    grid = case.background(case.Box((-0.07675, -0.01), (0.07675, 0.0)), keys["cells"], None, "quadrilateral")
+    grid = case.SimplySupportedBeam(cells=keys["cells"], cell="quadrilateral").grid()
     assert grid.box.size == pytest.approx([0.1587, 0.03])
 
 
 def test_grid_by_size_has_columns_at_the_ends(case):
-    grid = case.background(case.Box((-0.07675, -0.01), (0.07675, 0.0)), None, 1e-3, "quadrilateral")
+    grid = case.SimplySupportedBeam(h=1e-3, cell="quadrilateral").grid()
     columns = np.linspace(grid.box.lower[0], grid.box.upper[0], grid.cells[0] + 1)
     assert columns[[1, -2]] == pytest.approx([-0.07675, 0.07675], rel=1e-14)
     assert grid.box.size / grid.cells == pytest.approx([1e-3, 1e-3], rel=5e-3)

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from coupling import analytic, cli
+from coupling import cli
+from references import beam_theory
 
 ROOT = Path(__file__).parents[2]
 COARSE = dict(h=3.34e-3, body=(124, 6), segments=(120,), dt=4e-6, substeps=40)
@@ -22,7 +23,7 @@ def run(multiple, folder, **keys):
 
 def test_three_contacts(multiple, tmp_path):
     history, report = run(multiple, tmp_path, **COARSE)
-    errors, contacts = report["errors"], analytic.contacts(history["time"], history["force"])
+    errors, contacts = report["errors"], beam_theory.contacts(history["time"], history["force"])
     assert len(contacts) == 3 and errors["contacts"] == 0
     assert [c.peak for c in contacts] == pytest.approx([8.882970, 11.824288, 5.949889], rel=2e-5)
     assert max(value for name, value in errors.items() if name.startswith(("start", "end"))) < 0.02
@@ -32,8 +33,8 @@ def test_three_contacts(multiple, tmp_path):
 
 def test_contacts_of_a_history():
     time, force = 0.5 * np.arange(1, 9), np.array([1.0, 3.0, 0, 0, 2.0, 0, 1.0, 1.0])
-    assert analytic.contacts(time, force) == [(0.0, 1.0, 3.0, 0.75), (2.0, 2.5, 2.0, 2.25), (3.0, 4.0, 1.0, 3.25)]
-    assert analytic.contacts(time, 0 * force) == []
+    assert beam_theory.contacts(time, force) == [(0.0, 1.0, 3.0, 0.75), (2.0, 2.5, 2.0, 2.25), (3.0, 4.0, 1.0, 3.25)]
+    assert beam_theory.contacts(time, 0 * force) == []
 
 
 def test_in_space(multiple, tmp_path):
@@ -44,7 +45,7 @@ def test_in_space(multiple, tmp_path):
 
 
 def test_manual_and_wrong_words(multiple):
-    manual = cli.manual(multiple.main, multiple.PRESETS)
+    manual = cli.manual(multiple.main)
     lines = [" ".join(line.split()) for line in manual.splitlines()]
     assert "length=0.307 of the beam [m]" in lines and "dim=2 in the plane or in space; one of 2, 3" in lines
     assert "preset=paper cells=124,13 body=240,8 points=4 segments=240 dt=5e-08 substeps=1 t_end=0.004" in lines

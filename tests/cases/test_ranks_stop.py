@@ -12,6 +12,7 @@ CASE = Path(__file__).parents[2] / "cases/beam_impact.py"
 SECONDS = 30  # from the failure to the end, on a busy machine: the patience is 5 s
 FAILING = """
 import importlib.util, os, signal, sys
+import coupling.run
 from coupling import cli
 _, path, failure, *_ = sys.argv
 del sys.argv[1:3]
@@ -19,7 +20,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # even where the tests
 spec = importlib.util.spec_from_file_location("beam_impact", path)
 case = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(case)
-rank, couple = cli.MPI.COMM_WORLD.rank, case.couple
+rank, couple = cli.MPI.COMM_WORLD.rank, coupling.run.couple
 
 def fail(solid, grains):
     if failure == "point" and rank == 1:
@@ -38,8 +39,8 @@ def couple_and_fail(solid, grains, mapping, scheme, on_window):
     last = [*on_window, lambda window: fail(solid, grains) if window.number == 5 else None]
     couple(solid, grains, mapping, scheme, on_window=last)
 
-case.couple = couple_and_fail
-cli.run(case.main, case.PRESETS)
+coupling.run.couple = couple_and_fail
+cli.run(case.main)
 """
 
 

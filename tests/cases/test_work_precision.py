@@ -43,15 +43,15 @@ with open(os.path.join(os.path.dirname(sys.argv[0]), "calls.txt"), "a") as file:
 '''
 MODAL = '''
 import argparse, json, sys
-sys.path.insert(0, ROOT)
-from coupling import analytic
+sys.path[:0] = [ROOT, ROOT + "/cases"]
+from references import beam_theory
 parser = argparse.ArgumentParser()
 for name in ("work", "csv", "summary", "modes"):
     parser.add_argument("--" + name)
 for name in "steps dt length radius E nu rho v0".split():
     parser.add_argument("--" + name, type=float)
 a = parser.parse_args()
-h = analytic.impact(a.length, 0.01, 0.01, a.radius, a.v0, a.E, a.nu, a.rho, a.steps * a.dt, modes=int(a.modes), dt=a.dt)
+h = beam_theory.impact(a.length, 0.01, 0.01, a.radius, a.v0, a.E, a.nu, a.rho, a.steps * a.dt, modes=int(a.modes), dt=a.dt)
 with open(a.csv, "w") as file:
     file.write("t_s,contact_force_dem_N,interface_mid_disp_m,sphere_vel_m_s\\n")
     file.writelines("%.9g,%.9g,%.9g,%.9g\\n" % row for row in zip(h.time, h.force, h.u_beam, h.v_sphere))

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
-from coupling.analytic import beam_modes, impact
+from references.beam_theory import beam_modes, impact
 
 STEEL = dict(E=215.82e9, nu=0.289, rho=7960.0)
 SECTION = dict(height=0.01, width=0.01)

@@ -1,0 +1,1 @@
+"""What the cases are compared with: theory, experiments, other programs."""

@@ -27,7 +27,7 @@ CASES = [  # what, words without, words with; the case of cases/beam_impact.py
 SCENES = [  # what, key of ``measure_scene`` without and with; the MPM alone
     ("ten times as many background cells, empty", "plain", "empty"),
     ("the body as two, half each", "plain", "halves")]
-IMPORTS = ["numpy", "numba", "mpi4py.MPI", "scipy.sparse", "coupling", "coupling.analytic", "dem_liggghts", "petsc4py",
+IMPORTS = ["numpy", "numba", "mpi4py.MPI", "scipy.sparse", "coupling", "references.beam_theory", "dem_liggghts", "petsc4py",
            "dolfinx.mesh", "mpm_fenicsx", "beam_impact"]  # in the order of a run
 LATER = {"scipy.spatial": "several ranks or bodies, named surfaces of a mesh, mapping=nearest",
          "matplotlib.pyplot": "the figure at the end", "meshio": "ParaView files, meshes from files",
@@ -88,7 +88,6 @@ def measure_start():
     """In a process of its own: CPU seconds of each import, then of reference, scene and windows; last, what is loaded
     only later."""
     import importlib
-    import inspect
     from time import process_time
 
     sys.path[:0] = [str(ROOT / "cases")]
@@ -104,22 +103,23 @@ def measure_start():
         lap(f"import {name}")
     loaded = [name for name in LATER if name in sys.modules]
     case = sys.modules["beam_impact"]
-    from types import SimpleNamespace
+    from coupling import couple
 
-    p = SimpleNamespace(**{k: v.default for k, v in inspect.signature(case.main).parameters.items()})
-    case.analytic.impact(p.length, 0.01, 0.01, p.radius, p.v0, p.E, p.nu, p.rho, p.t_end)
+    key = {name: key.default for name, key in case.main.keys.items()}
+    beam = case.SimplySupportedBeam(body=case.BODY[2], segments=case.SEGMENTS[2])
+    radius, v0, E, nu, rho = key["radius"], key["v0"], beam.E, beam.nu, beam.rho
+    case.impact(beam.length, beam.height, beam.width, radius, v0, E, nu, rho, key["t_end"])
     lap("reference solution")
-    grid, beam, supports, interface = case.solid_scene(p)
-    solid = case.MPM(grid, beam, supports, interface)
+    solid = case.MPM(*beam.scene(case.LAWS["linear"](E, nu)))
     lap("grid, points, kernels of the MPM")
-    steel = case.Material(p.E, p.nu)
-    ball = case.Spheres([[0.0, p.radius]], [[0.0, -p.v0]], p.radius, p.rho)
-    grains = case.open_dem("reference", case.Scene(ball, case.Wall(interface.x, interface.elements), steel, steel),
-                           p.dt / p.substeps)
+    steel, interface = case.Material(E, nu), solid.interface
+    ball = case.Spheres([[0.0, radius]], [[0.0, -v0]], radius, rho)
+    scene = case.Scene(ball, case.Wall(interface.x, interface.elements), steel, steel)
+    grains = scene.open("reference", key["dt"] / key["substeps"])
     follow = case.linear(interface.x, interface.elements, interface.x)
     lap("wall, particles, map")
     for name in ("first window", "second window"):
-        case.couple(solid, grains, follow, case.Scheme(p.dt, solid.time + p.dt, substeps=p.substeps))
+        couple(solid, grains, follow, case.Scheme(key["dt"], solid.time + key["dt"], substeps=key["substeps"]))
         lap(name)
     for name in LATER:
         with suppress(ImportError):

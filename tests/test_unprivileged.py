@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 NOBODY = 65534
 CODE = """
 import os, coupling, dem_liggghts, mpm_fenicsx, numba, numpy, warnings
-from coupling import Record
+from coupling import Run
 from coupling.pictures.figure import pyplot
 from dem_liggghts.rigid import turn_axes
 turn_axes(numpy.array([1.0, 0.0, 0.0, 0.0]), numpy.empty((3, 3)))  # compiles

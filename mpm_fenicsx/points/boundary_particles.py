@@ -41,8 +41,8 @@ class BoundaryParticles:
         force = check.shaped("force", force, shape)
         if not np.isfinite(force).all():
             bad = np.argwhere(~np.isfinite(force))[0][0]
-            raise MPMError(f"the force on boundary particle {bad} is not a number at t = {time:.6g} s: look at the "
-                           "grains that sent it")
+            raise MPMError(f"the force on boundary particle {bad} is not a number at t = {time:.6g} s: look at "
+                           "the grains that sent it")
         return force
 
     @property

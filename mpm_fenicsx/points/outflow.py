@@ -121,8 +121,8 @@ class Outflow:
     def check_left(self, count, time):
         """MPMError when of ``count`` points none is left."""
         if count <= self._sums[0]:
-            raise MPMError(f"all {count} material points have left the grid at t = {time:.6g} s: enlarge it, or end "
-                           "the run earlier")
+            raise MPMError(f"all {count} material points have left the grid at t = {time:.6g} s: enlarge it, or "
+                           "end the run earlier")
 
     def get_state(self):
         """As name → array copy."""

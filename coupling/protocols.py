@@ -14,14 +14,18 @@ State = Dict[str, Any]  # of a partition: everything that decides its future
 class Solid(Protocol):
     """The continuum as the loop sees it: takes forces, answers with motion (eq. 26).
 
-    Where ``advance`` fails with an ArithmeticError it leaves the solid as it was. These may be there besides:
+    Where ``advance`` fails with an ArithmeticError, on all ranks alike, it leaves the solid as it was. These
+    may be there besides:
+
     ``fall_back()``: after such a failure, changes something so that the step may succeed now, and returns a
-    text of what that is, "" when nothing remains. ``resample()``: between two steps, renews the points of the
-    interface; returns an ``InterfaceChange`` or None, see ``resampling``. ``window_mass()``: of each
-    interface point, the mass [kg] of a free body that a force would have moved as far over the last step,
-    shape (n,). With it and with that of the grains the loop checks the length of weak windows. ``energy()``,
-    ``count`` and the truth values ``driven`` and ``springs``: it is watched for energy out of nothing, see
-    ``energy_watch``.
+        text of what that is, "" when nothing remains
+    ``resample()``: between two steps, renews the points of the interface; returns an ``InterfaceChange`` or
+        None, see ``resampling``
+    ``window_mass()``: of each interface point, the mass [kg] of a free body that a force would have moved
+        as far over the last step, shape (n,); with it and with that of the grains the loop checks the
+        length of weak windows
+    ``energy()``, ``count`` and the truth values ``driven`` and ``springs``: it is watched for energy out of
+        nothing, see ``energy_watch``
     """
 
     time: float  # [s]
@@ -43,11 +47,14 @@ class Solid(Protocol):
 class Grains(Protocol):
     """The discrete elements as the loop sees them: take motion, answer with forces (eq. 25).
 
-    These may be there besides: ``remember()``: a function that sets them back to where they are now, to
-    round-off; it costs less than a state and holds until the next call of either. ``contact_at_wall(force)``:
-    tangent stiffness [N/m] and damping [kg/s] of the contact of each particle with the moving wall under
-    ``force`` [N], and its mass [kg], shape (p,) each. ``scene.wall`` with ``elements`` and
-    ``replace_wall(wall)``: they can follow a solid that renews its interface.
+    These may be there besides:
+
+    ``remember()``: a function that sets them back to where they are now, to round-off; it costs less than a
+        state and holds until the next call of either
+    ``contact_at_wall(force)``: tangent stiffness [N/m] and damping [kg/s] of the contact of each particle
+        with the moving wall under ``force`` [N], and its mass [kg], shape (p,) each
+    ``scene.wall`` with ``elements``, and ``replace_wall(wall)``: they can follow a solid that renews its
+        interface
     """
 
     dt: float  # inner step [s]

@@ -5,8 +5,9 @@ alone.
     2. a window of half the length, from the states at its start, as often as the step control allows
     3. the error says what was tried and what remains to try
 
-A failure is an ArithmeticError: of the solid's step, which leaves the solid as it was, of the grains, or of
-the iteration of a window. Other errors are of the scene and end the run.
+A failure is an ArithmeticError, on all ranks alike: of the solid's step, which leaves the solid as it was, of
+the grains, or of the iteration of a window. Other errors are of the scene and end the run, as do mistakes in
+code (``MISTAKES``): they may be one rank's, for which the others wait.
 """
 from typing import Any, Callable, List, NamedTuple, Optional, Tuple
 
@@ -14,6 +15,8 @@ import numpy as np
 
 from ..protocols import Grains, Solid
 from .control import StepControl
+
+MISTAKES = ZeroDivisionError, OverflowError
 
 
 class Attempt(NamedTuple):
@@ -49,6 +52,8 @@ class Ladder:
             steps = self._control.next(total - done)
             try:
                 window = attempt(number, done, steps)
+            except MISTAKES:
+                raise
             except ArithmeticError as failure:
                 stays = self._solid.time == self._start or self._keeps_solid
                 if not (stays and self._control.shorten(steps)):
@@ -66,6 +71,8 @@ class Ladder:
         while True:
             try:
                 return self._solid.advance(dt, *force)
+            except MISTAKES:
+                raise
             except ArithmeticError:
                 changed = self._solid.fall_back() if hasattr(self._solid, "fall_back") else ""
                 if not changed:

@@ -203,15 +203,19 @@ def test_interface_that_is_resampled(relax):
     assert sum(w.iterations for w in others) <= 1.5 * sum(w.iterations for w in windows)
 
 
-def test_errors_of_the_scene_are_not_repeated():
+@pytest.mark.parametrize("error", [RuntimeError, ZeroDivisionError])
+def test_errors_of_the_scene_and_mistakes_are_not_repeated(error):
     class Wrong(Oscillator):
         tried = 0
 
         def advance(self, dt, force):
             Wrong.tried += 1
-            raise RuntimeError("no support holds the body")
+            raise error("no support holds the body")
 
-    with pytest.raises(RuntimeError, match="no support"):
+        def fall_back(self):
+            raise AssertionError("nothing has failed")
+
+    with pytest.raises(error, match="no support"):
         run(20, Wrong(), adapt=0)
     assert Wrong.tried == 1
 

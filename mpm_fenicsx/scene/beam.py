@@ -1,6 +1,6 @@
 """A simply supported beam: what is stated of it, and the grid, body, supports and interface that it takes."""
 from dataclasses import dataclass
-from typing import List, Literal, NamedTuple, Optional, Tuple
+from typing import List, Literal, NamedTuple, Optional, Tuple, cast
 
 import numpy as np
 
@@ -63,7 +63,8 @@ class SimplySupportedBeam:
         beam = Body(box, self.body, self.points, law, self.rho, state, thickness, self.cell, f_bar=f_bar)
         supports = [Support.column("x", x, grid, "y", name=f"support of the {side} end")
                     for x, side in zip((box.lower[0], box.upper[0]), ("left", "right"))]
-        return BeamScene(grid, beam, supports, Interface.top(box, self.segments, shift))
+        segments = cast(Tuple[int, ...], self.segments)  # none is refused there
+        return BeamScene(grid, beam, supports, Interface.top(box, segments, shift))
 
     def grid(self) -> Grid:
         """Cells of size h, one column beside the beam on each side; or ``cells``, 2.6 mm beside it as in the paper."""

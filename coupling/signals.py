@@ -7,6 +7,7 @@ import signal
 import threading
 import time
 from contextlib import contextmanager
+from typing import Any, ClassVar, Iterator, Optional
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGPIPE, signal.SIGUSR1, signal.SIGUSR2,
            signal.SIGXCPU)
@@ -16,19 +17,20 @@ QUIET = 5.0  # [s] after a signal, in which others must not cut the end short: t
 class Ending:
     """The handler: raises KeyboardInterrupt with the signal's name."""
 
-    received = None  # name of the last signal of this run
+    received: ClassVar[Optional[str]] = None  # name of the last signal of this run
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._last, Ending.received = -QUIET, None
 
-    def __call__(self, number, frame):
+    def __call__(self, number: int, frame: Any) -> None:
+        """A signal has come."""
         now = time.monotonic()
         if now - self._last >= QUIET:
             self._last, Ending.received = now, signal.Signals(number).name
             raise KeyboardInterrupt(Ending.received)
 
 
-def raise_again():
+def raise_again() -> None:
     """KeyboardInterrupt where a signal has been received after all: within a call back from C, as compiling makes them,
     the first one goes nowhere. Called after every window."""
     if Ending.received is not None:
@@ -36,7 +38,7 @@ def raise_again():
 
 
 @contextmanager
-def like_interrupts():
+def like_interrupts() -> Iterator[None]:
     """Inside, each of SIGNALS raises KeyboardInterrupt, but those that were ignored when the program was started, as by
     nohup: they still are. (SIGPIPE is always ignored by Python itself.) Outside the main thread nothing changes."""
     if threading.current_thread() is not threading.main_thread():
@@ -54,7 +56,7 @@ def like_interrupts():
             signal.signal(number, handler)
 
 
-def ignore():
+def ignore() -> None:
     """From now on until the end of ``like_interrupts``."""
     if threading.current_thread() is threading.main_thread():
         for number in SIGNALS:

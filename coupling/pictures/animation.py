@@ -1,4 +1,7 @@
 """Animated GIF of a flow, made by matplotlib and Pillow, which are loaded only then."""
+from pathlib import Path
+from typing import Sequence
+
 import numpy as np
 
 from .figure import pyplot
@@ -6,7 +9,7 @@ from .figure import pyplot
 COLOURS = 64  # of the palette: half the file of 256
 
 
-def save(path, frames, label, seconds=0.08, width=640):
+def save(path: Path, frames: Sequence[tuple], label: str, seconds: float = 0.08, width: int = 640) -> None:
     """Save a GIF seen along z, ``width`` pixels wide, each picture shown for ``seconds``; y points upward.
 
     frames: (title, x, values, shapes) each, with positions x of material points [m], shape (n, 2), in the colours of

@@ -1,12 +1,14 @@
 """Figures over time, and of error against run time, by matplotlib, which is loaded only when one is asked for."""
+from pathlib import Path
+from typing import Any, Dict, List, Sequence
 
-STYLES = {"run": dict(linewidth=2), "under": dict(linewidth=6, alpha=0.35),
+STYLES: Dict[str, dict] = {"run": dict(linewidth=2), "under": dict(linewidth=6, alpha=0.35),
           "reference": dict(color="black", linewidth=1, linestyle=(0, (4, 3)), zorder=3)}
 MATRIX = {"right": ("tab:green", "o"), "inaccurate": ("tab:orange", "D"), "stopped": ("tab:blue", "s"),
           "wrong": ("tab:red", "X")}
 
 
-def draw(path, xlabel, panels):
+def draw(path: Path, xlabel: str, panels: Dict[str, Sequence[tuple]]) -> None:
     """Save a picture with one panel above the other.
 
     panels: label of the vertical axis → curves (x, y, label, style), arrays of shape (n,). Styles: "run"; "under", a
@@ -28,7 +30,7 @@ def draw(path, xlabel, panels):
     plt.close(figure)
 
 
-def draw_work(path, xlabel, panels):
+def draw_work(path: Path, xlabel: str, panels: Dict[str, Sequence[tuple]]) -> None:
     """Save a picture of error against run time, both axes logarithmic, one panel beside the other.
 
     panels: label of the vertical axis → series (label, times [s], errors, notes); times and errors of shape (n,),
@@ -61,7 +63,7 @@ def draw_work(path, xlabel, panels):
     plt.close(figure)
 
 
-def draw_matrix(path, rows):
+def draw_matrix(path: Path, rows: Sequence[tuple]) -> None:
     """Save a picture of the error of many runs over the bound of each. rows: (group, name, class, error over bound),
     the class one of MATRIX; without an error (NaN) a run stands at the right."""
     plt = pyplot()
@@ -89,16 +91,16 @@ def draw_matrix(path, rows):
     plt.close(figure)
 
 
-def front(times, errors):
+def front(times: Sequence[float], errors: Sequence[float]) -> List[int]:
     """Pareto front: numbers of the points that no other one beats in run time and error, by rising time."""
-    best, order = [], sorted(range(len(times)), key=lambda i: (times[i], errors[i]))
-    for i in order:
+    best: List[int] = []
+    for i in sorted(range(len(times)), key=lambda i: (times[i], errors[i])):
         if not best or errors[i] < errors[best[-1]]:
             best.append(i)
     return best
 
 
-def pyplot():
+def pyplot() -> Any:
     """matplotlib.pyplot, drawing without a display."""
     import matplotlib
 
@@ -108,7 +110,7 @@ def pyplot():
     return plt
 
 
-def ramp(name, most, below=0.0):
+def ramp(name: str, most: float, below: float = 0.0) -> Any:
     """Colours of the map ``name`` from -``below`` to ``most``, which a colour bar can show: ``to_rgba(values)``."""
     pyplot()
     from matplotlib.cm import ScalarMappable

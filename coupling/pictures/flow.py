@@ -1,5 +1,6 @@
 """Pictures of a flow at given times, side by side in one file."""
-from typing import Any, Callable, Dict, Optional, Sequence
+from pathlib import Path
+from typing import Any, Callable, Dict, List, Optional, Sequence
 
 import numpy as np
 
@@ -21,9 +22,11 @@ class FlowPictures:
     """
 
     def __init__(self, name: str, times: Sequence[float], solid: Any, shapes: Optional[Callable] = None,
-                 walls: Sequence[str] = ()):
+                 walls: Sequence[str] = ()) -> None:
         self._name, self._solid, self._shapes, self._walls = name, solid, shapes, walls
-        self._times, self._frames, self._drawn = sorted(times), [], []
+        self._times = sorted(times)
+        self._frames: List[tuple] = []
+        self._drawn: List[np.ndarray] = []
         if self._times and self._times[0] <= solid.time:
             self._take(solid.time)
 
@@ -32,7 +35,7 @@ class FlowPictures:
         if self._times and window.time > self._times[0] - 0.5 * window.dt:
             self._take(window.time)
 
-    def _take(self, time):
+    def _take(self, time: float) -> None:
         self._times = [t for t in self._times if t > time + 1e-12]
         points = gathered(self._solid.snapshot().get("points"))
         shapes = self._shapes() if self._shapes else None
@@ -44,5 +47,8 @@ class FlowPictures:
 
     def pictures(self) -> Dict[str, Callable]:
         """For the record of the run."""
-        return {f"{self._name}_flow.png": lambda path: self._frames and frames.draw(
-            path, self._frames, "speed [m/s]", self._drawn, self._walls)}
+        return {f"{self._name}_flow.png": self._draw}
+
+    def _draw(self, path: Path) -> None:
+        if self._frames:
+            frames.draw(path, self._frames, "speed [m/s]", self._drawn, self._walls)

@@ -1,4 +1,7 @@
 """Pictures of a flow at several times, side by side, made by matplotlib, which is loaded only then."""
+from pathlib import Path
+from typing import Sequence, Tuple
+
 import numpy as np
 
 from .figure import pyplot, ramp
@@ -8,7 +11,8 @@ FLIERS = 0.9995  # part of the points that the picture is made for: fliers would
 FLOOR = np.array([0.93, 0.92, 0.9])
 
 
-def draw(path, frames, label, shapes=(), walls=()):
+def draw(path: Path, frames: Sequence[tuple], label: str, shapes: Sequence[np.ndarray] = (),
+         walls: Sequence[str] = ()) -> None:
     """Save the pictures at one scale, of a plane scene seen along z, in space in perspective; y points upward.
 
     frames: (title, x, values) each, with positions x of material points [m], shape (n, 2 or 3), in the colours of
@@ -47,7 +51,7 @@ def draw(path, frames, label, shapes=(), walls=()):
     plt.close(figure)
 
 
-def _in_space(path, frames, label, walls):
+def _in_space(path: Path, frames: Sequence[tuple], label: str, walls: Sequence[str]) -> None:
     """Points as shaded spheres, each picture from the same place."""
     plt = pyplot()
     radius = radius_of_points(frames[0][1])
@@ -75,7 +79,7 @@ def _in_space(path, frames, label, walls):
     plt.close(figure)
 
 
-def _side(low, high, side):
+def _side(low: np.ndarray, high: np.ndarray, side: str) -> Tuple[np.ndarray, np.ndarray]:
     """Corners and triangles of one side of a box, such as "-y"."""
     axis, level = "xyz".index(side[1]), (low, high)[side[0] == "+"]
     corner = np.repeat(level[None], 4, axis=0)

@@ -3,6 +3,8 @@
 No screen and no graphics driver is needed, so that a picture is the same on a laptop and on a cluster's node. Lengths are
 in whatever unit the scene has, x: places, shape (n, 3); colours are red, green and blue from 0 to 1, shape (n, 3) or (3,).
 """
+from typing import Tuple, Union
+
 import numpy as np
 
 LIGHT = np.array([-0.45, 0.65, 0.6]) / np.linalg.norm([-0.45, 0.65, 0.6])  # to the lamp: right, up, towards the eye
@@ -16,7 +18,8 @@ class Camera:
     """Looks at the box from ``low`` to ``high``, shape (3,), so that it fills a picture ``width`` pixels wide; its
     ``height`` follows. elevation, azimuth: of the eye, about x [degrees]; away: of the eye, in diagonals of the box."""
 
-    def __init__(self, low, high, width=900, elevation=20.0, azimuth=-62.0, away=2.2):
+    def __init__(self, low: np.ndarray, high: np.ndarray, width: int = 900, elevation: float = 20.0,
+                 azimuth: float = -62.0, away: float = 2.2) -> None:
         up, turn = np.radians((elevation, azimuth))
         back = np.array([np.cos(up) * np.cos(turn), np.sin(up), -np.cos(up) * np.sin(turn)])
         right = np.array([back[2], 0.0, -back[0]]) / np.hypot(back[0], back[2])
@@ -31,13 +34,13 @@ class Camera:
         self.height = int((most[1] - least[1]) * self._scale + 2 * margin)
         self._shift = margin - least * self._scale
 
-    def __call__(self, x):
+    def __call__(self, x: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Pixels, shape (n, 2), depths, shape (n,), and pixels per unit of length there."""
         right, up, back = ((x - self._eye) @ self._axes.T).T
         size = self._scale / -back
         return np.column_stack([right * size, -up * size]) + self._shift, -back, size
 
-    def normals(self, vectors):
+    def normals(self, vectors: np.ndarray) -> np.ndarray:
         """Directions as the eye sees them: right, up, towards it."""
         return vectors @ self._axes.T
 
@@ -45,18 +48,18 @@ class Camera:
 class Canvas:
     """What the ``camera`` sees. Things may be drawn in any order, but see-through ones last."""
 
-    def __init__(self, camera):
+    def __init__(self, camera: Camera) -> None:
         self._camera = camera
         self._depth = np.full(camera.height * camera.width, np.inf)
         self._colour = np.ones((camera.height * camera.width, 3))
 
-    def picture(self):
+    def picture(self) -> np.ndarray:
         """Array of shape (height, width, 3)."""
         height, width = self._camera.height // FINE, self._camera.width // FINE
         whole = self._colour.reshape(self._camera.height, self._camera.width, 3)[:height * FINE, :width * FINE]
         return whole.reshape(height, FINE, width, FINE, 3).mean(axis=(1, 3))
 
-    def _put(self, place, depth, colour, opacity=1.0):
+    def _put(self, place: np.ndarray, depth: np.ndarray, colour: np.ndarray, opacity: float = 1.0) -> None:
         """Pixels at ``place``, shape (n, 2), where nothing is in front of them."""
         column, row = place.T
         seen = (column >= 0) & (column < self._camera.width) & (row >= 0) & (row < self._camera.height)
@@ -69,7 +72,7 @@ class Canvas:
         front = depth == self._depth[number]
         self._colour[number[front]] = colour[front]
 
-    def spheres(self, x, radius, colour):
+    def spheres(self, x: np.ndarray, radius: Union[float, np.ndarray], colour: np.ndarray) -> None:
         """Shaded spheres, radius: shape (n,)."""
         (centre, depth, size), colour = self._camera(x), np.broadcast_to(colour, x.shape)
         radius, pixels = np.broadcast_to(radius, len(x)), np.broadcast_to(radius, len(x)) * size
@@ -81,7 +84,8 @@ class Canvas:
                 for down in span if len(chosen) > 1 else [span]:
                     self._slice(chosen, right, down, centre, depth, radius, pixels, colour)
 
-    def _slice(self, chosen, right, down, centre, depth, radius, pixels, colour):
+    def _slice(self, chosen: np.ndarray, right: int, down: Union[int, np.ndarray], centre: np.ndarray,
+               depth: np.ndarray, radius: np.ndarray, pixels: np.ndarray, colour: np.ndarray) -> None:
         """Of the ``chosen`` spheres the pixels so far to the right of and below their middles; of one several below."""
         middle = np.rint(centre[chosen]).astype(int)
         place = np.column_stack(np.broadcast_arrays(middle[:, 0] + right, middle[:, 1] + down))
@@ -92,7 +96,8 @@ class Canvas:
         normal = np.column_stack([off[on, 0], -off[on, 1], np.sqrt(height2[on])])
         self._put(place[on], depth[chosen] - radius[chosen] * normal[:, 2], shaded(colour[chosen], normal))
 
-    def triangles(self, x, elements, colour, opacity=1.0):
+    def triangles(self, x: np.ndarray, elements: np.ndarray, colour: np.ndarray,
+                  opacity: float = 1.0) -> None:
         """Shaded on both sides; elements: shape (m, 3)."""
         place, depth, _ = self._camera(x)
         a, b, c = (x[column] for column in elements.T)
@@ -103,7 +108,7 @@ class Canvas:
             self._triangle(place[corners], depth[corners], shaded(own[None], normal[None] * (1 if normal[2] > 0 else -1)),
                            opacity)
 
-    def _triangle(self, corner, depth, colour, opacity):
+    def _triangle(self, corner: np.ndarray, depth: np.ndarray, colour: np.ndarray, opacity: float) -> None:
         low = np.maximum(np.floor(corner.min(axis=0)).astype(int), 0)
         high = np.minimum(np.ceil(corner.max(axis=0)).astype(int), (self._camera.width - 1, self._camera.height - 1))
         column, row = (a.ravel() for a in np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1)))
@@ -115,7 +120,7 @@ class Canvas:
         inverse = (1 - s - t)[on] / depth[0] + s[on] / depth[1] + t[on] / depth[2]  # linear on the picture, unlike depth
         self._put(np.column_stack([column, row])[on], 1.0 / inverse, np.repeat(colour, on.sum(), axis=0), opacity)
 
-    def lines(self, starts, ends, colour, opacity=1.0):
+    def lines(self, starts: np.ndarray, ends: np.ndarray, colour: np.ndarray, opacity: float = 1.0) -> None:
         """Two pixels wide, straight ways from starts to ends, shape (n, 3) both."""
         for a, b in zip(starts, ends):
             t = np.linspace(0.0, 1.0, 2 + int(np.abs(np.diff(self._camera(np.array([a, b]))[0], axis=0)).max()))[:, None]
@@ -124,21 +129,21 @@ class Canvas:
                 self._put(np.rint(place).astype(int) + shift, depth, np.broadcast_to(colour, (len(t), 3)), opacity)
 
 
-def shaded(colour, normal):
+def shaded(colour: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Colours under the lamp, of surfaces with these normals as the eye sees them, shape (n, 3) both."""
     light = np.clip(normal @ LIGHT, 0.0, 1.0)[:, None]
     glance = np.clip(normal @ ((LIGHT + [0, 0, 1]) / np.linalg.norm(LIGHT + [0, 0, 1])), 0.0, 1.0)[:, None] ** 30
     return np.clip(colour * (AMBIENT + (1.0 - AMBIENT) * light) + SHINE * glance, 0.0, 1.0)
 
 
-def edges_of(low, high):
+def edges_of(low: np.ndarray, high: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Starts and ends of the twelve edges of a box."""
     corner = np.array([[(low, high)[(k >> d) & 1][d] for d in range(3)] for k in range(8)])
     pairs = [(k, k | 1 << d) for k in range(8) for d in range(3) if not (k >> d) & 1]
     return corner[[a for a, _ in pairs]], corner[[b for _, b in pairs]]
 
 
-def radius_of_points(x):
+def radius_of_points(x: np.ndarray) -> float:
     """A bit more than half the usual distance between neighbours: spheres of this radius hide what is inside a body."""
     from scipy.spatial import cKDTree  # takes time to import, and few runs need it
 

@@ -1,12 +1,18 @@
 """Picture of a scene in the plane or in space, made without a display: in the plane by matplotlib, in
 space by ``perspective``."""
+from pathlib import Path
+from typing import Any, Tuple
+
 import numpy as np
 
 from .figure import pyplot, ramp
 from .perspective import GREY, Camera, Canvas, edges_of, radius_of_points
 
+Pair = Tuple[np.ndarray, np.ndarray]  # places and what is there: cells, elements or radii
 
-def draw(path, solid, grid, wall, spheres, values, label):
+
+def draw(path: Path, solid: np.ndarray, grid: Pair, wall: Pair, spheres: Pair, values: np.ndarray,
+         label: str) -> None:
     """Save a picture; y points upward.
 
     solid: positions of material points [m], shape (n, dim), in the colours of ``values``, shape (n,), called ``label``;
@@ -25,7 +31,7 @@ def draw(path, solid, grid, wall, spheres, values, label):
     plt.close(figure)
 
 
-def _plane(axes, solid, grid, wall, spheres, values):
+def _plane(axes: Any, solid: np.ndarray, grid: Pair, wall: Pair, spheres: Pair, values: np.ndarray) -> Any:
     from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 
     axes.add_collection(PolyCollection(grid[0][grid[1]], facecolor="none", edgecolor="0.85", linewidth=0.4))
@@ -41,7 +47,7 @@ def _plane(axes, solid, grid, wall, spheres, values):
     return points
 
 
-def _space(axes, solid, grid, wall, spheres, values):
+def _space(axes: Any, solid: np.ndarray, grid: Pair, wall: Pair, spheres: Pair, values: np.ndarray) -> Any:
     """The same in perspective; returns what the colour bar is for."""
     low, high = grid[0].min(axis=0), grid[0].max(axis=0)
     for centre, radius in zip(*spheres):

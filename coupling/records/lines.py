@@ -1,5 +1,7 @@
 """A text file that grows by lines, of which none is lost while the disk is full or the file is gone."""
 import os
+from pathlib import Path
+from typing import Union
 
 MOST = 1 << 13  # bytes that wait in memory
 
@@ -8,35 +10,37 @@ class Lines:
     """Write to ``path``, anew. What cannot be written stays in memory, and is written by the next ``flush`` that can.
     Who renames the file tells its new ``path``."""
 
-    def __init__(self, path):
+    def __init__(self, path: Union[str, Path]) -> None:
         self.path, self._waiting = path, bytearray()
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
 
-    def add(self, text):
+    def add(self, text: str) -> None:
+        """Append ``text``, which waits in memory until there is enough of it."""
         self._waiting += text.encode()
         if len(self._waiting) > MOST:
             self.flush()
 
-    def flush(self):
+    def flush(self) -> None:
+        """Write what waits in memory."""
         while self._waiting:
             written = os.write(self._file, self._waiting)
             del self._waiting[:written]
 
-    def missing(self):
+    def missing(self) -> bool:
         """Has somebody removed the file?"""
         try:
             return not os.path.samestat(os.stat(self.path), os.fstat(self._file))
         except FileNotFoundError:
             return True
 
-    def restore(self):
+    def restore(self) -> None:
         """Put the file back at ``path`` after somebody has removed it: as long as it is open, it can be read."""
         size, old = os.fstat(self._file).st_size, self._file
         self._waiting = bytearray(os.pread(old, size, 0)) + self._waiting
         self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
         os.close(old)
 
-    def close(self):
+    def close(self) -> None:
         """Write what is left. What then still cannot be written is lost."""
         try:
             self.flush()

@@ -6,6 +6,7 @@ import socket
 import warnings
 from contextlib import suppress
 from pathlib import Path
+from typing import TextIO
 
 from .writing import OutputError
 
@@ -16,7 +17,7 @@ class Lock:
     """Holds ``folder``, which is there, by a lock on the file ``path`` in it. The system gives it up when the process
     ends, however that happens. OutputError when another run holds it."""
 
-    def __init__(self, folder, path):
+    def __init__(self, folder: Path, path: Path) -> None:
         self._path = Path(path)
         self._file = self._open(folder)
         while not self._is_in_folder():  # its holder has removed it meanwhile, as it does at its end
@@ -27,13 +28,14 @@ class Lock:
             self._file.write(f"process {os.getpid()} on {socket.gethostname()}")
             self._file.flush()
 
-    def _open(self, folder):
+    def _open(self, folder: Path) -> TextIO:
         file = self._create()
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             if error.errno in UNKNOWN:
-                warnings.warn(f"out={folder} is on a file system without locks: let no other run write there meanwhile")
+                warnings.warn(f"out={folder} is on a file system without locks: "
+                              "let no other run write there meanwhile", stacklevel=2)
                 return file
             file.seek(0)
             holder = file.read() or "a process that has just begun"
@@ -44,7 +46,7 @@ class Lock:
                               "choose another folder") from None
         return file
 
-    def _create(self):
+    def _create(self) -> TextIO:
         while True:
             self._path.parent.mkdir(exist_ok=True)
             try:
@@ -52,17 +54,18 @@ class Lock:
             except FileNotFoundError:
                 pass  # its holder has just removed the folder, too
 
-    def _is_in_folder(self):
+    def _is_in_folder(self) -> bool:
         try:
             return os.path.samestat(os.stat(self._path), os.fstat(self._file.fileno()))
         except FileNotFoundError:
             return False
 
-    def held(self):
+    def held(self) -> bool:
         """Is the lock's file still in the folder?"""
         return not self._file.closed and self._is_in_folder()
 
-    def release(self):
+    def release(self) -> None:
+        """Give the folder to others."""
         if self.held():
             self._path.unlink()
         with suppress(OSError):

@@ -6,7 +6,7 @@ being removed), ``running`` and then ``complete`` or ``stopped``.
 """
 import os
 from pathlib import Path
-from typing import NamedTuple
+from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple, Union
 
 NAME = "manifest.txt"
 HEAD = "# The results of one run. A later run in this folder replaces these files, and leaves all others alone.\n"
@@ -17,42 +17,43 @@ class Manifest(NamedTuple):
 
     run: str
     state: str
-    files: tuple
-    replaces: tuple
+    files: Tuple[str, ...]
+    replaces: Tuple[str, ...]
 
     @property
-    def names(self):
+    def names(self) -> Dict[str, None]:
         """All that a later run may remove: those of the set before only as long as it is being removed."""
         return dict.fromkeys([*(self.replaces if self.state == "starting" else ()), *self.files])
 
 
-def read(folder):
+def read(folder: Union[str, Path]) -> Optional[Manifest]:
     """The ``Manifest`` of ``folder``, or None where there is none. Names that are no plain file names are left out."""
     try:
         text = (Path(folder) / NAME).read_text(encoding="utf-8", errors="replace")
     except (FileNotFoundError, NotADirectoryError):
         return None
-    found = {"run": [], "state": [], "file": [], "replaces": []}
+    found: Dict[str, List[str]] = {"run": [], "state": [], "file": [], "replaces": []}
     for line in text.rpartition("\n")[0].split("\n"):  # half a line names a file that was never begun
         key, _, value = line.partition(": ")
         if key in found and value:
             found[key].append(value)
     files, replaces = (tuple(name for name in found[key] if plain(name)) for key in ("file", "replaces"))
-    return Manifest(*((found[key] or [""])[-1] for key in ("run", "state")), files, replaces)
+    run, state = ((found[key] or [""])[-1] for key in ("run", "state"))
+    return Manifest(run, state, files, replaces)
 
 
-def plain(name):
+def plain(name: str) -> bool:
     """Is it the name of a file right in the folder?"""
     return name not in ("", ".", "..") and not set("/\0\n") & set(name)
 
 
-def text(run, files, replaces):
+def text(run: str, files: Iterable[str], replaces: Iterable[str]) -> str:
     """Of a manifest whose state is ``starting``."""
     return "".join([HEAD, f"run: {run}\n", "state: starting\n", *(f"replaces: {name}\n" for name in replaces),
                     *(f"file: {name}\n" for name in files)])
 
 
-def append(folder, **entries):
+def append(folder: Union[str, Path], **entries: str) -> None:
     """Add a line for each entry, in one call of the system, which a signal does not cut."""
     line = "".join(f"{key}: {value}\n" for key, value in entries.items())
     number = os.open(Path(folder) / NAME, os.O_WRONLY | os.O_APPEND)

@@ -1,12 +1,18 @@
 """ParaView time series: VTU files, one per time and rank, and a PVD file that lists them, replaced so that it is always
 whole."""
 from pathlib import Path
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
+from mpi4py import MPI
 
+from ..loop.window import Window
+from ..protocols import RecordedGrains
 from .results import Results
 from .sharing import on_each, on_first
 from .writing import replace_text, writing
+
+Part = Tuple[Any, dict, dict]  # points, cells by type, data by name
 
 
 class ParaView:
@@ -14,25 +20,26 @@ class ParaView:
     0 lists the files. On one rank they are called NAME_TIME.vtu, on several NAME_TIME_RANK.vtu. results: the
     ``Results`` that they are part of."""
 
-    def __init__(self, results, suffix, comm):
-        self._results, self._suffix, self._comm, self._series = results, suffix, comm, {}
+    def __init__(self, results: Results, suffix: str, comm: MPI.Comm) -> None:
+        self._results, self._suffix, self._comm = results, suffix, comm
+        self._series: Dict[str, Series] = {}
 
-    def add(self, time, parts):
+    def add(self, time: float, parts: Dict[str, Part]) -> None:
         """One time [s]; parts: name → (points, cells, data) of this rank, see ``Series.add``. Collective."""
         comm, alone = self._comm, self._comm.size == 1
         there = comm.allgather(list(parts))
         ranks = {name: [None] if alone else [rank for rank, names in enumerate(there) if name in names]
                  for name in dict.fromkeys(sum(there, []))}
 
-        def announce():
+        def announce() -> None:
             for name in ranks:
                 self._results.add(*self._of(name).files(ranks[name]))
 
-        def write():
+        def write() -> None:
             for name, part in parts.items():
                 self._of(name).write(*part, rank=None if alone else comm.rank)
 
-        def list_them():
+        def list_them() -> None:
             for name in ranks:
                 self._of(name).list(time, ranks[name])
 
@@ -42,7 +49,7 @@ class ParaView:
         for name in ranks:
             self._of(name).count += 1
 
-    def _of(self, name):
+    def _of(self, name: str) -> "Series":
         return self._series.setdefault(name, Series(self._results, name + self._suffix))
 
 
@@ -50,36 +57,36 @@ class Series:
     """The time series NAME.pvd in ``folder``, a path or ``Results``. ``count``: times so far, the number of the next
     files."""
 
-    def __init__(self, folder, name):
+    def __init__(self, folder: Union[str, Path, Results], name: str) -> None:
         self._path = folder.path if isinstance(folder, Results) else Path(folder).joinpath
         self._replace = folder.replace_text if isinstance(folder, Results) else self._replace_alone
-        self._name, self._entries, self.count = name, [], 0
+        self._name, self.count = name, 0
+        self._entries: List[str] = []
 
-    def add(self, time, x, cells, data):
+    def add(self, time: float, x: np.ndarray, cells: dict, data: dict) -> None:
         """One time [s]: points x, shape (n, 2 or 3), cells {type: (m, k) connectivity}, data name → (n, …) array."""
         self.write(x, cells, data)
         self.list(time)
         self.count += 1
 
-    def files(self, ranks=(None,)):
+    def files(self, ranks: Sequence[Optional[int]] = (None,)) -> List[str]:
         """Names of the next files of these ranks, and of their list."""
         return [*map(self._file, ranks), f"{self._name}.pvd"]
 
-    def _file(self, rank):
+    def _file(self, rank: Optional[int]) -> str:
         return f"{self._name}_{self.count:05d}{'' if rank is None else f'_{rank:04d}'}.vtu"
 
-    def write(self, x, cells, data, rank=None):
+    def write(self, x: np.ndarray, cells: dict, data: dict, rank: Optional[int] = None) -> None:
         """The next file, or the piece of it that belongs to ``rank``."""
         import meshio  # 0.2 s that a run without ParaView files saves
 
         x = _in_space(np.asarray(x, float))
         data = {name: _in_space(np.asarray(values)) for name, values in data.items()}
-        cells = [(kind, np.asarray(c)) for kind, c in cells.items()]
         path = self._path(self._file(rank))
         with writing(path):
-            meshio.Mesh(x, cells, point_data=data).write(path)
+            meshio.Mesh(x, [(kind, np.asarray(c)) for kind, c in cells.items()], point_data=data).write(path)
 
-    def list(self, time, ranks=(None,)):
+    def list(self, time: float, ranks: Sequence[Optional[int]] = (None,)) -> None:
         """Name the next files, pieces of ``ranks``, in the PVD file."""
         for rank in ranks:
             part = "" if rank is None else f'part="{rank}" '
@@ -88,11 +95,11 @@ class Series:
                           *self._entries, "</Collection>", "</VTKFile>", ""])
         self._replace(f"{self._name}.pvd", text)
 
-    def _replace_alone(self, name, text):
+    def _replace_alone(self, name: str, text: str) -> None:
         replace_text(self._path(name), text)
 
 
-def _in_space(values):
+def _in_space(values: np.ndarray) -> np.ndarray:
     """Vectors and tensors with three components per direction, as ParaView wants them."""
     if values.ndim == 2 and values.shape[1] == 2:
         return np.column_stack([values, np.zeros(len(values))])
@@ -103,7 +110,7 @@ def _in_space(values):
     return values
 
 
-def particles_and_wall(grains, window):
+def particles_and_wall(grains: RecordedGrains, window: Optional[Window]) -> Dict[str, Part]:
     """Parts of ``ParaView.add``: the particles now, and the wall at the end of a ``Window``, or at the start for None.
     Collective."""
     particles, wall = grains.particles(), grains.scene.wall

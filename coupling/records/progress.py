@@ -12,14 +12,14 @@ EVERY = 60.0  # [s] between two lines
 class Progress:
     """Of ``total`` windows of full length; call it after each window, ``close`` it at the end. For rank 0."""
 
-    def __init__(self, total):
+    def __init__(self, total: float) -> None:
         self._total, self._done, self._number, self._newton, self._bar = total, 0.0, 0, 0, None
         self._begin = self._last = time.monotonic()
         if sys.stderr.isatty():
             self._bar = tqdm(total=total, leave=False,
                              bar_format="{desc} {percentage:3.0f}%|{bar}| {elapsed} gone, {remaining} to go")
 
-    def __call__(self, now, length, newton):
+    def __call__(self, now: float, length: float, newton: int) -> None:
         """now: end of the window [s]; length: over that of a full window; newton: iterations in it."""
         self._number, self._done, self._newton = self._number + 1, self._done + length, self._newton + newton
         if self._bar is not None:
@@ -31,13 +31,14 @@ class Progress:
 
     _shown = 0  # windows that the lines so far have told of
 
-    def _line(self, now):
+    def _line(self, now: float) -> str:
         gone, part = time.monotonic() - self._begin, self._done / self._total
         return (f"step {self._number}, t = {now:.4g} s ({part:.1%}): {self._newton / (self._number - self._shown):.2f} "
                 f"Newton iterations per step, {tqdm.format_interval(gone)} gone, "
                 f"{tqdm.format_interval(gone / part - gone)} to go")
 
-    def close(self):
+    def close(self) -> None:
+        """The run is over."""
         try:
             if self._bar is not None:
                 self._bar.close()

@@ -5,9 +5,12 @@ import resource
 import sys
 from pathlib import Path
 from time import perf_counter, process_time
+from typing import Any, Dict, Iterable, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
+from ..loop.window import Window
+from ..protocols import RecordedSolid
 from ..started import IMPORTED
 from .rows import Rows
 from .writing import replace_text
@@ -19,13 +22,16 @@ class Timing:
     """Seconds per window and phase. Make it before the first window, call it at the end of each. folder: of the rows on
     disk, see ``rows``; began: moment at which the run began."""
 
-    def __init__(self, solid, folder=None, began=IMPORTED):
+    def __init__(self, solid: RecordedSolid, folder: Optional[Path] = None, began: float = IMPORTED) -> None:
         self._solid, self._last, self._folder, self.began = solid, perf_counter(), folder, began
         self._before = dict(solid.phases)
         self.startup, self._cpu, self.cpu = self._last - self.began, process_time(), 0.0
-        self.spent, self.names, self.rows = 0.0, (), None  # names: of the phases, rows: of window and phases
+        self.spent = 0.0
+        self.names: Tuple[str, ...] = ()  # of the phases
+        self.rows: Optional[Rows] = None  # of window and phases
 
-    def __call__(self, window):
+    def __call__(self, window: Window) -> None:
+        """A window has ended."""
         phases = {name: total - self._before[name] for name, total in self._solid.phases.items()}
         phases |= {name: seconds for name, seconds in window.seconds.items() if name != "MPM"}
         phases["rest"] = window.seconds["MPM"] - sum(phases[name] for name in self._before)
@@ -37,13 +43,13 @@ class Timing:
         self.spent += now - self._last
         self._before, self._last = dict(self._solid.phases), now
 
-    def total(self):
+    def total(self) -> float:
         """Seconds of this run so far."""
         return perf_counter() - self.began
 
-    def figures(self):
+    def figures(self) -> Dict[str, Any]:
         """The entries of report.json that are times."""
-        times = {"wall_s": round(self.total(), 3), "startup_s": round(self.startup, 3),
+        times: Dict[str, Any] = {"wall_s": round(self.total(), 3), "startup_s": round(self.startup, 3),
                  "window_s": round(self.spent, 4), "window_cpu_s": round(self.cpu, 4),
                  "window_ms": None, "phases_ms": {}}
         if self.rows:
@@ -55,41 +61,42 @@ class Timing:
         return times
 
 
-def resolution(cell_size, points_per_cell, explicit_limit):
-    """One line of how fine a scene is, see ``partition.BookedSolid``."""
+def resolution(cell_size: Sequence[float], points_per_cell: Sequence[float],
+               explicit_limit: Optional[float]) -> str:
+    """One line of how fine a scene is, see ``protocols.RecordedSolid``."""
     least, mean, most = points_per_cell
     limit = "" if explicit_limit is None else f", explicit limit of the time step {explicit_limit:.3g} s"
     return (f"cells of {' x '.join(f'{size:.4g}' for size in cell_size)} m, {mean:.3g} points per filled cell "
             f"({least} to {most}){limit}")
 
 
-def versions():
+def versions() -> Dict[str, str]:
     """Versions of what the run stands on, of the modules that are loaded."""
     loaded = {name: sys.modules[name].__version__ for name in MODULES if name in sys.modules}
     return {"python": platform.python_version(), **loaded}
 
 
-def peak_mb():
+def peak_mb() -> float:
     """Largest memory of this process so far [MB]."""
     return round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1)
 
 
-def text(entries):
+def text(entries: dict) -> str:
     """Of report.json; numbers of numpy become plain ones."""
     return json.dumps(entries, indent=1, default=lambda value: getattr(value, "tolist", value.__str__)()) + "\n"
 
 
-def write(path, entries):
+def write(path: Union[str, Path], entries: dict) -> None:
     """Write report.json, whole or not at all."""
     replace_text(Path(path), text(entries))
 
 
-def table_row(cells):
+def table_row(cells: Iterable) -> str:
     """One line of a table in Markdown."""
     return "| " + " | ".join(str(cell).replace("|", "/") for cell in cells) + " |"
 
 
-def relative_l2(values, reference, windows=1.0):
+def relative_l2(values: np.ndarray, reference: np.ndarray, windows: Union[float, np.ndarray] = 1.0) -> float:
     """Relative L2 difference of two curves on the same times, ``windows`` [s] apart (one number, or one for each time);
     the difference itself where the reference is zero throughout."""
     weight = np.sqrt(windows / np.max(windows))

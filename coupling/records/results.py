@@ -9,8 +9,10 @@ import os
 import shutil
 import time
 import uuid
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from typing import ClassVar, Dict, Optional, Sequence, Tuple, Union
 
 from mpi4py import MPI
 
@@ -32,15 +34,18 @@ class Results:
     these names that are not of a run.
     """
 
-    _last = {}  # folder → (id, key, names) of the last set of this process there
+    _last: ClassVar[dict] = {}  # folder → (id, key, names) of the last set of this process there
 
-    def __init__(self, folder, case, key="", names=(), comm=MPI.COMM_WORLD):
+    def __init__(self, folder: Union[str, Path], case: str, key: str = "", names: Sequence[str] = (),
+                 comm: MPI.Comm = MPI.COMM_WORLD) -> None:
         self.folder, self._comm, self._key = Path(folder), comm, f"{case} {key}"
-        self._hidden, self._names, self._lock = self.folder / HIDDEN, {}, None
+        self._hidden = self.folder / HIDDEN
+        self._names: Dict[str, None] = {}
+        self._lock: Optional[Lock] = None
         self._run = f"{case}, {time.strftime('%Y-%m-%d %H:%M:%S')}, process {os.getpid()}, {uuid.uuid4().hex[:12]}"
         self._run, self.started = on_first(comm, partial(self._take, names))
 
-    def _take(self, names):
+    def _take(self, names: Sequence[str]) -> Tuple[str, bool]:
         with writing(f"out={self.folder}"):
             self.folder.mkdir(parents=True, exist_ok=True)
             self._lock = Lock(self.folder, self._hidden / "lock")
@@ -57,7 +62,7 @@ class Results:
                 raise
         return self._run, continued
 
-    def _continues(self, before, names):
+    def _continues(self, before: Optional[manifest.Manifest], names: Sequence[str]) -> bool:
         """Does this run add to a set of the same run of this process? Then that is the one to go on with."""
         run, key, others = self._last.get(self.folder.resolve(), (None, None, ()))
         if before is None or (before.run, self._key) != (run, key) or set(names) & set(others):
@@ -66,14 +71,14 @@ class Results:
         manifest.append(self.folder, state="running")
         return True
 
-    def _reserve(self):
+    def _reserve(self) -> None:
         """An empty place for the first files, and room for the last lines."""
         shutil.rmtree(self._hidden / "new", ignore_errors=True)  # of a run that was killed
         (self._hidden / "new").mkdir()
         with open(self._hidden / "room", "wb") as room:
             os.posix_fallocate(room.fileno(), 0, ROOM)
 
-    def add(self, *names):
+    def add(self, *names: str) -> None:
         """The run is going to write files of these names. On rank 0."""
         for name in names:
             if name in self._names:
@@ -88,26 +93,26 @@ class Results:
                 with writing(self.folder / manifest.NAME):
                     manifest.append(self.folder, file=name)
 
-    def path(self, name):
+    def path(self, name: str) -> Path:
         """Where to write the file ``name`` now; rank 0 names it in the manifest."""
         if self._comm.rank == 0:
             self.add(name)
         return (self.folder if self.started else self._hidden / "new") / name
 
-    def replace_text(self, name, text):
+    def replace_text(self, name: str, text: str) -> None:
         """Write ``text`` into the file ``name`` so that it is always whole. On rank 0."""
         replace_text(self.path(name), text, self._hidden / "text")
 
     # ---------------------------------------------------------------- begin and end
 
-    def start(self):
+    def start(self) -> None:
         """The first window is done: the files so far take the place of the earlier set. Collective; does nothing when
         called again."""
         if not self.started:
             on_first(self._comm, self._switch)
             self.started = True
 
-    def _switch(self):
+    def _switch(self) -> None:
         with writing(self.folder):
             replace_text(self.folder / manifest.NAME, manifest.text(self._run, self._names, self._earlier),
                          self._hidden / "text")
@@ -120,23 +125,23 @@ class Results:
         self.started, self._earlier = True, []
         self._last[self.folder.resolve()] = self._run, self._key, tuple(self._names)
 
-    def lost(self):
+    def lost(self) -> Optional[str]:
         """Why what is written is no longer seen: a sentence, or None. On rank 0."""
         try:
             if not os.path.samestat(os.stat(self.folder), self._place):
                 return f"the folder {self.folder} has been replaced by another one while the run wrote into it"
         except FileNotFoundError:
             return f"the folder {self.folder} has been deleted while the run wrote into it"
-        return None if self._lock.held() else f"{self._hidden} has been deleted while the run needed it"
+        return None if self._lock is not None and self._lock.held() else f"{self._hidden} has been deleted while the run needed it"
 
-    def end(self, state):
+    def end(self, state: str) -> None:
         """Write into the manifest how the run ended: ``complete`` or ``stopped``. On rank 0."""
         if self.started and not self.lost():
             with writing(self.folder / manifest.NAME):
                 manifest.append(self.folder, state=state)
             self._last[self.folder.resolve()] = self._run, self._key, tuple(self._names)
 
-    def make_room(self):
+    def make_room(self) -> bool:
         """Before the last lines of a run that failed: room on the disk, and the folder again if it is gone. On rank 0;
         returns whether there is a place to write to: not where an earlier set stays, or another run has begun."""
         (self._hidden / "room").unlink(missing_ok=True)
@@ -148,26 +153,23 @@ class Results:
             self._switch()
         return self.started
 
-    def _make_again(self):
+    def _make_again(self) -> None:
         self._hidden.mkdir(parents=True)
         self._lock, self._place, self._earlier = Lock(self.folder, self._hidden / "lock"), os.stat(self.folder), []
         if self.started:
             text = manifest.text(self._run, self._names, ())
             replace_text(self.folder / manifest.NAME, text, self._hidden / "text")
 
-    def close(self):
+    def close(self) -> None:
         """Give the folder to other runs. On every rank; again without effect."""
-        if self._lock is not None:
-            self._release()
+        self._release()
 
-    def _release(self):
-        if self._lock.held():
+    def _release(self) -> None:
+        if self._lock is not None and self._lock.held():
             shutil.rmtree(self._hidden / "new", ignore_errors=True)
             for name in ("room", "text"):
                 (self._hidden / name).unlink(missing_ok=True)
             self._lock.release()
-            try:
+            with suppress(OSError):  # the next run has just come
                 self._hidden.rmdir()
-            except OSError:
-                pass  # the next run has just come
         self._lock = None

@@ -1,5 +1,7 @@
 """Rows of numbers on disk, so that the memory of a run does not grow with its length."""
 import tempfile
+from pathlib import Path
+from typing import Any, Optional, Sequence
 
 import numpy as np
 
@@ -11,19 +13,20 @@ class Rows:
     """Rows of ``width`` numbers, read by column. They lie in a file without a name in ``folder``, None for that of
     temporary files (TMPDIR); there is none before the first ``BLOCK`` rows. OSError when it cannot be written."""
 
-    def __init__(self, width, folder=None):
-        self._block, self._folder, self._file, self._count = np.empty((BLOCK, width)), folder, None, 0
+    def __init__(self, width: int, folder: Optional[Path] = None) -> None:
+        self._block, self._folder, self._count = np.empty((BLOCK, width)), folder, 0
+        self._file: Any = None
 
-    def add(self, values):
+    def add(self, values: Sequence[float]) -> None:
         """Append one row, shape (width,)."""
         self._block[self._count % BLOCK] = values
         if self._count % BLOCK == BLOCK - 1:
             if self._file is None:
-                self._file = tempfile.TemporaryFile(dir=self._folder, buffering=0)
+                self._file = tempfile.TemporaryFile(dir=self._folder, buffering=0)  # noqa: SIM115 - as long as this lives
             self._write(self._block.tobytes())
         self._count += 1
 
-    def _write(self, data):
+    def _write(self, data: bytes) -> None:
         """All of the bytes, or none."""
         end = self._file.seek(0, 2)
         try:
@@ -33,7 +36,7 @@ class Rows:
             self._file.truncate(end)
             raise
 
-    def column(self, number):
+    def column(self, number: int) -> np.ndarray:
         """Shape (rows,)."""
         out, done, width = np.empty(self._count), 0, self._block.shape[1]
         some = max(1, PART // (8 * width))
@@ -46,5 +49,5 @@ class Rows:
         out[done:] = self._block[:self._count - done, number]
         return out
 
-    def __len__(self):
+    def __len__(self) -> int:
         return self._count

@@ -3,6 +3,8 @@ import errno
 import os
 import sys
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Iterator, Optional, TextIO, Union
 
 REMEDIES = {
     errno.ENOSPC: "free some space on that disk or choose another folder", errno.EDQUOT: "free some of your quota or "
@@ -14,27 +16,27 @@ REMEDIES = {
 class OutputError(OSError):
     """A file of the results cannot be written. Its text is the sentence; ``errno`` says why."""
 
-    def __init__(self, sentence, number=None):
+    def __init__(self, sentence: str, number: Optional[int] = None) -> None:
         super().__init__(sentence)
         self.errno = number
 
-    def __reduce__(self):  # to go to other ranks
+    def __reduce__(self) -> tuple:  # to go to other ranks
         return OutputError, (str(self), self.errno)
 
 
 @contextmanager
-def writing(path):
+def writing(path: Union[str, Path]) -> Iterator[None]:
     """An OSError inside becomes an OutputError that names ``path`` and the remedy."""
     try:
         yield
     except OutputError:
         raise
     except OSError as error:
-        remedy = REMEDIES.get(error.errno, "choose another folder")
+        remedy = REMEDIES.get(error.errno or 0, "choose another folder")
         raise OutputError(f"{path} cannot be written ({error.strerror or error}): {remedy}", error.errno) from error
 
 
-def replace_text(path, text, scratch=None):
+def replace_text(path: Path, text: str, scratch: Optional[Path] = None) -> None:
     """Write ``text`` to ``path`` in one go: a reader, or a run that is killed, finds the old file or the new one. It is
     first written to ``scratch``, on the same disk (None: ``path`` with .new behind it)."""
     scratch = scratch or path.with_name(path.name + ".new")
@@ -47,7 +49,7 @@ def replace_text(path, text, scratch=None):
             raise
 
 
-def tell(text, stream=None):
+def tell(text: str, stream: Optional[TextIO] = None) -> None:
     """Print ``text``, to standard output unless another stream is given. One that nobody reads any more, the other end
     of a pipe or a closed terminal, gets nothing from then on, and so does one for errors that takes none."""
     stream = stream or sys.stdout
@@ -60,7 +62,7 @@ def tell(text, stream=None):
                 raise
 
 
-def silence(stream):
+def silence(stream: TextIO) -> None:
     """Lead a stream that takes nothing any more to nowhere: what is still in its buffer would be an error at the end."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, stream.fileno())

@@ -8,7 +8,7 @@ from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 
 HEADERS = os.environ.get("LIGGGHTS_INCLUDE", "/usr/include/liggghts")
-FOLDER = "dem_liggghts/shim"
+FOLDER = "dem_liggghts/liggghts/shim"
 SHIM = sorted(str(path) for path in Path(FOLDER).iterdir() if path.suffix in (".cpp", ".h"))
 # Headers that are generated when LIGGGHTS is built and are not in the package: they include the models, here those used
 MODELS = {"surface": "surface_model_default.h", "normal": "normal_model_hertz.h", "rolling": None, "contact": None,
@@ -26,8 +26,8 @@ def shim():
         return without("mpicxx of Open MPI is missing (apt install libopenmpi-dev)")
     if not Path(HEADERS, "lammps.h").exists():
         return without(f"no LIGGGHTS headers in {HEADERS} (apt install libliggghts-dev)")
-    source = zlib.crc32(b"".join(Path(name).read_bytes() for name in SHIM))  # liggghts.py recognises an old shim by it
-    return [Extension("dem_liggghts.libdemshim", [f"{FOLDER}/shim.cpp"], depends=SHIM, libraries=["liggghts"],
+    source = zlib.crc32(b"".join(Path(name).read_bytes() for name in SHIM))  # library.py recognises an old shim by it
+    return [Extension("dem_liggghts.liggghts.libdemshim", [f"{FOLDER}/shim.cpp"], depends=SHIM, libraries=["liggghts"],
                       optional=True, define_macros=[("SHIM_SOURCE", f"{source}u")], extra_link_args=link_flags,
                       extra_compile_args=["-std=c++14", "-O2", "-g0", "-isystem", HEADERS, *compile_flags])]
 

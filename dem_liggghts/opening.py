@@ -1,9 +1,47 @@
-"""A partition for a scene: the checks before the first step, then the back end that is asked for."""
-from .checks import check_start, warn_if_too_long
+"""The scene as a user states it, and the partition that computes it."""
+from dataclasses import dataclass
+from typing import Any
+
+from .common.checks import check_start
+from .contact.critical_step import warn_if_too_long
+from .protocol import DEM
+from .scene.scene import SceneData
 
 
-def open_scene(backend, scene, dt, comm=None):
-    """The partition (`protocol.DEM`) for ``scene`` with the time step ``dt`` [s]; see `Scene.open`."""
+@dataclass(frozen=True)
+class Scene(SceneData):
+    """Everything a DEM back end needs to start. Lengths in m, gravity [m/s^2], (dim,).
+
+    spheres and clusters: what moves, either may be missing. wall: the interface that is moved from outside;
+    walls: further ones at rest (a floor). Materials have names: ``material`` is "spheres", ``wall_material`` is
+    "wall", ``materials`` holds others. ``interactions``: (name, name) → Interaction in either order; ``between`` is
+    that of "spheres" with themselves, ``at_wall`` that of "spheres" with "wall". domain: lower and upper corner [m],
+    (dim,) each; outflow: what happens to that which leaves it, "stop", "hold" or "remove" for all sides, or by side,
+    such as {"+x": "remove"}, whose other sides stop; without a domain nothing ever leaves. Raises ValueError for
+    what does not fit.
+
+    >>> sphere = Spheres(x=[[0.0, 0.0201]], v=[[0.0, -0.1]], radius=0.02, rho=7800.0)
+    >>> floor = Wall(nodes=[[-1.0, 0.0], [1.0, 0.0]], elements=[[0, 1]])
+    >>> steel = Material(E=1e8, nu=0.3)
+    >>> scene = Scene(sphere, floor, material=steel, wall_material=steel, gravity=(0.0, -9.81))
+    >>> scene.dim, scene.names
+    (2, ('spheres', 'wall'))
+    >>> scene.open("reference", dt=1e-5).time
+    0.0
+    """
+
+    def open(self, backend: str, dt: float, comm: Any = None) -> DEM:
+        """The partition (`protocol.DEM`) that computes this scene with the time step ``dt`` [s].
+
+        backend: "reference" or "liggghts". Raises ValueError for an unknown back end, for spheres that overlap or lie
+        inside the body at the start and for a cluster in two pieces; warns when the step is too long for the contact.
+        Collective on ``comm`` (default: all ranks).
+        """
+        return open_scene(self, backend, dt, comm)
+
+
+def open_scene(scene: SceneData, backend: str, dt: float, comm: Any = None) -> DEM:
+    """See `Scene.open`."""
     if backend not in ("reference", "liggghts"):
         raise ValueError(f"dem is {backend!r}: the back ends are reference and liggghts, give one of them")
     warn_if_too_long(scene, dt)

@@ -1,7 +1,10 @@
 """What both DEM back ends offer. It is matched by structure: there is no base class to inherit from."""
-from typing import Protocol
+from typing import Any, Dict, Protocol
 
 import numpy as np
+
+from .scene.scene import SceneData
+from .scene.walls import Wall
 
 PARTICLE = np.dtype([("id", np.int64), ("body", np.int64), ("x", float, 3), ("v", float, 3), ("omega", float, 3),
                      ("radius", float), ("mass", float)])
@@ -11,11 +14,19 @@ BODY = np.dtype([("id", np.int64), ("x", float, 3), ("quaternion", float, 4), ("
 
 
 class DEM(Protocol):
-    """One discrete element partition. All arrays are the same on every rank; every method is collective."""
+    """One discrete element partition. All arrays are the same on every rank; every method is collective.
 
-    scene: object  # `scene.Scene`; its wall is the one of now
+    >>> wall = Wall([[-1.0, 0.0], [1.0, 0.0]], [[0, 1]])
+    >>> sphere = Spheres(x=[[0.0, 0.1]], v=[[0.0, -0.1]], radius=0.01, rho=7800.0)
+    >>> scene = Scene(sphere, wall, material=Material(1e7, 0.3), wall_material=Material(1e7, 0.3))
+    >>> dem: DEM = open_dem("reference", scene, dt=1e-5)
+    >>> force = dem.advance(100, wall.nodes, np.zeros((2, 2)))
+    >>> dem.particles()["x"][0].round(6), f"{dem.energy()['kinetic']:.4g} J"
+    (array([0.    , 0.0999, 0.    ]), '0.0001634 J')
+    """
+
+    scene: SceneData  # its wall is the one of now
     dt: float  # DEM time step [s]
-    time: float  # [s]
     origin: np.ndarray  # of the frame it computes in [m], shape (3,), see `frame`: zero but for coordinates as in maps
 
     def advance(self, steps: int, x: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -26,14 +37,20 @@ class DEM(Protocol):
         Verlet's own half kicks, so that it is minus the change of the particles' momentum to round-off.
         """
 
-    def replace_wall(self, wall) -> None:
-        """Go on with ``wall`` (`scene.Wall`) in the place of the moving one, at the time of now: it may have other
+    def replace_wall(self, wall: Wall) -> None:
+        """Go on with ``wall`` in the place of the moving one, at the time of now: it may have other
         nodes and elements. What is remembered of a contact goes to the element closest to where it was, the force of
         the last step, half of which acts in the next one, from each node to the closest place of the new wall."""
 
-    # What has left the domain, held or removed by ``Scene.outflow``, since the start: "count", "mass" [kg], "momentum"
-    # [kg m/s], shape (dim,), "energy" [J] by which that of what is left has fallen; the same on every rank.
-    removed: dict
+    @property
+    def time(self) -> float:
+        """[s]"""
+
+    @property
+    def removed(self) -> Dict[str, Any]:
+        """What has left the domain, held or removed by ``Scene.outflow``, since the start: "count", "mass" [kg],
+        "momentum" [kg m/s], shape (dim,), "energy" [J] by which that of what is left has fallen; the same on every
+        rank."""
 
     def particles(self) -> np.ndarray:
         """Copy of the spheres sorted by id, dtype ``PARTICLE``, shape (n,): SI units, three components always. body: id
@@ -43,22 +60,22 @@ class DEM(Protocol):
 
     def bodies(self) -> np.ndarray:
         """Copy of the clusters sorted by id, which counts from 1 in the order of the scene; dtype ``BODY``. x, v: of
-        the centre of mass; quaternion (w, x, y, z): from the body's own frame to space (`quaternion.angle` in a
+        the centre of mass; quaternion (w, x, y, z): from the cluster's own frame to space (`quaternion.angle` in a
         plane). What has left the domain: as in ``particles``."""
 
     def contact_at_wall(self, force: float) -> np.ndarray:
         """Tangent stiffness [N/m], damping [kg/s] and mass [kg] in the contact of each sphere with the moving wall
         under ``force`` [N], shape (3, n), whether it touches it or not."""
 
-    def energy(self) -> dict:
+    def energy(self) -> Dict[str, float]:
         """``kinetic`` (translation and spin), ``contact`` (potential energy of normal forces and adhesion),
         ``potential`` (in gravity, zero at ``origin``) [J]."""
 
-    def get_state(self) -> dict:
+    def get_state(self) -> Dict[str, np.ndarray]:
         """Everything that decides the future (positions, orientations, velocities, forces, tangential history, time,
         wall), as name → array copies. Its positions are those in the frame whose ``origin`` [m] is in it."""
 
-    def set_state(self, state: dict) -> None:
+    def set_state(self, state: Dict[str, Any]) -> None:
         """Go back to ``state``: the run continues bit for bit as it did from there."""
 
     def close(self) -> None:

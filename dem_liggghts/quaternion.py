@@ -22,6 +22,7 @@ def product(p, q):
 
 
 def inverse(q):
+    """The reverse rotation."""
     return np.asarray(q) * [1.0, -1.0, -1.0, -1.0]
 
 

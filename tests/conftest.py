@@ -51,7 +51,7 @@ def liggghts():
 def need_liggghts():
     """Skip the test when LIGGGHTS is missing, or fail when it is required."""
     try:
-        from dem_liggghts.liggghts import SHIM, load
+        from dem_liggghts.liggghts.library import SHIM, load
         load(SHIM)
     except ImportError as missing:
         if "liggghts" in os.environ.get("MPMDEM_REQUIRE", ""):

@@ -55,7 +55,8 @@ def functions(thing, name):
         return
     for key, member in vars(thing).items():
         member = getattr(member, "fget", None) or getattr(member, "__func__", member)
-        if inspect.isfunction(member) and (key == "__init__" or not key.startswith("_")):
+        own = key == "__init__" and not getattr(thing, "_is_protocol", False)  # typing gives protocols one
+        if inspect.isfunction(member) and (own or not key.startswith("_")):
             yield f"{name}.{key}", member
 
 

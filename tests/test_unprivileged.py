@@ -14,7 +14,7 @@ CODE = """
 import os, coupling, dem_liggghts, mpm_fenicsx, numba, numpy, warnings
 from coupling import Run
 from coupling.pictures.figure import pyplot
-from dem_liggghts.rigid import turn_axes
+from dem_liggghts.reference.rigid import turn_axes
 turn_axes(numpy.array([1.0, 0.0, 0.0, 0.0]), numpy.empty((3, 3)))  # compiles
 pyplot()
 print(sum(turn_axes.stats.cache_hits.values()), numba.config.CACHE_DIR)

@@ -92,8 +92,8 @@ def test_one_sentence_and_a_status(call, given, status, sentence):
 
 
 def test_missing_liggghts_names_the_package(call, monkeypatch, tmp_path):
-    liggghts = pytest.importorskip("dem_liggghts.liggghts")
-    monkeypatch.setattr(liggghts, "SHIM", tmp_path / "nowhere.so")
+    backend = pytest.importorskip("dem_liggghts.liggghts.backend")
+    monkeypatch.setattr(backend, "SHIM", tmp_path / "nowhere.so")
     code, _, err = call("dem=liggghts")
     assert code == 1 and err.count("\n") == 1 and err.startswith("error: LIGGGHTS is not available: install it with")
     assert "dem=reference" in err and call("dem=reference")[0] == 0

@@ -26,7 +26,7 @@ def fail(solid, grains):
     if failure == "point" and rank == 1:
         solid.points.x[3] = float("nan")
     elif failure == "liggghts" or failure == "liggghts on rank 1" and rank == 1:
-        grains._command("nonsense")
+        grains._instance.command("nonsense")
     elif failure == "rank 1" and rank == 1:
         raise ValueError("only here")
     elif failure == "residual of rank 1" and rank == 1:

@@ -19,7 +19,7 @@ from dem_liggghts import (
     open_dem,
     warn_if_window_too_long,
 )
-from dem_liggghts.damping import damping_ratio
+from dem_liggghts.contact.damping import damping_ratio
 
 STEEL = Material(2.1e11, 0.3)
 

@@ -2,9 +2,10 @@
 import numpy as np
 import pytest
 
-from dem_liggghts import Material, Scene, Spheres, Wall, parts
-from dem_liggghts.arrays import in_space
-from dem_liggghts.wall import MovingWall, closest, place
+from dem_liggghts import Material, Scene, Spheres, Wall
+from dem_liggghts.scene.arrays import in_space
+from dem_liggghts.scene.tables import wall_table
+from dem_liggghts.search.elements import MovingWall, closest, corners_of
 
 STEEL = Material(2.1e11, 0.3)
 RADIUS, OVERLAP = 0.01, 1e-6
@@ -143,9 +144,9 @@ def test_closest_points_against_a_search():
     samples = np.column_stack([1 - a - b, a, b])[a + b <= 1 + 1e-12]
     features = set()
     for _ in range(200):
-        triangle = parts.surface(Scene(wall=Wall(np.eye(3), [[0, 1, 2]]), wall_material=STEEL))
+        triangle = wall_table(Scene(wall=Wall(np.eye(3), [[0, 1, 2]]), wall_material=STEEL))
         wall = MovingWall(random.normal(size=(3, 3)), random.normal(size=(3, 3)), *triangle[1:3])
-        place(wall, 0, 0.3, corner)
+        corners_of(wall, 0, 0.3, corner)
         p = random.normal(size=3) * 2
         r, feature = closest(corner, 3, p, weight, point)
         features.add(feature)

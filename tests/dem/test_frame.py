@@ -4,7 +4,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dem_liggghts import Material, Scene, Spheres, Wall, check_start, frame
+from dem_liggghts import Material, Scene, Spheres, Wall, check_start
+from dem_liggghts.scene import frame
 
 MAP = np.array([4.5e5, 5.2e6, 300.0])
 
@@ -12,7 +13,7 @@ MAP = np.array([4.5e5, 5.2e6, 300.0])
 def far(scene):
     """``scene`` where its coordinates are those of a map, and how far away that is, shape (dim,)."""
     by = MAP[:scene.dim]
-    return frame.moved(scene, MAP), by
+    return frame.translated(scene, MAP), by
 
 
 def test_creep_is_not_lost(dem):
@@ -107,4 +108,4 @@ def test_touching_far_away_and_true_coordinates_in_messages(dem):
 def test_near_zero_nothing_moves(x, size):
     """Up to a thousand times the size of the scene."""
     scene = Scene(Spheres([x], [[0.0, 0.0]], size, 1000.0), Wall.none(2), Material(1e7, 0.3))
-    assert not frame.find_origin(scene).any() and frame.moved(scene, -frame.find_origin(scene)) is scene
+    assert not frame.find_origin(scene).any() and frame.translated(scene, -frame.find_origin(scene)) is scene

@@ -124,7 +124,7 @@ for dim in (2, 3):
     scene, window = scenes.make_heap(dim)
     dem, own = LiggghtsDEM(scene, 1.5e-5), set()
     for k in range(160):
-        own.add((dem._library.dem_count(dem._handle), dem._library.dem_count_bodies(dem._handle)))
+        own.add((dem._instance.count("dem_count"), dem._instance.count("dem_count_bodies")))
         if k == 60:
             dem.set_state(dem.get_state())
         force = dem.advance(20, *window(dem.time, 20 * dem.dt))

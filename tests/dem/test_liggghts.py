@@ -4,10 +4,11 @@ import os
 import numpy as np
 import pytest
 
-from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, library, liggghts, open_dem
+from dem_liggghts import Interaction, Material, Scene, Spheres, Wall, liggghts, open_dem
+from dem_liggghts.liggghts import backend, library
 
 try:
-    liggghts.load(liggghts.SHIM)
+    library.load(library.SHIM)
 except liggghts.MissingLiggghts as missing:
     if "liggghts" in os.environ.get("MPMDEM_REQUIRE", ""):
         raise
@@ -56,20 +57,20 @@ def test_overlap_gives_hertz_force(start):
 def test_error_text_is_passed_on_and_only_that_instance_is_lost(start):
     other, dem = start(scene()), start(scene())
     with pytest.raises(liggghts.LiggghtsError, match="Invalid fix style.*nonsense.*modify.cpp"):
-        dem._command("fix a all nonsense")
+        dem._instance.command("fix a all nonsense")
     with pytest.raises(liggghts.LiggghtsError, match="lost in an error before: make a new one"):
         push(dem, 1)
     assert push(other, 1).any()
 
 
 def test_shim_of_another_version_is_refused(monkeypatch):
-    monkeypatch.setattr(liggghts.load(liggghts.SHIM), "dem_same_layout", lambda handle: 0)
+    monkeypatch.setattr(library.load(library.SHIM), "dem_same_layout", lambda handle: 0)
     with pytest.raises(liggghts.LiggghtsError, match="another version of LIGGGHTS.*reinstall"):
         liggghts.LiggghtsDEM(scene(), STEP)
 
 
 def test_missing_shim_names_package_and_way_out(monkeypatch, tmp_path):
-    monkeypatch.setattr(liggghts, "SHIM", tmp_path / "missing.so")
+    monkeypatch.setattr(backend, "SHIM", tmp_path / "missing.so")
     with pytest.raises(ImportError, match="apt install liggghts libliggghts-dev libopenmpi-dev.*reinstall"
                                           ".*dem=reference.*missing.so"):
         liggghts.LiggghtsDEM(scene(), STEP)
@@ -80,7 +81,7 @@ def test_shim_older_than_its_source_is_refused(monkeypatch, tmp_path):
     (tmp_path / "shim.cpp").write_text("// edited")
     monkeypatch.setattr(library, "SOURCE", tmp_path)
     with pytest.raises(liggghts.MissingLiggghts, match="older than its source: reinstall"):
-        liggghts.load.__wrapped__(liggghts.SHIM)
+        library.load.__wrapped__(library.SHIM)
 
 
 @pytest.mark.parametrize("E", [2.16e11, 1e6, 1e4])
@@ -112,7 +113,7 @@ def test_numbers_beyond_32_bits_never_reach_the_shim(start):
     dem = start(scene())
     for function, place in ((f, i) for f, places in library.INTEGERS.items() for i in places if f != "dem_open"):
         with pytest.raises(ValueError, match="4294967316 is too large for LIGGGHTS, which counts to 2147483647"):
-            dem._call(function, *[0] * place, 2**32 + 20)
+            dem._instance.call(function, *[0] * place, 2**32 + 20)
 
 
 def test_sphere_that_flies_away_is_not_lost(start):
@@ -179,7 +180,7 @@ scene = Scene(Spheres(x, v, 0.01, 2500.0), wall, Material(1e7, 0.3), Material(1e
 dem, nodes = LiggghtsDEM(scene, 5e-6), wall.nodes
 own = set()
 for window in range(400):
-    own.add(dem._library.dem_count(dem._handle))
+    own.add(dem._instance.count("dem_count"))
     if window == 200:
         dem.set_state(dem.get_state())
     force = dem.advance(20, nodes, np.cos(nodes))

@@ -2,7 +2,7 @@
 import pytest
 
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall
-from dem_liggghts.script import FEW, commands
+from dem_liggghts.liggghts.script import FEW, commands
 
 
 def scene(dim=2, E=1e7, nu=0.3, wall_E=2e7, count=1, **more):

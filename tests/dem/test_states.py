@@ -87,7 +87,7 @@ def test_instances_leave_no_open_files(backend):
             kept[-1].close()
         elif k % 3 == 1 and backend == "liggghts":
             with pytest.raises(RuntimeError, match="Invalid fix style"):
-                kept[-1]._command("fix a all nonsense")
+                kept[-1]._instance.command("fix a all nonsense")
     assert opened() == before
     for one in kept:
         one.close()

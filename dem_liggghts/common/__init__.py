@@ -1,0 +1,1 @@
+"""What both back ends share: checks, energies, outflow, states, a change of the moving wall."""

@@ -1,0 +1,61 @@
+"""Arrays that LIGGGHTS and its shim understand: records of particles, rows of clusters, which are its bodies."""
+import ctypes
+
+import numpy as np
+from mpi4py import MPI
+
+from .. import quaternion
+from ..scene.tables import ClusterTable, SphereTable
+
+CONSTANT = 16  # numbers of a body that never change, before those that do (shim/bodies.h)
+CHANGING = 22  # x, v, omega, angular momentum (3 each), quaternion (4), force, torque (3 each)
+
+
+def record_starts(records: np.ndarray) -> np.ndarray:
+    """Where the records of the particles begin, and the end of the last one; each starts with its length."""
+    numbers, first = memoryview(records), [0]  # reads one number several times faster than an array does
+    while first[-1] < len(numbers):
+        first.append(first[-1] + int(numbers[first[-1]]))
+    return np.array(first)
+
+
+def copied(address: ctypes.c_void_p, count: int) -> np.ndarray:
+    """``count`` numbers that begin at an address of the shim, as an array of its own."""
+    out = np.empty(count)
+    ctypes.memmove(out.ctypes.data, address, out.nbytes)
+    return out
+
+
+def gathered(comm: MPI.Comm, mine: np.ndarray) -> np.ndarray:
+    """The rows or numbers of all ranks, one after the other, on every rank."""
+    return mine if comm.size == 1 else np.concatenate(comm.allgather(mine))
+
+
+def sorted_by_tag(records: np.ndarray, out: np.ndarray) -> np.ndarray:
+    """The records in the order of their second number, the tag from 1 on, without those that are ``out``, (n,) bool."""
+    first = record_starts(records)
+    tag = records[first[:-1] + 1].astype(int)
+    order = np.argsort(tag, kind="stable")
+    order = order[~out[tag[order] - 1]]
+    lengths = np.diff(first)[order]
+    shift = first[order] - np.concatenate([[0], np.cumsum(lengths)[:-1]])  # where a record comes from and goes to
+    return records[np.repeat(shift, lengths) + np.arange(lengths.sum())]
+
+
+def constant_rows(clusters: ClusterTable, spheres: SphereTable) -> np.ndarray:
+    """What never changes of the clusters (shim/bodies.h), shape (clusters, CONSTANT)."""
+    out = np.zeros((len(clusters.mass), CONSTANT))
+    for b, (start, stop) in enumerate(zip(clusters.first[:-1], clusters.first[1:])):
+        arm = spheres.arm[start:stop]
+        middle = arm.mean(axis=0)
+        bound = (np.sqrt(((arm - middle) ** 2).sum(axis=1)) + spheres.radius[start:stop]).max()
+        out[b] = b + 1, clusters.mass[b], stop - start, *clusters.inertia[b], *clusters.free[b], bound, *middle
+    return out
+
+
+def initial_rows(clusters: ClusterTable) -> np.ndarray:
+    """What changes of the clusters, as it is at the start, shape (clusters, CHANGING)."""
+    spin = np.empty((len(clusters.mass), 3))
+    for b, axes in enumerate(map(quaternion.matrix, clusters.q)):
+        spin[b] = axes @ (clusters.inertia[b] * (axes.T @ clusters.omega[b]))
+    return np.column_stack([clusters.x, clusters.v, clusters.omega, spin, clusters.q, np.zeros((len(spin), 6))])

@@ -1,0 +1,255 @@
+"""The built-in DEM: spheres and rigid clusters, Hertz-Mindlin contact, velocity Verlet; the same on every rank."""
+from dataclasses import replace
+from typing import Any, Dict
+
+import numpy as np
+
+from .. import quaternion
+from ..common.checks import PerforatedError, check_finite, check_window, through_the_wall
+from ..common.chunks import Chunks
+from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy, select_shapes
+from ..common.outflow import Outflow
+from ..common.states import check_state, fingerprint
+from ..common.wall_change import redistribute, with_wall
+from ..contact.law import Vectors, constant, laws_of
+from ..contact.window import contact_at_wall
+from ..protocol import BODY, PARTICLE
+from ..scene.arrays import in_space
+from ..scene.frame import find_origin, to_true_positions, translated, translated_points
+from ..scene.scene import SceneData
+from ..scene.tables import cluster_table, sphere_table, wall_table
+from ..scene.walls import Wall
+from ..search.elements import COLUMNS, MovingWall, at_rest
+from ..search.neighbours import NeighbourList, NeighbourLists, no_neighbours, on_new_wall
+from .forces import Moment, Scratch, SphereState, WallForce, forces
+from .rigid import cluster_state
+from .selection import select_clusters, select_neighbours, select_spheres
+from .verlet import Span, build_lists, run
+
+LARGE = 2000  # elements of a wall
+MOVING = ("x", "v", "omega", "force", "torque")  # what changes of the spheres, and of the clusters
+CLUSTER_MOVING = ("x", "v", "omega", "spin", "force", "torque", "q", "axes")
+LISTS = [(f"near_{of}_{name}", of, name) for of in ("spheres", "elements") for name in NeighbourList._fields]
+NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_force", "near_x", "near_wall", "skin",  # of a state
+         *(name for name, _, _ in LISTS))
+
+
+class ReferenceDEM:
+    """The protocol of `protocol.DEM` for ``scene`` and the time step ``dt`` [s]. ``comm`` is not used: the work is
+    repeated on every rank, with the same result."""
+
+    def __init__(self, scene: SceneData, dt: float, comm: Any = None):
+        self.dt, self._steps, self._closed, self._chunks = float(dt), 0, False, Chunks()
+        self._fingerprint, self.origin = fingerprint(scene, self.dt), find_origin(scene)
+        inside = translated(scene, -self.origin)
+        self._all_spheres, self._all_clusters, self.scene = sphere_table(inside), cluster_table(inside), scene
+        self._outflow = Outflow(scene, self._all_spheres.cluster)
+        self._populate(np.ones(len(self._all_spheres.x), np.bool_), np.ones(len(scene.clusters), np.bool_))
+        self._laws = laws_of(scene)
+        self._keep = tuple(constant(table, "friction").any() for table in self._laws)
+        self._use(scene)
+        none = no_neighbours(len(self._table.x))
+        self._lists = NeighbourLists(none, none, self._spheres.x, self._wall.x, 0.0)
+        self._begin()
+
+    def _populate(self, present: np.ndarray, clusters: np.ndarray) -> None:
+        """The spheres and clusters that are ``present``, (n,) bool each, as they were at the start."""
+        self._ids, self._cluster_ids = 1 + np.flatnonzero(present), 1 + np.flatnonzero(clusters)
+        self._table = s = select_spheres(self._all_spheres, present, clusters)
+        self._cluster_table = c = select_clusters(self._all_clusters, present, clusters)
+        self._spheres = SphereState(s.x.copy(), s.v.copy(), s.omega.copy(), np.zeros_like(s.x), np.zeros_like(s.x),
+                                    s.radius, s.contact_mass, s.material, in_space([self.scene.gravity])[0],
+                                    int(c.first[0]))
+        self._clusters = cluster_state(c, s.arm) if len(c.mass) else None
+
+    def _begin(self) -> None:
+        """Lists and forces of now."""
+        self._build_lists(self._wall, 0.0)
+        self._on_wall.force[:] = 0.0
+        forces(self._spheres, self._clusters, self._wall, self._lists, self._laws, Moment(0.0, 0.0, 0.0, True),
+               self._on_wall, self._scratch)
+
+    def _use(self, scene: SceneData) -> None:
+        """Take the walls of ``scene``, where they are; no force on them."""
+        self.scene, self._inside = scene, translated(scene, -self.origin)
+        self._surface = wall_table(self._inside)
+        self._fixed = self._surface.moving[0]  # nodes at rest
+        self._wall = at_rest(self._surface, self._surface.x)
+        self._on_wall = WallForce(np.zeros_like(self._wall.x), np.zeros_like(self._wall.x))
+        self._scratch = Scratch(np.empty((len(self._wall.elements) + 1, COLUMNS)), np.empty((3, 3)),
+                                Vectors(*np.zeros((6, 3))))
+
+    @property
+    def time(self) -> float:
+        """[s]"""
+        return self._steps * self.dt
+
+    def _all_nodes(self, own: np.ndarray, fixed: np.ndarray) -> np.ndarray:
+        return np.concatenate([fixed, in_space(own)]) if self._fixed else in_space(own)
+
+    def _build_lists(self, wall: MovingWall, t: float) -> None:
+        """The skin is a tenth of the smallest radius, or what lasts some ten steps at the speeds of now, some fifty
+        where the wall is large and new lists are dear."""
+        speed = sum(np.sqrt((v**2).sum(axis=1).max(initial=0.0)) for v in (self._spheres.v, wall.v))
+        steps = 20.0 if len(wall.elements) < LARGE else 100.0
+        skin = max(0.1 * self._spheres.radius.min(initial=np.inf), steps * self.dt * speed)
+        self._lists = build_lists(self._spheres, self._table.cluster, wall, t, skin, self._lists, self._keep)
+
+    def advance(self, steps: int, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
+        self._need_open()
+        steps = check_window(steps, x, v, self.scene)
+        here, x = self._surface.x[:self._fixed], translated_points(x, -self.origin)
+        wall = MovingWall(self._all_nodes(x, here), self._all_nodes(v, 0.0 * here), *self._surface[1:3])
+        on_wall = self._on_wall
+        np.multiply(on_wall.force, 0.5 * self.dt, out=on_wall.impulse)
+        on_wall.force[:] = 0.0
+        self._run(steps, wall)
+        self._steps += steps
+        self._wall = at_rest(self._surface, wall.x + wall.v * (steps * self.dt))
+        check_finite(self._spheres.x, self.time, self.origin)
+        force = on_wall.impulse[self._fixed:, :self.scene.dim] / (steps * self.dt)
+        if self._outflow.active:
+            self._let_out()
+        return force
+
+    def _run(self, steps: int, wall: MovingWall) -> None:
+        """All steps of a window, chunk by chunk, with new lists where they are due."""
+        first, done, fresh = 0, 0, False
+        while done < steps:
+            begin, end = done, done + self._chunks.next(steps - done)
+            done = run(Span(first, begin, end, steps, self.dt, fresh), self._spheres, self._clusters, wall,
+                       self._lists, self._laws, self._on_wall, self._scratch)
+            if done == end:
+                self._chunks.done(end - begin)
+                continue
+            if done < -1:
+                raise PerforatedError(through_the_wall(f"sphere {-1 - done}", self.time))
+            if done < 0:
+                raise FloatingPointError(f"the wall given at t = {self.time:.6g} s contains NaN or infinity: "
+                                         "look at the motion of the body")
+            self._build_lists(wall, done * self.dt)
+            first, fresh = done, True
+
+    @property
+    def removed(self) -> Dict[str, Any]:
+        """See `protocol.DEM.removed`."""
+        return self._outflow.removed
+
+    def _let_out(self) -> None:
+        """Go on without what has left the domain in this window."""
+        leaving = self._outflow.leaving(self.particles(), self.bodies(), self.time)
+        if leaving is None:
+            return
+        energy = sum(self.energy().values())
+        self._outflow.let_out(leaving)
+        stay = ~self._outflow.out[self._ids - 1]  # of those that were there
+        clusters = ~self._outflow.out_clusters[self._cluster_ids - 1]
+        spheres, rigid, lists = self._spheres, self._clusters, self._lists
+        self._populate(~self._outflow.out, ~self._outflow.out_clusters)
+        for name in MOVING:
+            getattr(self._spheres, name)[:] = getattr(spheres, name)[stay]
+        for name in CLUSTER_MOVING if self._clusters is not None else ():
+            getattr(self._clusters, name)[:] = getattr(rigid, name)[clusters]
+        self._lists = NeighbourLists(select_neighbours(lists.spheres, stay, True),
+                                     select_neighbours(lists.elements, stay, False), *lists[2:])
+        self._begin()
+        self._outflow.count_energy(energy - sum(self.energy().values()))
+
+    def replace_wall(self, wall: Wall) -> None:
+        """See `protocol.DEM.replace_wall`."""
+        self._need_open()
+        scene, fixed, old, on_wall = with_wall(self.scene, wall), self._fixed, self._wall, self._on_wall
+        self._use(scene)
+        force = redistribute(old.x[fixed:, :scene.dim], on_wall.force[fixed:, :scene.dim], self._inside)
+        self._on_wall.force[fixed:] = in_space(force)
+        near = self._lists.elements
+        if len(near.shear):
+            near = near._replace(partner=on_new_wall(near, self._spheres.x, old, self._surface.moving[1], self._wall))
+        else:
+            near = no_neighbours(len(self._spheres.x))
+        self._lists = self._lists._replace(elements=near)
+        self._build_lists(self._wall, 0.0)
+
+    def particles(self) -> np.ndarray:
+        """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres first."""
+        return self._outflow.all_particles(to_true_positions(self._own_particles(), self.origin))
+
+    def _own_particles(self) -> np.ndarray:
+        self._need_open()
+        out = np.empty(len(self._spheres.x), PARTICLE)
+        out["id"], out["body"] = self._ids, self._all_spheres.cluster[self._ids - 1] + 1
+        out["mass"] = self._table.mass
+        for name in ("x", "v", "omega", "radius"):
+            out[name] = getattr(self._spheres, name)
+        return out
+
+    def bodies(self) -> np.ndarray:
+        """See `protocol.DEM.bodies`."""
+        return self._outflow.all_bodies(to_true_positions(self._own_bodies(), self.origin))
+
+    def _own_bodies(self) -> np.ndarray:
+        self._need_open()
+        out = np.empty(len(self._cluster_table.mass), BODY)
+        if len(out):
+            out["id"] = self._cluster_ids
+            for name in ("x", "v", "omega", "mass"):
+                out[name] = getattr(self._clusters, name)
+            out["quaternion"] = quaternion.product(self._clusters.q, quaternion.inverse(self._cluster_table.turn))
+        return out
+
+    def contact_at_wall(self, force: float) -> np.ndarray:
+        """See `protocol.DEM.contact_at_wall`."""
+        return contact_at_wall(self.scene, force)
+
+    def energy(self) -> Dict[str, float]:
+        """See `protocol.DEM.energy`."""
+        particles, bodies, table = self._own_particles(), self._own_bodies(), self._cluster_table
+        shapes = select_shapes(self._all_spheres, self._spheres.x, self._ids - 1)
+        return dict(kinetic=kinetic_energy(particles, bodies, table.inertia, table.turn),
+                    potential=potential_energy(particles, self.scene.gravity, bodies),
+                    contact=energy_of_contacts(shapes, self._wall, self._laws))
+
+    def get_state(self) -> Dict[str, np.ndarray]:
+        """See `protocol.DEM.get_state`. The neighbour lists belong to it: they hold the tangential history."""
+        self._need_open()
+        state = {name: getattr(self._spheres, name).copy() for name in MOVING}
+        if self._clusters is not None:
+            state.update({f"cluster_{name}": getattr(self._clusters, name).copy() for name in CLUSTER_MOVING})
+        state.update(scene=self._fingerprint, origin=self.origin.copy(), steps=np.array(self._steps),
+                     wall=self._wall.x[self._fixed:].copy(), wall_elements=np.array(self.scene.wall.elements),
+                     wall_force=self._on_wall.force[self._fixed:].copy(), near_x=self._lists.x.copy(),
+                     near_wall=self._lists.wall.copy(), skin=np.array(self._lists.skin))
+        state.update({name: getattr(getattr(self._lists, of), field).copy() for name, of, field in LISTS})
+        return {**state, **self._outflow.get_state()}
+
+    def set_state(self, state: Dict[str, Any]) -> None:
+        """See `protocol.DEM.set_state`."""
+        self._need_open()
+        check_state(state, NAMES + self._outflow.names, self._fingerprint)
+        if self._outflow.active:
+            self._outflow.set_state(state)
+            self._populate(~self._outflow.out, ~self._outflow.out_clusters)
+        for name in MOVING:
+            getattr(self._spheres, name)[:] = state[name]
+        for name in CLUSTER_MOVING if self._clusters is not None else ():
+            getattr(self._clusters, name)[:] = state[f"cluster_{name}"]
+        self._steps = int(state["steps"])
+        wall, there = self.scene.wall, np.array(state["origin"])
+        if not (np.array_equal(state["wall_elements"], wall.elements) and np.array_equal(there, self.origin)):
+            self.origin, nodes = there, translated_points(state["wall"][:, :self.scene.dim], there)
+            self._use(with_wall(self.scene, replace(wall, nodes=nodes, elements=state["wall_elements"])))
+        self._wall = at_rest(self._surface, self._all_nodes(state["wall"], self._surface.x[:self._fixed]))
+        self._on_wall.force[self._fixed:] = state["wall_force"]
+        near = [NeighbourList(*(state[name].copy() for name, of, _ in LISTS if of == which))
+                for which in ("spheres", "elements")]
+        self._lists = NeighbourLists(near[0], near[1], state["near_x"].copy(), state["near_wall"].copy(),
+                                     float(state["skin"]))
+
+    def close(self) -> None:
+        """Nothing to free; whoever uses it then has lost track."""
+        self._closed = True
+
+    def _need_open(self) -> None:
+        if self._closed:
+            raise RuntimeError("this DEM is closed: open a new one")

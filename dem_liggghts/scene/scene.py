@@ -1,0 +1,106 @@
+"""The data of a DEM scene: frozen, in SI units, checked when made. No numerics, no MPI."""
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, Dict, FrozenSet, List, Optional, Tuple, Union
+
+import mpm_dem_checks as check
+
+from .arrays import Array, pair
+from .clusters import Cluster
+from .domain import read_domain, read_ways
+from .materials import SPHERES, WALL, Interaction, Material
+from .spheres import Spheres
+from .walls import Wall
+
+
+@dataclass(frozen=True)
+class SceneData:
+    """The fields of a `Scene` (there with their meaning), checked when made."""
+
+    spheres: Spheres = None  # type: ignore[assignment] # none given: no spheres
+    wall: Wall = None  # type: ignore[assignment] # none given: no wall
+    material: Optional[Material] = None
+    wall_material: Optional[Material] = None
+    between: Interaction = field(default_factory=Interaction)
+    at_wall: Interaction = field(default_factory=Interaction)
+    gravity: Array = None
+    clusters: Tuple[Cluster, ...] = ()
+    walls: Tuple[Wall, ...] = ()
+    materials: Dict[str, Material] = field(default_factory=dict)
+    interactions: Dict[Any, Interaction] = field(default_factory=dict)
+    domain: Array = None
+    outflow: Union[str, Dict[str, str]] = "stop"
+
+    def __post_init__(self) -> None:
+        put = partial(object.__setattr__, self)  # the class is frozen
+        put("clusters", check.records("clusters", self.clusters, Cluster))
+        put("walls", check.records("walls", self.walls, Wall))
+        kinds: Dict[str, type] = {"spheres": Spheres, "wall": Wall, "material": Material, "wall_material": Material}
+        for name, kind in kinds.items():
+            check.record(name, getattr(self, name), kind, type(None))
+        for name, kind in (("materials", Material), ("interactions", Interaction)):
+            check.records(name, check.record(name, getattr(self, name), dict).values(), kind)
+        check.records("between and at_wall", (self.between, self.at_wall), Interaction)
+        members: List[Any] = [m for m in (self.spheres, self.wall, *self.clusters, *self.walls) if m is not None]
+        dims = sorted({member.dim for member in members})
+        if len(dims) != 1:
+            raise ValueError(f"the parts of the scene have dimensions {dims}: use one dimension, 2 or 3, for all")
+        put("spheres", Spheres.none(dims[0]) if self.spheres is None else self.spheres)
+        put("wall", Wall.none(dims[0]) if self.wall is None else self.wall)
+        put("gravity", check.numbers("gravity", (0.0,) * self.dim if self.gravity is None else self.gravity,
+                                     self.dim, "m/s^2"))
+        self._check_domain()
+        put("materials", self._all_materials())
+        put("interactions", self._all_interactions())
+
+    def _check_domain(self) -> None:
+        ways = read_ways(self.outflow, self.dim)
+        if self.domain is not None:
+            object.__setattr__(self, "domain", read_domain(self.domain, self.dim))
+        elif set(ways) != {"stop"}:
+            raise ValueError(f"outflow is {self.outflow!r} without a domain to leave: give domain=(lower, upper), "
+                             "its corners [m]")
+
+    def _all_materials(self) -> Dict[str, Material]:
+        own = {name: m for name, m in ((SPHERES, self.material), (WALL, self.wall_material)) if m is not None}
+        known = {**own, **self.materials}
+        used = {p.material for p in self.clusters + self.walls}
+        used |= {self.spheres.material} if len(self.spheres.x) else set()
+        used |= {self.wall.material} if len(self.wall.elements) else set()
+        for name in sorted(used - set(known)):
+            raise ValueError(f"there is no material {name!r} in the scene: it has {sorted(known)}")
+        return known
+
+    def _all_interactions(self) -> Dict[FrozenSet[str], Interaction]:
+        known = {frozenset((SPHERES, SPHERES)): self.between, frozenset((SPHERES, WALL)): self.at_wall}
+        names = {SPHERES, WALL, *self.materials}
+        known.update({pair(key, names): interaction for key, interaction in self.interactions.items()})
+        for a, b in self.pairs() + self.wall_pairs():
+            if frozenset((a, b)) not in known:
+                raise ValueError(f"no interaction says how {a!r} meets {b!r}: add one for this pair")
+        return known
+
+    def pairs(self) -> List[Tuple[str, str]]:
+        """Pairs of materials of spheres that may meet, sorted."""
+        moving = [c.material for c in self.clusters] + [self.spheres.material] * min(2, len(self.spheres.x))
+        return sorted({(min(a, b), max(a, b)) for i, a in enumerate(moving) for b in moving[:i]})
+
+    def wall_pairs(self) -> List[Tuple[str, str]]:
+        """Pairs (material of spheres, material of a wall) that may meet, sorted."""
+        moving = {c.material for c in self.clusters} | ({self.spheres.material} if len(self.spheres.x) else set())
+        walls = {w.material for w in (self.wall, *self.walls) if len(w.elements)}
+        return sorted((a, b) for a in moving for b in walls)
+
+    def interaction(self, a: str, b: str) -> Interaction:
+        """Contact constants of the materials named a and b."""
+        return self.interactions[frozenset((a, b))]
+
+    @property
+    def names(self) -> Tuple[str, ...]:
+        """Names of the materials in the order of their numbers."""
+        return tuple(self.materials)
+
+    @property
+    def dim(self) -> int:
+        """2 for a plane scene, 3 in space."""
+        return self.wall.dim

@@ -1,0 +1,260 @@
+"""Neighbour lists: spheres near each other, wall elements near spheres; the history of their contacts."""
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled import compiled
+from ..scene.tables import DEPTH, RADIUS
+from .elements import PAIR, POINT, SHARE, WEIGHT, MovingWall, closest, corners_of
+
+CLOSE = 0.1  # distance, as a fraction of the radius, within which a contact goes on: twice the way of the longest step
+FEW = 32  # up to so many spheres all pairs are looked at: sorting them into cells would cost more
+
+
+class NeighbourList(NamedTuple):
+    """Per sphere i the partners start[i]..start[i + 1], rising: other spheres, or elements of walls."""
+
+    start: np.ndarray  # (n + 1,)
+    partner: np.ndarray  # (p,)
+    active: np.ndarray  # whether they touched in the last step, (p,); (0,) without friction
+    shear: np.ndarray  # tangential displacement [m], (p, 3); (0, 3) without friction
+
+
+class NeighbourLists(NamedTuple):
+    """Both lists, good until centres and wall nodes have moved by ``skin`` in all since they were built."""
+
+    spheres: NeighbourList
+    elements: NeighbourList
+    x: np.ndarray  # centres when they were built [m], (n, 3)
+    wall: np.ndarray  # nodes then [m], (m, 3)
+    skin: float  # [m]
+
+
+class Query(NamedTuple):
+    """What a search for contacts of spheres with walls needs, the same for all spheres in one step."""
+
+    near: NeighbourList  # of elements
+    wall: MovingWall
+    t: float  # time in the window [s]
+    found: np.ndarray  # room for candidates, (elements + 1, COLUMNS)
+    corner: np.ndarray  # room for the corners of an element, (3, 3)
+
+
+@compiled
+def no_neighbours(spheres):
+    """A list without partners."""
+    return NeighbourList(np.zeros(spheres + 1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros((0, 3)))
+
+
+@compiled
+def sort_into_cells(x, size):
+    """Cells no smaller than ``size`` [m] and not many more than spheres: cell of each centre (n, 3), number of cells
+    per axis (3,), first sphere of each cell, next sphere in the same cell (-1: none)."""
+    n, shape, at = len(x), np.ones(3, np.int64), np.zeros((len(x), 3), np.int64)
+    for k in range(3):
+        low, high = x[:, k].min(), x[:, k].max()
+        if n > FEW and np.isfinite(high - low):
+            shape[k] = max(1, min(int((high - low) / size), 2 * n // (shape[0] * shape[1])))
+            for i in range(n):
+                if shape[k] > 1:
+                    at[i, k] = max(0, min(int((x[i, k] - low) / (high - low) * shape[k]), shape[k] - 1))
+    first, following = np.full(shape[0] * shape[1] * shape[2], -1, np.int64), np.empty(n, np.int64)
+    for i in range(n):
+        cell = (at[i, 0] * shape[1] + at[i, 1]) * shape[2] + at[i, 2]
+        following[i], first[cell] = first[cell], i
+    return at, shape, first, following
+
+
+@compiled
+def _sort(partner, first, end):
+    """Put partner[first..end] in rising order; there are few."""
+    for q in range(first + 1, end):
+        o, value = q, partner[q]
+        while o > first and partner[o - 1] > value:
+            partner[o] = partner[o - 1]
+            o -= 1
+        partner[o] = value
+
+
+@compiled
+def near_spheres(x, radius, cluster, skin, old, history):
+    """List of the partners j > i of each sphere whose gap is less than ``skin`` [m], none of the same ``cluster``;
+    history: whether it keeps that of the ``old`` list."""
+    n, count = len(x), 0
+    start, partner = np.zeros(n + 1, np.int64), np.empty(64, np.int64)
+    if n > 1:
+        at, shape, first, following = sort_into_cells(x, 2.0 * radius.max() + skin)
+    for i in range(n if n > 1 else 0):
+        for a in range(max(at[i, 0] - 1, 0), min(at[i, 0] + 2, shape[0])):
+            for b in range(max(at[i, 1] - 1, 0), min(at[i, 1] + 2, shape[1])):
+                for c in range(max(at[i, 2] - 1, 0), min(at[i, 2] + 2, shape[2])):
+                    j = first[(a * shape[1] + b) * shape[2] + c]
+                    while j > i:
+                        dx, dy, dz = x[i, 0] - x[j, 0], x[i, 1] - x[j, 1], x[i, 2] - x[j, 2]
+                        if dx * dx + dy * dy + dz * dz < (radius[i] + radius[j] + skin) ** 2 and \
+                                (cluster[i] < 0 or cluster[i] != cluster[j]):
+                            if count == len(partner):
+                                partner = np.append(partner, partner)  # room for twice as many
+                            partner[count] = j
+                            count += 1
+                        j = following[j]
+        _sort(partner, start[i], count)
+        start[i + 1] = count
+    return with_history(start, partner[:count], old, history)
+
+
+@compiled
+def near_elements(x, radius, skin, wall, t, old, history):
+    """List of the elements that each sphere (centres x [m], shape (n, 3)) may touch after a way of ``skin`` [m]: those
+    nearer than its radius, or than the depth of a one-sided wall."""
+    low, high = boxes(wall, t)
+    start, partner, count = np.zeros(len(x) + 1, np.int64), np.empty(64, np.int64), 0
+    deepest, disc = (wall.traits[:, DEPTH].max(), wall.traits[:, RADIUS].max()) if len(low) else (0.0, 0.0)
+    some = _around(x, max(radius.max(), deepest) + disc + skin if len(x) else 0.0, low, high)
+    axis, nodes = longest(low[some], high[some]), wall.elements.shape[1]
+    order = some[np.argsort(low[some, axis])]
+    lowest, widest = low[order, axis], (high[some, axis] - low[some, axis]).max() if len(some) else 0.0
+    corner, weight, point = np.empty((3, 3)), np.empty(3), np.empty(3)
+    for i in range(len(x)):
+        most = max(radius[i], deepest) + disc + skin
+        for o in range(np.searchsorted(lowest, x[i, axis] - most - widest), len(order)):
+            e = order[o]
+            reach = max(radius[i], wall.traits[e, DEPTH]) + wall.traits[e, RADIUS] + skin
+            if lowest[o] > x[i, axis] + most:
+                break
+            if low[e, 0] > x[i, 0] + reach or high[e, 0] < x[i, 0] - reach or low[e, 1] > x[i, 1] + reach or \
+                    high[e, 1] < x[i, 1] - reach or low[e, 2] > x[i, 2] + reach or high[e, 2] < x[i, 2] - reach:
+                continue
+            corners_of(wall, e, t, corner)
+            if closest(corner, nodes, x[i], weight, point)[0] <= reach:
+                if count == len(partner):
+                    partner = np.append(partner, partner)  # room for twice as many
+                partner[count] = e
+                count += 1
+        _sort(partner, start[i], count)
+        start[i + 1] = count
+    return with_history(start, partner[:count], old, history)
+
+
+@compiled
+def _around(x, reach, low, high):
+    """Numbers of the boxes that come nearer than ``reach`` [m] to the box around all x: most elements of a large wall
+    do not."""
+    out, n = np.empty(len(low), np.int64), 0
+    for e in range(len(low) if len(x) else 0):
+        out[n] = e
+        n += 1
+    for k in range(3):
+        kept = 0
+        least, most = (x[:, k].min() - reach, x[:, k].max() + reach) if n else (0.0, 0.0)
+        for q in range(n):
+            if low[out[q], k] <= most and high[out[q], k] >= least:
+                out[kept] = out[q]
+                kept += 1
+        n = kept
+    return out[:n]
+
+
+@compiled
+def longest(low, high):
+    """Axis along which the boxes reach farthest."""
+    axis, most = 0, -1.0
+    for k in range(3 if len(low) else 0):
+        size = high[:, k].max() - low[:, k].min()
+        if size > most:
+            axis, most = k, size
+    return axis
+
+
+@compiled
+def boxes(wall, t):
+    """Lowest and highest corner of the box around each element at time t [s], both [m], shape (m, 3)."""
+    corner, nodes = np.empty((3, 3)), wall.elements.shape[1]
+    low, high = np.empty((len(wall.elements), 3)), np.empty((len(wall.elements), 3))
+    for e in range(len(wall.elements)):
+        corners_of(wall, e, t, corner)
+        for k in range(3):
+            low[e, k], high[e, k] = corner[0, k], corner[0, k]
+            for a in range(1, nodes):
+                low[e, k], high[e, k] = min(low[e, k], corner[a, k]), max(high[e, k], corner[a, k])
+    return low, high
+
+
+@compiled
+def with_history(start, partner, old, history):
+    """A new list that remembers what the ``old`` one knew of the pairs in both."""
+    size = len(partner) if history else 0
+    near = NeighbourList(start, partner, np.zeros(size, np.bool_), np.zeros((size, 3)))
+    if history:
+        for i in range(len(old.start) - 1):
+            for o in range(old.start[i], old.start[i + 1]):
+                for q in range(start[i], start[i + 1]):
+                    if partner[q] == old.partner[o]:
+                        near.active[q] = old.active[o]
+                        near.shear[q] = old.shear[o]
+    return near
+
+
+@compiled
+def transfer_history(query, i, p, radius, kept):
+    """Bring the tangential history of sphere i at p [m] up to date with its contacts, ``kept`` rows of query.found.
+
+    A contact that is new takes the history of the nearest one within `CLOSE` that has just ended, on whatever element
+    or wall, or with which it shares the force: the sphere rolled or slid across an edge or a seam. LIGGGHTS does this
+    between coplanar neighbours (FixContactHistoryMesh::handleContact); here it holds for ridges too, where the normal
+    turns without a jump. Discs are contacts of their own.
+    """
+    near, wall, found, corner = query.near, query.wall, query.found, query.corner
+    first, last, nodes = near.start[i], near.start[i + 1], wall.elements.shape[1]
+    weight, point = found[kept, WEIGHT:WEIGHT + 3], found[kept, POINT:POINT + 3]  # a row not in use
+    for k in range(kept):
+        q, nearest2 = int(found[k, PAIR]), (CLOSE * radius) ** 2
+        if near.active[q] or wall.traits[near.partner[q], RADIUS] > 0.0:
+            continue
+        for o in range(first, last):
+            if not near.active[o] or wall.traits[near.partner[o], RADIUS] > 0.0 or \
+                    (found[k, SHARE] == 1.0 and _is_contact(found, kept, o)):
+                continue
+            corners_of(wall, near.partner[o], query.t, corner)
+            closest(corner, nodes, p, weight, point)
+            distance2 = 0.0
+            for c in range(3):
+                distance2 += (found[k, POINT + c] - point[c]) ** 2
+            if distance2 <= nearest2:
+                near.shear[q], nearest2 = near.shear[o], distance2
+    for o in range(first, last):
+        near.active[o] = _is_contact(found, kept, o)
+        if not near.active[o]:
+            near.shear[o] = 0.0
+
+
+@compiled
+def _is_contact(found, kept, q):
+    for k in range(kept):  # noqa: SIM110 - a generator does not compile
+        if found[k, PAIR] == q:
+            return True
+    return False
+
+
+@compiled
+def on_new_wall(near, x, wall, first, new):
+    """Partners in the list ``near`` of elements of ``wall`` when those from ``first`` on are replaced by those of
+    ``new``: the element closest to where the sphere touched takes its history, without contact there is none."""
+    corner, weight, point, nodes = np.empty((3, 3)), np.empty(3), np.empty(3), wall.elements.shape[1]
+    partner = near.partner.copy()
+    for i in range(len(near.start) - 1):
+        for q in range(near.start[i], near.start[i + 1]):
+            if near.partner[q] < first:
+                continue
+            partner[q], shortest = -1, np.inf
+            if not near.active[q]:
+                continue
+            corners_of(wall, near.partner[q], 0.0, corner)
+            closest(corner, nodes, x[i], weight, point)
+            touched = x[i] + point
+            for e in range(first, len(new.elements)):
+                corners_of(new, e, 0.0, corner)
+                r = closest(corner, nodes, touched, weight, point)[0]
+                if r < shortest:
+                    partner[q], shortest = e, r
+    return partner

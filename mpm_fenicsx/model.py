@@ -19,10 +19,10 @@ from .scene.room import room_at_walls
 from .scene.solid import SolidScene
 from .solve import options
 from .terms.behind import watch
+from .terms.bodies import Start, make_bodies, warn_if_in_pieces
 from .terms.bonds import Bonds
 from .terms.kernels import compile_grid_kernels
-from .terms.loads import SurfaceLoads
-from .terms.parts import Start, make_parts, warn_if_in_pieces
+from .terms.loads import PointForces, SurfaceLoads
 from .terms.scene_penalties import make_penalties, reaction
 
 
@@ -40,7 +40,7 @@ class Model:
         self.numerics, self.outflow, self._frame = scene.numerics, scene.outflow, Frame(scene.grid.box)
         self._framed = scene = self._frame.enter(scene)
         self.gravity, self.time, self.steps = scene.acceleration, 0.0, 0
-        self._parts = make_parts(scene.body, scene.grid, self.gravity, scene.body_force)
+        self._parts = make_bodies(scene.body, scene.grid, self.gravity, scene.body_force)
         x = np.concatenate([part.points.x for part in self._parts])
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)
         ways = read_ways(scene.outflow, self.dim)
@@ -54,7 +54,9 @@ class Model:
         self.boundary = self._surface.points
         check_inside(scene.grid, self.boundary.x, "a boundary particle", self.origin)
         self.background.keep_mine(self.boundary, np.full(len(self.boundary), "the interface"))
-        self.loads = (SurfaceLoads(list(scene.loads), self.dim, start),) if scene.loads else ()
+        self._forces = PointForces(self.boundary, self._outflow)
+        loads = list(scene.loads)
+        self.loads = (SurfaceLoads(loads, self.dim, start, self._outflow),) if loads else ()
         self.penalties = make_penalties(list(scene.penalties), self.background, start)
         self._behind = watch(scene.penalties, self.background, self._parts)
         for condition in (*self.loads, *self.penalties):
@@ -168,7 +170,8 @@ class Model:
     def driven(self) -> bool:
         """Whether motions, loads or body forces do work on the bodies, besides gravity and the interface."""
         stated = [*self.scene.supports, *(one for penalty in self.penalties for one in penalty.penalties)]
-        return bool(self.loads or self._parts[0].pushed or any(one.motion is not None for one in stated))
+        moved = any(one.motion is not None for one in stated)
+        return bool(self.loads or self._parts[0].has_body_force or moved)
 
     @property
     def springs(self) -> bool:

@@ -18,7 +18,8 @@ from .scene.interface import Interface
 from .scene.mesh import Mesh
 from .scene.numerics import Numerics
 from .scene.solid import SolidScene
-from .solve.step import PHASES, Step
+from .solve.clock import PHASES
+from .solve.step import Problem, Step
 from .terms.ghost import Facets
 
 
@@ -90,7 +91,7 @@ class MPM(Model):
         method fails; all points are then as they were."""
         dt = check.positive("dt", dt, "s", "it must be positive")
         force = self._surface.checked(force, self.time)
-        self.step.restart_clock()
+        self.step.clock.restart()
         if self.comm.size > 1 and self.steps and self.steps % self.rebalance_every == 0:
             if self._outflow.active:
                 self._locate()  # so that what has left is not looked for on the new distribution
@@ -99,11 +100,11 @@ class MPM(Model):
         self._outflow.check_left(self._count, self.time)
         self._located = False
         self.step.begin(dt, self.time, force[self.boundary.gid])
-        u, self.iterations = self.step.solve(f"step {self.steps + 1}, t = {self.time + dt:.6g} s")
-        self.step.finish(u)
+        trial, self.iterations = self.step.solve(f"step {self.steps + 1}, t = {self.time + dt:.6g} s")
+        self.step.finish(trial)
         self.time, self.steps = self.time + dt, self.steps + 1
-        for held in self.penalties:
-            held.move(self.time)
+        for penalty in self.penalties:
+            penalty.move(self.time)
         if self._behind:
             self._behind(self.time)
         return self.surface()
@@ -174,15 +175,15 @@ class MPM(Model):
         ghost = self.scene.inertia == "ghost" or self.ghost_since is not None
         if ghost and self._facets is None:
             self._facets = Facets(self.background, self.kernels.shapes)
-        self.step = Step(self.background, filled, self.supports, self._parts, self.gravity, self.kernels,
-                         self.scene.inertia != "lumped", self.phases, self.loads, self.penalties,
-                         self.numerics.solver, self._facets if ghost else None, self._outflow)
-        self.step.newton.otherwise = "" if self.scene.inertia == "lumped" else ', or inertia="lumped"'
+        problem = Problem(self._parts, self._forces, self.loads, self.penalties, self.supports, self.gravity,
+                          self.scene.inertia != "lumped", self.numerics.solver)
+        self.step = Step(self.background, self.kernels, filled, problem, self.phases,
+                         self._facets if ghost else None)
         self._renew_arrays()
 
     def _renew_arrays(self):
         """Work arrays for the points now here, and the order in which their surface is put together."""
-        self.step.attach(self.boundary)
+        self.step.attach()
         self._surface.attach()
 
     # ---------------------------------------------------------------- state
@@ -228,11 +229,11 @@ class MPM(Model):
     @property
     def applied(self) -> np.ndarray:
         """Sum of the interface forces that reached the nodes in the last step [N], shape (dim,)."""
-        return self.step.applied
+        return self.step.problem.interface.applied
 
     def window_mass(self) -> np.ndarray:
-        """See ``Carriers.window_mass``, of all boundary particles, the same on every rank."""
-        return self._surface.gather_values(self.step.carriers.window_mass())
+        """See ``PointForces.window_mass``, of all boundary particles, the same on every rank."""
+        return self._surface.gather_values(self.step.window_mass())
 
     def snapshot(self) -> dict:
         """This rank's piece of what ParaView shows, see ``snapshots``."""

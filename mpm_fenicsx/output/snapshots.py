@@ -43,9 +43,9 @@ def _grid(mpm):
     own = cells[np.sort(background.original_cell[:background.cells_owned])]
     nodes, corners = np.unique(own, return_inverse=True)
     mass, velocity = np.zeros(len(vertices)), np.zeros(vertices.shape)
-    if mpm.steps and mpm.step.mass is not None:
+    if mpm.steps and mpm.step.grid is not None:
         active = background.vertex_of[mpm.step.active_cells.node]
-        mass[active], velocity[active] = mpm.step.mass, mpm.step.v
+        mass[active], velocity[active] = mpm.step.grid.mass, mpm.step.grid.v
     kind, order = AROUND[mpm.grid.cell]
     corners = corners.reshape(own.shape)[:, order]
     if kind in ("triangle", "tetra"):

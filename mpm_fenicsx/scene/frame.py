@@ -147,7 +147,7 @@ def seen_points(points: Any, frame: Frame) -> Any:
     """Points whose positions, to be read only, are in the user's coordinates."""
     if not frame.moved:
         return points
-    places = {name: frame.leave(getattr(points, name)) for name in ("x", "rest") if hasattr(points, name)}
+    places = {name: frame.leave(getattr(points, name)) for name in ("x", "x0") if hasattr(points, name)}
     for x in places.values():
         x.flags.writeable = False  # a change would be lost
     return Seen(points, **places)

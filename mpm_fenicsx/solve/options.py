@@ -1,4 +1,5 @@
-"""PETSc's options: those that the user gave changed the run, so the report names them; tolerances must make sense."""
+"""PETSc's options: those that the user gave changed the run, so the report names them; tolerances must make
+sense."""
 import math
 import sys
 import warnings
@@ -16,7 +17,8 @@ LARGE = 1e4  # residual over that of the program's own tolerance from which a st
 
 
 def given():
-    """Options from the command line, PETSC_OPTIONS, .petscrc and files of options: name (without dash) → text."""
+    """Options from the command line, PETSC_OPTIONS, .petscrc and files of options: name (without dash) →
+    text."""
     put_in = {PREFIX + name for name in solvers.put_in()}
     return {name: text for name, text in PETSc.Options().getAll().items() if name not in put_in}
 
@@ -34,8 +36,8 @@ def unused():
 
 
 def check():
-    """ValueError for a tolerance that is no number or accepts everything; a warning for solvers that ask no tolerance.
-    """
+    """ValueError for a tolerance that is no number or accepts everything; a warning for solvers that ask no
+    tolerance. """
     options = PETSc.Options(PREFIX)
     for name in (*BELOW_ONE, *FINITE):
         if options.hasName(name):
@@ -66,7 +68,8 @@ class Doubt:
         self._names = tuple(name for name in DECIDE if PETSc.Options(PREFIX).hasName(name))
 
     def __call__(self, residual, own, when):
-        """One warning when a step is accepted with a ``residual`` far beyond the program's ``own`` tolerance [N]."""
+        """One warning when a step is accepted with a ``residual`` far beyond the program's ``own`` tolerance
+        [N]."""
         if self._names and residual > LARGE * own and self._names not in self._told:
             self._told.add(self._names)
             names = ", ".join(f"-{PREFIX}{name}" for name in self._names)

@@ -1,31 +1,53 @@
 """Newton–Raphson by PETSc SNES, options prefix ``mpm_``.
 
-Defaults are set on the objects before ``setFromOptions``, so the command line always wins:
--mpm_snes_rtol 1e-6, -mpm_snes_stol 0, -mpm_snes_max_it 25, line search bt, and a linear solver of ``solvers``.
+Defaults are set on the objects before ``setFromOptions``, so the command line always wins: -mpm_snes_rtol
+1e-6, -mpm_snes_stol 0, -mpm_snes_max_it 25, line search bt, and a linear solver of ``solvers``.
 
-The tangent is kept until the caller has a reason for a new one (``-mpm_snes_lag_jacobian 1`` makes it anew in every
-Newton iteration, 2 in every second one, …). A step that fails with the kept tangent is tried again with new ones.
-"""
+``tangents`` decides in which iterations there is a new tangent. A step that fails is tried again, see
+``RUNGS``. """
+from typing import NamedTuple
+
 import numpy as np
 from petsc4py import PETSc
 
+from ..collective import somewhere
 from ..errors import MPMDiverged, MPMError
 from ..grid import compat
 from . import options, solvers
 from .options import PREFIX
 from .options import unused as unused_options  # noqa: F401 - known by this name
 
-KEEP = -1  # never made anew by the SNES itself
 ZERO_PIVOT = 81  # PETSc's error of a factorisation that fails
 REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
 SINGULAR = -ZERO_PIVOT  # beside PETSc's reasons, of one attempt
-RUNGS = [], ["new tangents"], ["a start from rest"], ["full Newton steps"]  # what each attempt is for
 ADVICE = {
-    "DIVERGED_FNORM_NAN": "the residual is not a number, take a smaller dt or a law that bears the deformation",
+    "DIVERGED_FNORM_NAN": "the residual is not a number, take a smaller dt or a law that bears the "
+                          "deformation",
     "DIVERGED_LINEAR_SOLVE": "the linear solver failed, try solver=lu (-mpm_pc_type lu)",
-    "DIVERGED_LINE_SEARCH": "the line search found no descent, try a smaller dt or -mpm_snes_linesearch_type basic",
-    "DIVERGED_MAX_IT": "too many iterations, try a smaller dt, -mpm_snes_linesearch_type basic, or -mpm_snes_max_it 100",
+    "DIVERGED_LINE_SEARCH": "the line search found no descent, try a smaller dt or "
+                            "-mpm_snes_linesearch_type basic",
+    "DIVERGED_MAX_IT": "too many iterations, try a smaller dt, -mpm_snes_linesearch_type basic, or "
+                       "-mpm_snes_max_it 100",
 }
+
+
+class Rung(NamedTuple):
+    """One attempt at a step: with ``new_tangents`` in every iteration, ``from_rest`` instead of from the
+    predicted displacement, with ``full_steps`` instead of a line search; ``news``: what the attempt before
+    did not have."""
+
+    news: str
+    new_tangents: bool
+    from_rest: bool
+    full_steps: bool
+
+
+RUNGS = (  # one after the other until one succeeds; what the user's options decide is left out
+    Rung("", False, False, False),
+    Rung("new tangents", True, False, False),  # a body that turns leaves the kept one behind
+    Rung("a start from rest", True, True, False),
+    # a nearly empty cell lets the line search stall on a residual that no point feels
+    Rung("full Newton steps", True, True, True))
 
 
 def _first_line(error):
@@ -35,136 +57,143 @@ def _first_line(error):
 
 
 class Newton:
-    """One SNES over the active cells. residual(u, r): fills r from u, both (owned, D); tangent(): fills the matrix at the
-    deformation of the last residual. Collective.
+    """One SNES over the active cells, for ``equations``, with tangents as the policy ``tangents`` has it.
 
-    tangent is called with whether it was asked for, and whether always or once in a step will do where inertia
-    dominates. watched: it is called in every iteration and may find that the kept
-    one still holds. kinks: the residual is piecewise linear, as of springs that open, stick and slide. They have a
-    potential: line search cp finds its minimum along a line, where bt gets stuck on the residual's norm. symmetric: so
-    is the tangent. plastic: it changes with the load, so every iteration gets a new one. solver: one of
-    ``solvers.SOLVERS``; ValueError when it does not exist or does not suit the tangent.
-    """
+    It keeps the trial of the last residual with the displacement that it belongs to. A tangent is made of the
+    trial at the iterate, and a solve ends with the trial at the solution: where the SNES has evaluated the
+    residual elsewhere since (some line searches, trust regions, quasi-Newton and accelerated methods do), it
+    is evaluated once more. Collective. """
 
-    def __init__(self, active_cells, residual, tangent, watched=False, kinks=False, symmetric=True, plastic=False,
+    def __init__(self, active_cells, equations, tangents, coordinates, kinks=False, symmetric=True,
                  solver="auto"):
+        """coordinates: of the owned nodes [m], shape (owned, D); kinks: the residual is piecewise linear, as
+        of springs that open, stick and slide. They have a potential: line search cp finds its minimum along a
+        line, where bt gets stuck on the residual's norm. symmetric: so is the tangent. solver: one of
+        ``solvers.SOLVERS``; ValueError when it does not exist or does not suit the tangent."""
         solvers.check(solver, symmetric)
         options.check()
         self._doubt = options.Doubt()
-        self._residual, self._tangent = residual, tangent
-        self._failure, self.otherwise = None, ""  # otherwise: a remedy that only the scene knows
-        self._shape = (active_cells.owned, active_cells.dim)
+        self._equations, self._tangents, self._coordinates = equations, tangents, coordinates
+        self._comm, self._shape = active_cells.comm, (active_cells.owned, active_cells.dim)
+        self._failure = self._trial = None
         self.u, r = active_cells.vector(active_cells.dim), active_cells.vector(active_cells.dim)
         self.snes = snes = PETSc.SNES().create(active_cells.comm)
         snes.setOptionsPrefix(PREFIX)
         snes.setFunction(self._function, r)
         snes.setJacobian(self._jacobian, active_cells.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
-        self._lag, self._search = 1 if watched or plastic else KEEP, ("cp", 5) if kinks else ("bt",)
-        self._symmetric, self._plastic, self._asked, self._again = symmetric, plastic, plastic, False
-        compat.set_lag_jacobian(snes, self._lag)
+        self._search = ("cp", 5) if kinks else ("bt",)
+        compat.set_lag_jacobian(snes, tangents.lag)
         compat.set_line_search(snes, *self._search)
         snes.getKSP().setOperators(active_cells.matrix)
-        self._user_atol, self._user_lag, self._user_search = map(PETSc.Options(PREFIX).hasName, (
-            "snes_atol", "snes_lag_jacobian", "snes_linesearch_type"))
-        self._active_cells, self._solver, self._chosen = active_cells, solver, False
+        given = PETSc.Options(PREFIX).hasName
+        self._user_atol, self._user_search = given("snes_atol"), given("snes_linesearch_type")
+        self._symmetric, self._solver, self._chosen = symmetric, solver, False
         r.destroy()  # the SNES holds its own reference
 
-    @property
-    def renews(self):
-        """Whether the first iteration of the next solve makes a tangent, so that nobody has to make one before."""
-        return self._chosen and self._plastic and not self._user_lag
-
-    def choose_solver(self, stiffness, coordinates):
-        """Defaults for a tangent with ``stiffness`` times as much stiffness as inertia, then the user's options.
-
-        coordinates: of the owned nodes [m], shape (owned, D). Does nothing when called again.
-        """
+    def choose_solver(self):
+        """Defaults for the tangent that is in the matrix, then the user's options. Does nothing when called
+        again."""
         if self._chosen:
             return
-        name, fresh = self._solver, self._user_lag or self._plastic
+        name, tangents = self._solver, self._tangents
         if name == "auto":
-            name = solvers.automatic(self.u.getSize(), self._active_cells.dim, self._symmetric, fresh, stiffness)
+            fresh, stiffness = tangents.by_user or tangents.plastic, tangents.now.stiffness_over_inertia
+            name = solvers.automatic(self.u.getSize(), self._shape[1], self._symmetric, fresh, stiffness)
         try:
-            solvers.configure(self.snes.getKSP(), PREFIX, name, coordinates, self._symmetric)
+            solvers.configure(self.snes.getKSP(), PREFIX, name, self._coordinates, self._symmetric)
             self.snes.setFromOptions()
         except PETSc.Error as error:
-            raise MPMError(f"PETSc cannot take the options -{PREFIX}… ({_first_line(error)}): correct them") from None
+            raise MPMError(f"PETSc cannot take the options -{PREFIX}… ({_first_line(error)}): correct "
+                           "them") from None
         self._chosen = True
 
     def describe(self):
         """The solver in use, for the report."""
         return f"{self.snes.getType()}, {solvers.describe(self.snes.getKSP())}, {self.u.getSize()} unknowns"
 
+    # ---------------------------------------------------------------- what the SNES asks
+
     def _function(self, snes, u, r):
         out = r.array_w.reshape(self._shape)
         try:
-            # A copy: numba compiles every kernel anew for an array that is read-only, as a locked vector's is.
-            self._residual(np.array(u.array_r).reshape(self._shape), out)
+            self._trial = self._equations.residual(self._read(u), out)
         except Exception as error:
             self._fail(error)
             out[:] = np.nan
 
     def _jacobian(self, snes, u, A, B):
         try:
-            self._tangent(self._asked or self._user_lag, self._user_lag or self._again)
+            trial = self._trial_at(u)
+            if self._tangents.wanted(self._equations.switched(trial)):
+                self.make_tangent(trial)
         except Exception as error:
             self._fail(error)
 
+    def _read(self, u):
+        """A copy: numba compiles every kernel anew for an array that is read-only, as a locked vector's
+        is."""
+        return np.array(u.array_r).reshape(self._shape)
+
+    def _trial_at(self, u):
+        """The last trial if it is that of the vector u, else a new one there."""
+        u = self._read(u)
+        if somewhere(self._comm, self._trial is None or not np.array_equal(u, self._trial.u))[0]:
+            self._trial = self._equations.residual(u, np.empty(self._shape))
+        return self._trial
+
+    def make_tangent(self, trial):
+        """The tangent of ``trial`` into the matrix."""
+        self._tangents.made(self._equations.tangent(trial))
+        self.choose_solver()
+
     def _fail(self, error):
-        """Keep an error until after the solve, where PETSc's vectors are unlocked. On several ranks leave the solve at
-        once: those without the error wait for this one in the middle of their residual, and no solve comes to its
-        end."""
+        """Keep an error until after the solve, where PETSc's vectors are unlocked. On several ranks leave the
+        solve at once: those without the error wait for this one in the middle of their residual, and no solve
+        comes to its end."""
         self._failure = error
-        if self._active_cells.comm.size > 1:
+        if self._comm.size > 1:
             raise error
 
-    def solve(self, guess, rest, atol, when):
-        """Solve from ``guess``, shape (owned, D); returns the solution and the number of iterations.
+    # ---------------------------------------------------------------- one solve
 
-        rest: the displacement that only moves what is held, to start from when the guess leads nowhere; atol: residual
-        norm to stop at [N]; when: a text for the message, such as "step 3, t = 1e-6 s". Raises MPMDiverged with PETSc's
-        reason in words and the option to try.
-        """
+    def solve(self, guess, rest, atol, when):
+        """Solve from ``guess``, shape (owned, D); returns the trial at the solution and the number of
+        iterations.
+
+        rest: the displacement that only moves supported nodes; atol: residual norm to stop at [N]; when: a
+        text for the message, such as "step 3, t = 1e-6 s". Raises MPMDiverged with PETSc's reason in words
+        and the option to try. """
         if not self._user_atol:
             self.snes.setTolerances(atol=atol)
-        iterations, tried = 0, []
+        self._trial, iterations, tried = None, 0, []
         try:
-            for attempt, start in enumerate((guess, guess, rest, rest)):
-                if attempt and not self._set_back(attempt):
-                    continue
-                tried += RUNGS[attempt]
-                reason, more = self._run(start, when)
+            for rung in RUNGS:
+                if rung is not RUNGS[0]:
+                    if not self._go_to(rung):
+                        continue
+                    tried.append(rung.news)
+                reason, more = self._run(rest if rung.from_rest else guess, when)
                 iterations += more
                 if reason >= 0:
                     break
         finally:
-            if attempt:
-                self._set_back(0)
-        in_vain = f"; {', '.join(tried)} did not help"
-        if reason == SINGULAR:
-            raise MPMDiverged(f"the tangent of {when} cannot be factorised (nearly empty cells, stiff bodies beside "
-                              f"soft ones){in_vain}", f"take more material points, a smaller dt or -mpm_pc_type lu{self.otherwise}")
+            if rung is not RUNGS[0]:
+                self._go_to(RUNGS[0])
         if reason < 0:
-            name = REASONS.get(reason, str(reason))
-            raise MPMDiverged(f"Newton's method diverged in {when} after {iterations} iterations with residual "
-                              f"{self.snes.getFunctionNorm():.3g} N ({name}){in_vain}",
-                              ADVICE.get(name, "try a smaller dt") + self.otherwise)
+            self._raise_diverged(reason, when, iterations, tried)
         self._doubt(self.snes.getFunctionNorm(), atol, when)
-        return self.u.array_r.reshape(self._shape).copy(), iterations
+        return self._trial_at(self.u), iterations
 
-    def _set_back(self, attempt):
-        """What changes from attempt to attempt, where the user has not chosen; False when that would change nothing.
-
-        1: new tangents, because a body that turns leaves the kept one behind; 2: from ``rest``; 3: full Newton steps,
-        because a nearly empty cell lets the line search stall on a residual that no point feels.
-        """
-        if not self._user_lag:
-            compat.set_lag_jacobian(self.snes, 1 if attempt else self._lag)
-            self._asked, self._again = attempt > 0 or self._plastic, attempt > 0
+    def _go_to(self, rung):
+        """Set what the user's options have not decided; returns whether the rung's news are not among
+        these."""
+        self._tangents.in_every_iteration(rung.new_tangents)
+        if not self._tangents.by_user:
+            compat.set_lag_jacobian(self.snes, self._tangents.lag)
         if not self._user_search:
-            compat.set_line_search(self.snes, *(("basic",) if attempt == 3 else self._search))
-        return attempt == 2 or not (self._user_lag if attempt == 1 else self._user_search)
+            compat.set_line_search(self.snes, *(("basic",) if rung.full_steps else self._search))
+        return {1: not self._tangents.by_user, 3: not self._user_search}.get(RUNGS.index(rung), True)
 
     def _run(self, guess, when):
         """Reason and number of iterations of one attempt."""
@@ -176,8 +205,8 @@ class Newton:
                 self.snes.getKSP().getPC().reset()  # CHOLMOD cannot go on from a factor that failed
                 return SINGULAR, self.snes.getIterationNumber()
             if self._failure is None:
-                raise MPMError(f"PETSc stopped in the solver {self.describe()} ({_first_line(error)}): try -mpm_pc_type lu "
-                               "or other options") from None
+                raise MPMError(f"PETSc stopped in the solver {self.describe()} ({_first_line(error)}): try "
+                               "-mpm_pc_type lu or other options") from None
         except Exception:
             if self._failure is None:
                 raise
@@ -185,6 +214,17 @@ class Newton:
         if failure is not None:
             raise failure
         return self.snes.getConvergedReason(), self.snes.getIterationNumber()
+
+    def _raise_diverged(self, reason, when, iterations, tried):
+        in_vain = f"; {', '.join(tried)} did not help"
+        if reason == SINGULAR:
+            raise MPMDiverged(f"the tangent of {when} cannot be factorised (nearly empty cells, stiff bodies "
+                              f"beside soft ones){in_vain}",
+                              "take more material points, a smaller dt or -mpm_pc_type lu")
+        name = REASONS.get(reason, str(reason))
+        raise MPMDiverged(f"Newton's method diverged in {when} after {iterations} iterations with residual "
+                          f"{self.snes.getFunctionNorm():.3g} N ({name}){in_vain}",
+                          ADVICE.get(name, "try a smaller dt"))
 
     def destroy(self):
         """Free the SNES: petsc4py does not break the cycle through the callbacks by itself."""

@@ -10,9 +10,8 @@
     auto      direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept, FRESH_UP_TO where it is made
               in every iteration; beyond that cg (gmres) where inertia dominates the tangent, gamg where stiffness does
 
-Iterative ones stop at -mpm_ksp_rtol 1e-8. On several ranks direct solves systems below REDUNDANT_UP_TO unknowns whole
-on each rank (-mpm_pc_type redundant). docs/solvers.md says which one does what.
-"""
+Iterative ones stop at -mpm_ksp_rtol 1e-8. On several ranks direct solves systems below REDUNDANT_UP_TO
+unknowns whole on each rank (-mpm_pc_type redundant). docs/solvers.md says which one does what. """
 from petsc4py import PETSc
 
 from ..scene.numerics import SOLVERS
@@ -41,16 +40,16 @@ def check(name, symmetric):
 
 
 def automatic(size, dim, symmetric, fresh, stiffness):
-    """The preset that suits ``size`` unknowns in ``dim`` dimensions. fresh: the tangent is made in every iteration;
-    stiffness: how many times as much stiffness as inertia it has."""
+    """The preset that suits ``size`` unknowns in ``dim`` dimensions. fresh: the tangent is made in every
+    iteration; stiffness: how many times as much stiffness as inertia it has."""
     if size <= (FRESH_UP_TO if fresh and stiffness <= STIFF else DIRECT_UP_TO)[dim]:
         return "direct"
     return "gamg" if stiffness > STIFF else "cg" if symmetric else "gmres"
 
 
 def configure(ksp, prefix, name, coordinates, symmetric):
-    """Set the KSP, which has its matrix, to the preset ``name`` (not "auto"); what the options with ``prefix`` say is
-    left to them. coordinates: of the owned nodes [m], shape (owned, D). Collective."""
+    """Set the KSP, which has its matrix, to the preset ``name`` (not "auto"); what the options with
+    ``prefix`` say is left to them. coordinates: of the owned nodes [m], shape (owned, D). Collective."""
     options = PETSc.Options(prefix)
     asked = options.getString("pc_type", "")
     if asked in FACTORISATIONS or (name in ("direct", *FACTORISATIONS) and not asked):
@@ -89,7 +88,8 @@ def _precondition(ksp, options, kind, coordinates):
 
 
 def _default(options, **values):
-    """Put in options that others will read, unless they are the user's; what a solver before put in is not."""
+    """Put in options that others will read, unless they are the user's; what a solver before put in is
+    not."""
     for name, value in values.items():
         if not options.hasName(name) or options.getString(name) == _put_in.get(name):
             options[name] = _put_in[name] = value

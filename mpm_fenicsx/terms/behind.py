@@ -84,15 +84,15 @@ def look(x, bins: Bins, elements: WallElements, deep, far, side):
 
 
 class Behind:
-    """Keeps the ``side`` of the points of ``parts`` and counts those that have gone through a wall.
+    """Keeps the ``side`` of the points of ``bodies`` and counts those that have gone through a wall.
 
     surfaces: of each wall its name, positions [m], shape (n, D), motion or None, elements, shape (m, D), and directions
     to the front, shape (n, D). Collective.
     """
 
-    def __init__(self, surfaces, h, parts, comm):
+    def __init__(self, surfaces, h, bodies, comm):
         """h: size of a cell [m]."""
-        self._parts, self._comm, self._h, self._told = parts, comm, h, set()
+        self._bodies, self._comm, self._h, self._told = bodies, comm, h, set()
         self.names = [name for name, *_ in surfaces]
         self._moves = any(motion for _, _, motion, _, _ in surfaces)
         starts = np.cumsum([0, *(len(s[1]) for s in surfaces)])
@@ -103,8 +103,8 @@ class Behind:
         self._rim = find_rim(np.concatenate(self._places), self._elements, h)
         self._look = specialise(look, D=self._elements.shape[1])
         self._place(0.0)
-        for part in parts:
-            part.points.add(side=np.zeros(len(part.points), np.int16))
+        for body in bodies:
+            body.points.add(side=np.zeros(len(body.points), np.int16))
         self._update()  # where they are at the start
 
     def _place(self, time):
@@ -119,8 +119,8 @@ class Behind:
         self._bins = make_bins(corners.min(axis=1) - far, corners.max(axis=1) + far, far)
 
     def _update(self):
-        return sum(self._look(part.points.x, self._bins, self._walls, DEEP * self._h, FAR * self._h, part.points.side)
-                   for part in self._parts)
+        return sum(self._look(body.points.x, self._bins, self._walls, DEEP * self._h, FAR * self._h, body.points.side)
+                   for body in self._bodies)
 
     def __call__(self, time):
         """After a step that ends at ``time`` [s]: warn of every wall through which the first points have gone."""
@@ -140,7 +140,7 @@ class Behind:
 
     def counts(self):
         """Points now behind each wall."""
-        side = np.concatenate([part.points.side for part in self._parts])
+        side = np.concatenate([body.points.side for body in self._bodies])
         mine = np.bincount(side[side >= THROUGH] - THROUGH, minlength=len(self.names))
         return self._comm.allreduce(mine) if self._comm.size > 1 else mine
 
@@ -158,32 +158,32 @@ def find_rim(x, elements, h):
     return np.stack([at_rim, ends], axis=2)
 
 
-def watch(scene, background, parts):
+def watch(scene, background, bodies):
     """``Behind`` of a scene's ``Penalty`` and ``GridWall`` records: of those in space with a front side; None when there
     are none."""
     surfaces = []
     for condition in scene:
         if isinstance(condition, GridWall):
             x, cells = background.whole
-            held = condition.penalty(x)
-            facets, motion = wall_facets(x, cells, background.grid.cell, condition.holds(x), held.normal[0]), None
-            front = np.broadcast_to(held.normal[0], x.shape)
+            wall = condition.penalty(x)
+            facets, motion = wall_facets(x, cells, background.grid.cell, condition.holds(x), wall.normal[0]), None
+            front = np.broadcast_to(wall.normal[0], x.shape)
         else:
             x, motion = np.asarray(condition.surface.x, float), condition.motion
             facets, front = np.asarray(condition.surface.elements), condition.normal
         watched = front is not None and not getattr(condition, "follows", False)
         if watched and len(facets) and facets.shape[1] == background.dim:
             surfaces.append((condition.name, x, motion, facets, front))
-    return Behind(surfaces, background.h.max(), parts, background.comm) if surfaces else None
+    return Behind(surfaces, background.h.max(), bodies, background.comm) if surfaces else None
 
 
-def wall_facets(x, cells, kind, held, normal):
-    """Segments or triangles of a wall along grid nodes, shape (m, D): the facets between ``held`` nodes, mask of shape
+def wall_facets(x, cells, kind, on_wall, normal):
+    """Segments or triangles of a wall along grid nodes, shape (m, D): the facets between nodes ``on_wall``, mask of shape
     (n,), of cells in front of it. normal: to the front, shape (D,)."""
-    cells = cells[~held[cells].all(axis=1)]
+    cells = cells[~on_wall[cells].all(axis=1)]
     facets = np.concatenate([cells[:, list(facet)] for facet in FACETS[kind]])
     inside = np.tile(x[cells].mean(axis=1), (len(FACETS[kind]), 1))
-    chosen = held[facets].all(axis=1)
+    chosen = on_wall[facets].all(axis=1)
     facets, inside = facets[chosen], inside[chosen]
     if facets.shape[1] == 4:
         facets, inside = np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]]), np.tile(inside, (2, 1))

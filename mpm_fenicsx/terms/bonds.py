@@ -1,8 +1,7 @@
 """Bodies that share grid nodes move as one: they stick, and there is no contact between them.
 
-That is meant for layers of one soil, and wrong for bodies that only touch. Nobody else can tell, so a warning says it
-once for each pair, unless the scene says that it is ``bonded``.
-"""
+That is meant for layers of one soil, and wrong for bodies that only touch. Nobody else can tell, so a warning
+says it once for each pair, unless the scene says that it is ``bonded``. """
 import warnings
 from itertools import combinations
 
@@ -12,22 +11,23 @@ from ..collective import somewhere
 
 
 class Bonds:
-    """Looks for the pairs of ``parts`` that share grid nodes. Collective."""
+    """Looks for the pairs of ``bodies`` that share grid nodes. Collective."""
 
     every = 10  # steps between two looks, besides those where other cells become active
 
-    def __init__(self, parts, comm, bonded):
-        self._parts, self._comm = parts, comm
-        self._left = [] if bonded else list(combinations(range(len(parts)), 2))
+    def __init__(self, bodies, comm, bonded):
+        self._bodies, self._comm = bodies, comm
+        self._left = [] if bonded else list(combinations(range(len(bodies)), 2))
 
     def look(self, step, time):
-        """Warn of the pairs that share nodes of the ``step``'s active cells at ``time`` [s], and were not named before."""
+        """Warn of the pairs that share nodes of the ``step``'s active cells at ``time`` [s], and were not
+        named before."""
         if not self._left:
             return
         active_cells = step.active_cells
-        flags = np.zeros((len(active_cells.node), len(self._parts)))
-        for n, part in enumerate(self._parts):
-            flags[active_cells.cells[np.unique(part.points.cell)], n] = 1.0
+        flags = np.zeros((len(active_cells.node), len(self._bodies)))
+        for n, body in enumerate(self._bodies):
+            flags[active_cells.cells[np.unique(body.points.cell)], n] = 1.0
         active_cells.accumulate(flags)
         reached = flags > 0.0
         shared = somewhere(self._comm, *((reached[:, a] & reached[:, b]).any() for a, b in self._left))
@@ -42,7 +42,7 @@ class Bonds:
 
         near = (reached[:, a] & reached[:, b])[active_cells.cells].any(axis=1) & (active_cells.cells[:, 0] >= 0)
         places = [np.concatenate(self._comm.allgather(p.x[near[p.cell]]))
-                  for p in (self._parts[n].points for n in (a, b))]
+                  for p in (self._bodies[n].points for n in (a, b))]
         return cKDTree(places[0]).query(places[1])[0].min()
 
     def _warn(self, a, b, distance, h, time):

@@ -1,14 +1,15 @@
 """Ghost penalty on inertia: consistent inertia for bodies whose rim would make it singular.
 
-In a cell with one or two points the consistent mass has rank one or two, and soil that bears no stress adds nothing. On
-facets between filled cells of which at least one is filled less than ``FULL`` the acceleration's gradient is held
-together (as on the mass of cut finite elements in Sticko, Ludvigsson & Kreiss 2020, doi 10.1007/s10444-020-09785-z):
+In a cell with one or two points the consistent mass has rank one or two, and soil that bears no stress adds
+nothing. On facets between filled cells of which at least one is filled less than ``FULL`` the acceleration's
+gradient is kept together (as on the mass of cut finite elements in Sticko, Ludvigsson & Kreiss 2020, doi
+10.1007/s10444-020-09785-z):
 
     sum over facets of  GAMMA rho h^3 integral of [grad a . n] [grad w . n],
 
-[.] being the jump over the facet: the inertia of fields that are linear, rigid motions among them, stays what it is.
-Cells from which no chain of filled cells leads to a full one (drops, single fliers) get lumped inertia.
-"""
+[.] being the jump over the facet: the inertia of fields that are linear, rigid motions among them, stays what
+it is. Cells from which no chain of filled cells leads to a full one (drops, single fliers) get lumped
+inertia. """
 import numpy as np
 from petsc4py import PETSc
 from scipy.sparse import coo_matrix
@@ -32,8 +33,8 @@ def local_facets(D, K):
 
 @compiled
 def add_residual(nodes, matrix, weight, a, R):
-    """Add the penalty's force [N] to R for accelerations a [m/s^2], both (nodes, D); nodes: (facets, M), matrix:
-    (facets, M, M), weight: (facets,)."""
+    """Add the penalty's force [N] to R for accelerations a [m/s^2], both (nodes, D); nodes: (facets, M),
+    matrix: (facets, M, M), weight: (facets,)."""
     for f in range(len(nodes)):
         if weight[f] != 0.0:
             for p in range(nodes.shape[1]):
@@ -45,9 +46,10 @@ def add_residual(nodes, matrix, weight, a, R):
 
 
 class Facets:
-    """Inner facets of a grid, each on the rank of one of its cells: ``cells`` (n, 2) on both sides, ``nodes`` (n, M) of
-    both, and ``matrix`` (n, M, M), the integral of the products of the jumps of the normal derivatives [m^(D-3)].
-    ``links`` (k, 2): the cells beside all facets that touch a cell of this rank; ``volume`` (m,) of the cells [m^D]."""
+    """Inner facets of a grid, each on the rank of one of its cells: ``cells`` (n, 2) on both sides, ``nodes``
+    (n, M) of both, and ``matrix`` (n, M, M), the integral of the products of the jumps of the normal
+    derivatives [m^(D-3)]. ``links`` (k, 2): the cells beside all facets that touch a cell of this rank;
+    ``volume`` (m,) of the cells [m^D]."""
 
     def __init__(self, background, shapes):
         """shapes: the kernel of that name, see ``shape``. Collective."""
@@ -70,7 +72,8 @@ class Facets:
         self._values = ghosted_vector(background.cell_numbering, background.comm) if background.comm.size > 1 else None
 
     def with_ghosts(self, values):
-        """Values of this rank's cells, shape (m,), those of ghosts from the ranks that own them. Collective."""
+        """Values of this rank's cells, shape (m,), those of ghosts from the ranks that own them.
+        Collective."""
         if self._values is None:
             return values
         self._values.array_w[:] = values[:self._background.cells_owned]
@@ -79,8 +82,8 @@ class Facets:
             return local.array_r.astype(values.dtype)
 
     def _all_nodes(self, cells):
-        """Nodes of both cells without repetition, shape (n, M), and the places of the cells' own among them; cells: (n,
-        2, K)."""
+        """Nodes of both cells without repetition, shape (n, M), and the places of the cells' own among them;
+        cells: (n, 2, K)."""
         n, _, K = cells.shape
         both = np.sort(cells.reshape(n, 2 * K), axis=1)
         new = np.column_stack([np.ones(n, bool), np.diff(both, axis=1) != 0])
@@ -93,7 +96,8 @@ class Facets:
         return active[self.cells].all(axis=1)
 
     def _points(self):
-        """Quadrature points [m], list of (n, D), and unit normals times the root of their weights, shape (n, D)."""
+        """Quadrature points [m], list of (n, D), and unit normals times the root of their weights, shape (n,
+        D)."""
         x = self._background.x[self._facet]
         if x.shape[2] == 2:
             along = x[:, 1] - x[:, 0]
@@ -122,9 +126,9 @@ class Facets:
 
 
 class Ghost:
-    """The penalty in the active cells. After ``begin``, ``lumped`` is the nodal mass [kg] of the cells that get
-    lumped inertia, shape (nodes,), ``held`` a mask over the grid's cells with consistent inertia, and ``weight`` that of
-    each facet, shape (facets,), never changed in place."""
+    """The penalty in the active cells as a term of a step, see ``grid_state``. After ``begin``,
+    ``consistent`` is a mask over the grid's cells with consistent inertia, and ``weight`` that of each facet,
+    shape (facets,), never changed in place."""
 
     def __init__(self, facets, active_cells, density, h):
         """density: of the lightest body [kg/m^D]; h: size of a cell [m]."""
@@ -134,42 +138,48 @@ class Ghost:
         self._scale, self._volume = GAMMA * density * h**3, facets.volume
         self.weight = np.zeros(len(self._cells))
 
-    def begin(self, step):
-        """Find the facets to hold; returns whether they are others than before. Collective."""
-        fill, nodal = np.zeros(len(self._volume)), np.zeros((len(step.mass), 1))
-        for part in step.parts:
-            p = part.points
-            fill += np.bincount(p.cell, p.V0 / part.thickness, len(fill))
+    def begin(self, grid, load=None):
+        """Find the facets to penalise; returns whether they are others than before. There is no load.
+        Collective."""
+        fill = np.zeros(len(self._volume))
+        for body in grid.bodies:
+            p = body.points
+            fill += np.bincount(p.cell, p.V0 / body.thickness, len(fill))
         fill = self._facets.with_ghosts(fill / self._volume)
         beside = fill[self._cells]
         weight = np.where((beside.min(axis=1) < FULL) & (beside > 0.0).all(axis=1), self._scale, 0.0)
         changed, self.weight = somewhere(self._comm, not np.array_equal(weight, self.weight))[0], weight
-        self.held = self._anchored(fill)
-        for part in step.parts:
-            part.hold(step, self.held, nodal)
-        step.active_cells.accumulate(nodal)
-        self.lumped = nodal[:, 0]
+        self.consistent = self._anchored(fill)
         return changed
 
     def _anchored(self, fill):
-        """Mask of the cells that are full or linked to a full one, shape (cells,). Rank by rank, until nothing more
-        comes over a border."""
+        """Mask of the cells that are full or linked to a full one, shape (cells,). Rank by rank, until
+        nothing more comes over a border."""
         n, links = len(fill), self._facets.links
         links = links[(fill[links] > 0.0).all(axis=1)]
         graph = coo_matrix((np.ones(len(links), bool), (links[:, 0], links[:, 1])), shape=(n, n))
         count, label = connected_components(graph, directed=False)
-        held, more = fill >= FULL, True
+        linked, more = fill >= FULL, True
         while more:
             anchored = np.zeros(count, bool)
-            anchored[label[held]] = True
+            anchored[label[linked]] = True
             reached = self._facets.with_ghosts(anchored[label])
-            held, more = reached, somewhere(self._comm, (reached != held).any())[0]
-        return held
+            linked, more = reached, somewhere(self._comm, (reached != linked).any())[0]
+        return linked
 
-    def residual(self, a, R):
-        """Add the forces for accelerations a [m/s^2] to R [N], both (nodes, D)."""
-        add_residual(self._nodes, self._matrix, self.weight, a, R)
+    def first_trial(self, grid, increment):
+        """Nothing but the ``increment`` is needed for a tangent."""
+        return increment
 
-    def tangent(self, alpha, matrices):
-        """Fill ``matrices`` [N/m], shape (facets, D, M, M), each direction on its own."""
-        matrices[:] = (alpha * self.weight[:, None, None] * self._matrix)[:, None]
+    def residual(self, grid, increment, R):
+        """Add the forces for the accelerations of the increment to R [N], shape (nodes, D)."""
+        add_residual(self._nodes, self._matrix, self.weight, increment.a, R)
+        return increment
+
+    def tangent(self, grid, increment):
+        """Fill the facets' matrices [N/m], each direction on its own."""
+        matrices = increment.alpha * self.weight[:, None, None] * self._matrix
+        grid.active_cells.facet_matrices[:] = matrices[:, None]
+
+    def finish(self, grid, increment, solution):
+        """There are no points."""

@@ -1,53 +1,168 @@
-"""Loads on boundary particles that follow the body: force, traction on the deformed area, pressure along its normal.
+"""Forces on boundary particles that follow the body: those given to the interface, and the ``Load`` records
+of a scene.
 
-A load is constant over each step and explicit: its geometry is that of the middle of the step, predicted from velocity
-and acceleration of the grid at its start. It has no part in the tangent, which stays symmetric. The stiffness that a
-following load would have is p/h per length, small against the inertia rho h / dt^2 in all but near-static runs with a
-large step.
-"""
+A load is constant over each step and explicit: its geometry is that of the middle of the step, predicted from
+velocity and acceleration of the grid at its start. It has no part in the tangent, which stays symmetric. The
+stiffness that a following load would have is p/h per length, small against the inertia rho h / dt^2 in all
+but near-static runs with a large step. """
 import numpy as np
 
+from ..collective import somewhere, total
+from ..errors import MPMError
 from ..points.points import Points
 from ..points.surface import everywhere, normal_areas, to_particles
+from . import newmark
+
+# Of the stiffness of a node whose neighbours hold still, that of one whose neighbours give way.
+NEIGHBOURS = 0.5
 
 
-class SurfaceLoads:
-    """The ``Load`` records of a scene. ``points``: their particles on this rank, with ``force``, the last load [N].
+class PointForces:
+    """Forces on boundary particles as a term of a step, see ``grid_state``: they reach the nodes (eq. 13),
+    and the particles follow the nodes. ``points``: the particles on this rank, with ``force``, the last one
+    [N]; ``applied``: sum of the forces that reached the nodes in the last step [N], shape (D,).
+    Collective."""
+
+    def __init__(self, points, outflow=None):
+        """outflow: says which of them are at the edge of the grid for good, see ``outflow.Outflow``."""
+        self.points, self._outflow = points, outflow
+
+    def attach(self, active_cells):
+        """Work arrays; needed whenever the number of particles on this rank changes."""
+        n, K = len(self.points), active_cells.cells.shape[1]
+        self._N, self._G = np.empty((n, K)), np.empty((n, K, active_cells.dim))
+
+    def locate(self, grid):
+        """Basis at the particles, on nodes with mass only (eq. 14). Returns the first particle that has none
+        near it, or -1."""
+        p = self.points
+        grid.shapes(p.cell, p.x, self._N, self._G)
+        lost = grid.kernels.only_active(p.cell, grid.active_cells.cells, grid.active, self._N)
+        return self._outflow.first_lost(p, self._N) if hasattr(p, "off") else lost
+
+    def forces(self, grid):
+        """Over the step, on this rank's particles [N], shape (n, D): those that are given."""
+        return grid.force
+
+    def begin(self, grid, load):
+        """Add the forces to ``load`` [N], shape (nodes, D); ``applied`` is their sum. Returns the jump of the
+        nodes' acceleration [m/s^2], shape (nodes, D), or None.
+
+        A load that is constant over each step jumps between steps, and with it the acceleration of the nodes
+        and of what moves with them: Newmark's method then does the work of the load and takes up its impulse,
+        step by step. """
+        p, cells, force, jump = self.points, grid.active_cells, self.forces(grid), None
+        jumps, acts = somewhere(cells.comm, (force != p.force).any(), force.any())
+        if jumps:
+            jump = self._spread(grid, force - p.force)
+            cells.accumulate(jump)
+            jump[grid.active] /= grid.mass[grid.active, None]
+            jump[cells.fixed] = 0.0
+            p.force[:] = force
+        self.applied = np.zeros(cells.dim)
+        if acts:
+            nodal = self._spread(grid, force)
+            cells.accumulate(nodal)
+            load += nodal
+            self.applied = total(cells.comm, nodal[:cells.owned].sum(axis=0))
+        return jump
+
+    def _spread(self, grid, force):
+        """Eq. 13: forces of this rank's particles on its nodes [N], shape (nodes, D)."""
+        nodal = np.zeros_like(grid.v)
+        grid.kernels.spread(self.points.cell, grid.active_cells.cells, self._N, force, nodal)
+        return nodal
+
+    def accelerate(self, grid, jump):
+        """The particles' share in a ``jump`` of the nodes' acceleration [m/s^2], shape (nodes, D)."""
+        grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, jump, self.points.a)
+
+    def finish(self, grid, trial, increment):
+        """Move the particles with the nodes; there is no trial."""
+        p = self.points
+        grid.kernels.to_points(p.cell, grid.active_cells.cells, self._N, increment, p.x, p.v, p.a)
+
+    def window_mass(self, grid):
+        """Of each particle on this rank, the mass [kg] of a free body that a force would move as far over a
+        step like the last one, shape (n,): that of the nodes, and dt^2/4 times their stiffness. An estimate
+        from the diagonal of the tangent, within a factor of two. Infinite where supported, and before the
+        first step (grid: None)."""
+        p = self.points
+        if grid is None:
+            return np.full(len(p), np.inf)
+        grid.shapes(p.cell, p.x, self._N, self._G)
+        cells = grid.active_cells
+        nodes = cells.cells[p.cell]
+        N = np.where(grid.active[nodes], self._N, 0.0)
+        N /= np.maximum(N.sum(axis=1, keepdims=True), 1e-300)
+        diagonal = cells.matrix.getDiagonal().array.reshape(cells.owned, cells.dim) / newmark.alpha(grid.dt)
+        stiffness = np.maximum(cells.with_ghosts(diagonal) - grid.mass[:, None], 0.0)
+        mass = grid.mass[:, None] + NEIGHBOURS * stiffness
+        with np.errstate(divide="ignore"):
+            give = np.where(grid.active[:, None] & ~cells.fixed, 1.0 / mass, 0.0)
+            return 1.0 / np.einsum("nk,nkd->nd", N**2, give[nodes]).max(axis=1, initial=0.0)
+
+
+class SurfaceLoads(PointForces):
+    """The ``Load`` records of a scene, on particles of their own.
 
     Raises ValueError for a surface of another dimension.
     """
 
-    def __init__(self, loads, dim, start):
-        """start: the bodies, see ``parts.Start``."""
-        self._loads, self._thickness, self._parts, n = tuple(loads), start.thickness, [], 0
+    def __init__(self, loads, dim, start, outflow=None):
+        """start: the bodies at the start, see ``bodies.Start``."""
+        self._loads, self._thickness, self._of_load, n = tuple(loads), start.thickness, [], 0
         for load in loads:
             if np.shape(load.surface.x)[1] != dim:
-                raise ValueError(f"the surface of {load.name} has {np.shape(load.surface.x)[1]} dimensions, the scene "
-                                 f"{dim}: give both the same")
-            self._parts.append(slice(n, n + len(load.surface.x)))
+                raise ValueError(f"the surface of {load.name} has {np.shape(load.surface.x)[1]} dimensions, "
+                                 f"the scene {dim}: give both the same")
+            self._of_load.append(slice(n, n + len(load.surface.x)))
             n += len(load.surface.x)
         x = np.concatenate([np.asarray(load.surface.x, float) for load in loads])
         self.count, self._needs_geometry = n, any(load.kind != "force" for load in loads)
         self.names = np.repeat([load.name for load in loads], [len(load.surface.x) for load in loads])
-        self.points = Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
-                             a=start.acceleration(x), force=np.zeros((n, dim)))
+        super().__init__(Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
+                                a=start.acceleration(x), force=np.zeros((n, dim))), outflow)
 
-    def forces(self, comm, time, dt, ahead):
-        """Force on this rank's particles over the step from ``time`` [s] on [N], shape (n, D); ahead: how far they will
-        have moved in the middle of the step [m], shape (n, D). Collective."""
-        p, middle = self.points, time + 0.5 * dt
+    def forces(self, grid):
+        """Over the step, on this rank's particles [N], shape (n, D): those of the records in the middle of
+        it."""
+        return self.at(grid.active_cells.comm, grid.time + 0.5 * grid.dt, self._half_way(grid))
+
+    def at(self, comm, time, ahead):
+        """Forces of the records at ``time`` [s] on this rank's particles [N], shape (n, D), with the surfaces
+        ``ahead`` [m], shape (n, D), of where they are. Collective."""
+        p = self.points
         whole = np.empty((self.count, p.x.shape[1]))
         if self._needs_geometry:
             x = everywhere(comm, p.gid, p.x + ahead, self.count)
-        for load, part in zip(self._loads, self._parts):
-            value = load.at(middle)
+        for load, own in zip(self._loads, self._of_load):
+            value = load.at(time)
             if load.kind == "force":
-                whole[part] = value
+                whole[own] = value
                 continue
             elements = np.asarray(load.surface.elements)
-            area = normal_areas(x[part], elements)
+            area = normal_areas(x[own], elements)
             if load.kind == "traction":
                 area = np.linalg.norm(area, axis=1)[:, None]
-            share = to_particles(area, elements, part.stop - part.start) * self._thickness
-            whole[part] = share * (value if load.kind == "traction" else -value)
+            share = to_particles(area, elements, own.stop - own.start) * self._thickness
+            whole[own] = share * (value if load.kind == "traction" else -value)
         return whole[p.gid]
+
+    def _half_way(self, grid):
+        """How far the nodes carry the particles in half a step, at the velocity and acceleration of its start
+        [m]."""
+        ahead = np.zeros_like(self.points.x)
+        motion = 0.5 * grid.dt * grid.v + 0.125 * grid.dt**2 * grid.a
+        grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, motion, ahead)
+        return ahead
+
+
+def raise_lost(terms, lost, grid, origin):
+    """MPMError that names the first particle none of whose nodes carries mass. lost: what ``locate`` of each
+    term has returned; origin: of the coordinates in the user's [m], shape (D,). Collective."""
+    found = [(int(term.points.gid[k]), (term.points.x[k] + origin).tolist())
+             for term, k in zip(terms, lost) if k >= 0]
+    number, x = min(sum(grid.active_cells.comm.allgather(found), []))
+    raise MPMError(f"boundary particle {number} at x = {x} m has no material point near it at t = "
+                   f"{grid.time:.6g} s: move the interface into the body (shift) or seed more points")

@@ -9,8 +9,8 @@ from .soil_distance import SoilDistance
 from .springs import AHEAD, CLOSED, STICK, Answer, Springs, respond, spring_matrix, tangent, weigh
 
 HALF = 0.5 - 1e-9  # share of its basis on nodes with mass from which a particle in space touches the body
-# Mass of a node, over that of a full cell, below which it takes no part: one that the body has just reached would fly
-# off and come back with the springs on and off, and Newton's method with it.
+# Mass of a node, over that of a full cell, below which it takes no part: one that the body has just reached
+# would fly off and come back with the springs on and off, and Newton's method with it.
 LIGHT = 0.01
 
 
@@ -20,26 +20,29 @@ def has_kinks(penalty):
 
 
 def walls_in_reach(penalties, background):
-    """Mask of the local cells that may hold particles of walls; None, on all ranks, where there is no wall."""
-    walls = [held for held in penalties if not held.follows]
+    """Mask of the local cells that may hold particles of walls; None, on all ranks, where there is no
+    wall."""
+    walls = [penalty for penalty in penalties if not penalty.follows]
     if not walls:
         return None
-    mask = np.full(len(background.cells), any(held.moves for held in walls))
-    for held in walls:
-        mask[held.points.cell] = True
+    mask = np.full(len(background.cells), any(wall.moves for wall in walls))
+    for wall in walls:
+        mask[wall.points.cell] = True
     return mask
 
 
 class Penalties:
-    """The ``Penalty`` records of a scene that all follow the body, or all do not. ``points``: their particles on this
-    rank with force [N] on the body, gap [m] at the end of the step and status in the tangent in use."""
+    """The ``Penalty`` records of a scene that all follow the body, or all do not, as a term of a step.
+    ``points``: their particles on this rank with force [N] on the body, gap [m] at the end of the step and
+    status in the tangent in use."""
 
     def __init__(self, penalties, stiffnesses, start, background):
-        """stiffnesses: of the springs, one array per penalty [N/m]; start: the bodies, see ``parts.Start``."""
+        """stiffnesses: of the springs, one array per penalty [N/m]; start: the bodies, see
+        ``bodies.Start``."""
         self.penalties, self.follows = tuple(penalties), penalties[0].follows
         counts = [len(p.surface.x) for p in penalties]
         ends = np.cumsum(counts)
-        self._parts = [slice(end - n, end) for end, n in zip(ends, counts)]
+        self._of_penalty = [slice(end - n, end) for end, n in zip(ends, counts)]
         self._dim, self.count, h = background.dim, int(ends[-1]), background.h.max()
         repeated = lambda values, kind=float: np.repeat(np.array(values, kind), counts)  # noqa: E731
         self._start = np.concatenate([np.asarray(p.surface.x, float) for p in penalties])
@@ -62,49 +65,51 @@ class Penalties:
     def _make_points(self, start):
         n, x = self.count, self._start.copy()
         gap = np.zeros_like(x)
-        for penalty, part in zip(self.penalties, self._parts):
+        for penalty, own in zip(self.penalties, self._of_penalty):
             if penalty.at is not None:
-                distance = np.sum((x[part] - penalty.at) * penalty.normal, axis=1)
-                gap[part] = distance[:, None] * penalty.normal
+                distance = np.sum((x[own] - penalty.at) * penalty.normal, axis=1)
+                gap[own] = distance[:, None] * penalty.normal
         return Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
                       a=start.acceleration(x), force=np.zeros_like(x), gap=gap, status=np.zeros(n, np.int8))
 
     def _motion(self, time):
         """Displacement of what holds [m] since the start, shape (count, D)."""
         w = np.zeros_like(self._start)
-        for penalty, part in zip(self.penalties, self._parts):
+        for penalty, own in zip(self.penalties, self._of_penalty):
             if penalty.motion is not None:
-                w[part] = check.values(f"the motion of {penalty.name} at t = {time:.6g} s", penalty.motion, (time,),
-                                       (self._dim,), w[part].shape, unit="m")
+                what = f"the motion of {penalty.name} at t = {time:.6g} s"
+                w[own] = check.values(what, penalty.motion, (time,), (self._dim,), w[own].shape, unit="m")
         return w
 
-    # ---------------------------------------------------------------- one step
+    # ---------------------------------------------------------------- one step, see ``grid_state``
 
-    def locate(self, step):
-        """Basis at the particles in active cells; returns the first particle that has lost its body, or -1."""
-        p, active_cells = self.points, step.active_cells
-        index = np.flatnonzero(active_cells.row[p.cell] >= 0)
+    def locate(self, grid):
+        """Basis at the particles in active cells, on nodes that are not light. Returns the first particle
+        that has lost its body, or -1."""
+        p, cells = self.points, grid.active_cells
+        index = np.flatnonzero(cells.row[p.cell] >= 0)
         self._cell, share = p.cell[index], np.empty(len(index))
-        n, K = len(index), active_cells.cells.shape[1]
-        self.N, G = np.empty((n, K)), np.empty((n, K, self._dim))
-        step.shapes(self._cell, p.x[index], self.N, G)
-        self._weigh(self._cell, active_cells.cells, step.mass > LIGHT * step.cell_mass, self.N, share)
+        n, K = len(index), cells.cells.shape[1]
+        self._N, G = np.empty((n, K)), np.empty((n, K, self._dim))
+        grid.shapes(self._cell, p.x[index], self._N, G)
+        self._weigh(self._cell, cells.cells, grid.mass > LIGHT * grid.full_mass, self._N, share)
         self._index, self._on = index, share > 0.0 if self.follows else share >= HALF
         return index[np.argmin(self._on)] if self.follows and not self._on.all() else -1
 
-    def begin(self, step, time):
-        """Gap and velocity at the start of the step, and what the walls will do in it."""
-        p, active_cells, gid = self.points, step.active_cells, self._take_those_in_contact()
+    def begin(self, grid, load):
+        """Gap and velocity at the start of the step, and what the walls will do in it. There is no load."""
+        p, gid = self.points, self._take_those_in_contact()
         if self._distance:
-            self._come_near(step, gid)
+            self._come_near(grid, gid)
         velocity = np.zeros((len(gid), self._dim))
-        step.kernels.interpolate(self._cell, active_cells.cells, self.N, step.v, velocity)
-        base = p.gap[self._index] - AHEAD * step.dt * velocity
+        grid.kernels.interpolate(self._cell, grid.active_cells.cells, self._N, grid.v, velocity)
+        base = p.gap[self._index] - AHEAD * grid.dt * velocity
         self._wall = 0.0
         if self.moves:
-            before, half, now = (self._motion(time + k * step.dt)[gid] for k in (0.0, 0.5, 1.0))
+            before, half, now = (self._motion(grid.time + k * grid.dt)[gid] for k in (0.0, 0.5, 1.0))
             self._wall = now - before
-            base -= self._wall + AHEAD * (before - 4.0 * half + 3.0 * now)  # its velocity at the end, times dt
+            at_end = before - 4.0 * half + 3.0 * now  # its velocity at the end, times dt
+            base -= self._wall + AHEAD * at_end
         normal, stiffness, limit = self._normal[gid], self._stiffness[gid], self._friction[gid]
         separates, pressed = self._separates[gid], np.sum(p.force[self._index] * normal, axis=1)
         limit[separates & (pressed <= 0.0)] = 0.0
@@ -117,7 +122,7 @@ class Penalties:
         """Keep in contact who has material near, let the others forget; returns the gid of the former."""
         p, on, self._some_left = self.points, self._on, False
         if not (self.follows and on.all()):
-            self._cell, self.N, self._index = self._cell[on], self.N[on], self._index[on]
+            self._cell, self._N, self._index = self._cell[on], self._N[on], self._index[on]
             off = np.ones(len(p), bool)
             off[self._index] = False
             self._some_left = bool(p.status[off].any())
@@ -126,44 +131,54 @@ class Penalties:
             p.status[off] = 0
         return p.gid[self._index]
 
-    def _come_near(self, step, gid):
+    def _come_near(self, grid, gid):
         """No gap is wider than the soil that is there now leaves it, whichever soil opened it."""
-        gap, normal, nearest = self.points.gap[self._index], self._normal[gid], self._distance(step.parts, step.comm)[gid]
+        gap, normal = self.points.gap[self._index], self._normal[gid]
+        nearest = self._distance(grid.bodies, grid.active_cells.comm)[gid]
         along = np.sum(gap * normal, axis=1)
         arrived = along >= 0.999 * np.linalg.norm(self._away[gid], axis=1)
         least = np.maximum(np.where(arrived, nearest[:, 1], nearest[:, 0]), 0.0)
         excess = np.where(self._separates[gid], np.maximum(along - least, 0.0), 0.0)
         self.points.gap[self._index] = gap - excess[:, None] * normal
 
-    def respond(self, step, u):
-        """Forces at the displacement u over the step [m], shape (nodes, D)."""
-        self._respond(self._cell, step.active_cells.cells, self.N, u, self._springs, self._answer)
+    def accelerate(self, grid, jump):
+        """The share of particles that follow the body in a ``jump`` of the nodes' acceleration [m/s^2],
+        (nodes, D)."""
+        grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, jump, self.points.a)
 
-    def residual(self, step, u, R):
-        """Subtract the forces [N] from R, shape (nodes, D)."""
-        self.respond(step, u)
-        step.kernels.spread(self._cell, step.active_cells.cells, self.N, -self._answer.force, R)
+    def first_trial(self, grid, increment):
+        """Gap, force and status of the springs at the increment, an ``Answer``."""
+        self._respond(self._cell, grid.active_cells.cells, self._N, increment.u, self._springs, self._answer)
+        return self._answer
 
-    def switched(self):
+    def residual(self, grid, increment, R):
+        """Subtract the forces [N] from R, shape (nodes, D). Returns the ``Answer`` of the springs."""
+        answer = self.first_trial(grid, increment)
+        grid.kernels.spread(self._cell, grid.active_cells.cells, self._N, -answer.force, R)
+        return answer
+
+    def switched(self, answer):
         """Whether a particle of this rank sticks, slides or has separated otherwise than in the tangent."""
-        return self._some_left or not np.array_equal(self._answer.status, self.points.status[self._index])
+        return self._some_left or not np.array_equal(answer.status, self.points.status[self._index])
 
-    def tangent(self, step):
+    def tangent(self, grid, answer):
         """Add the springs to the element matrices."""
-        self.points.status[self._index], self._some_left = self._answer.status, False
-        self._tangent(self._cell, step.active_cells.row, self.N, self._springs, self._answer, step.active_cells.element_matrices)
+        self.points.status[self._index], self._some_left = answer.status, False
+        self._tangent(self._cell, grid.active_cells.row, self._N, self._springs, answer,
+                      grid.active_cells.element_matrices)
 
-    def finish(self, step, u):
-        """Keep forces and gaps at the displacement u [m], shape (nodes, D)."""
-        p, active_cells, index = self.points, step.active_cells, self._index
-        self.respond(step, u)
-        normal, stiffness, (_, force, status) = self._springs.normal, self._springs.stiffness, self._answer
+    def finish(self, grid, answer, increment):
+        """Keep forces and gaps; particles that follow the body move with the nodes."""
+        p, cells, index, (_, force, status) = self.points, grid.active_cells.cells, self._index, answer
+        normal, stiffness = self._springs.normal, self._springs.stiffness
         moved = p.gap[index] - self._wall
-        step.kernels.interpolate(self._cell, active_cells.cells, self.N, u, moved)
-        along = lambda vectors: np.sum(vectors * normal, axis=1)[:, None] * normal  # noqa: E731
+        grid.kernels.interpolate(self._cell, cells, self._N, increment.u, moved)
+        along = lambda vectors: np.sum(vectors * normal, axis=1)[:, None] * normal
         spring = np.where(status[:, None] % CLOSED == STICK, moved, -force / stiffness[:, None])
         p.gap[index] = along(moved) + spring - along(spring)
         p.force[index] = force
+        if self.follows:
+            grid.kernels.to_points(p.cell, cells, self._N, increment, p.x, p.v, p.a)
 
     def move(self, time):
         """Take particles that do not follow the body to their places at ``time`` [s]."""

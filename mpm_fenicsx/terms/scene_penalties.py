@@ -16,7 +16,7 @@ SUPPORT_FACTOR, WALL_FACTOR = 100.0, 1.0
 
 
 def modulus(law, dim):
-    """Stiffness [Pa] of the law at rest against stretch in one direction with the others held."""
+    """Stiffness [Pa] of the law at rest against stretch in one direction with the others fixed."""
     P, A = np.zeros(dim * dim + 1), np.zeros((dim * dim + 1, dim * dim + 1))
     old, new = np.zeros(2, law.state)
     laws.kernels(law, dim)[1](law.params, np.eye(dim), 1.0, 0.0, old, new, P, A)
@@ -26,7 +26,7 @@ def modulus(law, dim):
 def make_penalties(scene, background, start):
     """``Penalties`` of a scene, those in space and those that follow the body apart, as a tuple of none to two.
 
-    scene: ``Penalty`` and ``GridWall`` records; start: the bodies, see ``parts.Start``. Raises ValueError for a surface
+    scene: ``Penalty`` and ``GridWall`` records; start: the bodies, see ``bodies.Start``. Raises ValueError for a surface
     of another dimension, and a motion that does not fit it.
     """
     D, groups, h = background.dim, {False: [], True: []}, background.h.min()
@@ -57,10 +57,10 @@ def _check_motion(penalty):
 
 def reaction(penalties, name):
     """Force of the penalties of that name on the body, this rank's share [N]; raises ValueError for an unknown name."""
-    names = sorted({str(other) for held in penalties for other in held.names})
+    names = sorted({str(other) for penalty in penalties for other in penalty.names})
     if name not in names:
         raise ValueError(f"there is no penalty {name!r}: choose one of {', '.join(names) or 'none'}")
-    return sum(held.points.force[held.names[held.points.gid] == name].sum(axis=0) for held in penalties)
+    return sum(p.points.force[p.names[p.points.gid] == name].sum(axis=0) for p in penalties)
 
 
 def _stiffness(penalty, h, start):

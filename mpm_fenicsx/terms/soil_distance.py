@@ -1,8 +1,7 @@
 """How far the soil now near a wall is from it, measured from the material points.
 
-A gap that a particle of a wall adds up from the motion of the grid belongs to whatever soil was there when it opened.
-Other soil that comes may be nearer, and none of it says so to the grid's nodes; its points do.
-"""
+A gap that a particle of a wall adds up from the motion of the grid belongs to whatever soil was there when it
+opened. Other soil that comes may be nearer, and none of it says so to the grid's nodes; its points do. """
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +16,8 @@ TOUCHING = 1.0 / 3.0  # the same for what has surely come to the wall: every rul
 
 
 class WallParticles(NamedTuple):
-    """m particles of walls at ``place`` (m, D) [m], with ``normal`` (m, D) to the soil; ``reach``: how far a point may be
-    to the side [m], ``depth``: and in front or behind [m]."""
+    """m particles of walls at ``place`` (m, D) [m], with ``normal`` (m, D) to the soil; ``reach``: how far a
+    point may be to the side [m], ``depth``: and in front or behind [m]."""
 
     place: np.ndarray
     normal: np.ndarray
@@ -78,12 +77,13 @@ class SoilDistance:
         self._bins = make_bins(x - around, x + around, self._h)
         self._walls = WallParticles(x, self._normal, self._reach, self._h)
 
-    def __call__(self, parts, comm):
-        """For each particle, shape (n, 2): see ``measure``; infinite where no point of ``parts`` is near. Collective."""
+    def __call__(self, bodies, comm):
+        """For each particle, shape (n, 2): see ``measure``; infinite where no point of ``bodies`` is near.
+        Collective."""
         nearest = np.full((len(self._chosen), 2), np.inf)
-        for part in parts:
-            p = part.points
-            self._measure(p.x, p.V0 / part.thickness, p.F, self._bins, self._walls, nearest)
+        for body in bodies:
+            p = body.points
+            self._measure(p.x, p.V0 / body.thickness, p.F, self._bins, self._walls, nearest)
         if comm.size > 1:
             comm.Allreduce(MPI.IN_PLACE, nearest, MPI.MIN)
         whole = np.full((self._count, 2), np.inf)

@@ -56,7 +56,7 @@ def measure(points, steps, dim):
         solid.advance(dt, force)
     for name in solid.phases:
         solid.phases[name] = 0.0
-        solid.step.traffic[name][:] = 0.0
+        solid.step.clock.traffic[name][:] = 0.0
     seconds = []
     for _ in range(steps):
         comm.Barrier()
@@ -65,7 +65,7 @@ def measure(points, steps, dim):
         seconds.append(perf_counter() - start)
     median = comm.allreduce(float(np.median(seconds)), MPI.MAX)
     phases = {name: comm.allreduce(s / steps, MPI.MAX) for name, s in solid.phases.items()}
-    traffic = {name: np.max(comm.allgather(sent / steps), axis=0).tolist() for name, sent in solid.step.traffic.items()}
+    traffic = {name: np.max(comm.allgather(sent / steps), axis=0).tolist() for name, sent in solid.step.clock.traffic.items()}
     memory = comm.allgather(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
     imbalance = solid.imbalance()
     if comm.rank == 0:

@@ -87,19 +87,19 @@ def test_tangent_is_the_derivative(lump):
     solid = lump(LAWS["linear"](5e4, 0.4))
     step = solid.step
     step.begin(1e-3, 0.0, np.zeros((0, 2)))
-    assert (step.ghost.weight > 0.0).any() and not step.ghost.held[solid.points.cell[-1]]
-    rng, base = np.random.default_rng(1), 1e-3 * step.v
-    du = np.where(step._idle, 0.0, rng.normal(size=base.shape))
+    assert (step.ghost.weight > 0.0).any() and not step.ghost.consistent[solid.points.cell[-1]]
+    rng, base = np.random.default_rng(1), 1e-3 * step.grid.v
+    idle = step.equations.known.idle
+    du = np.where(idle, 0.0, rng.normal(size=base.shape))
     ends = [np.empty_like(base) for _ in range(2)]
     for sign, end in zip((1.0, -1.0), ends):
-        step.residual(base + sign * 1e-7 * du, end)
-    step.residual(base, np.empty_like(base))
-    step.tangent()
+        step.equations.residual(base + sign * 1e-7 * du, end)
+    step.newton.make_tangent(step.equations.residual(base, np.empty_like(base)))
     vec, out = step.active_cells.vector(2), step.active_cells.vector(2)
     vec.array_w[:] = du.ravel()
     step.active_cells.matrix.mult(vec, out)
     change, tangent = (ends[0] - ends[1]) / 2e-7, out.array_r.reshape(base.shape)
-    assert tangent[~step._idle] == pytest.approx(change[~step._idle], abs=1e-6 * np.abs(change).max())
+    assert tangent[~idle] == pytest.approx(change[~idle], abs=1e-6 * np.abs(change).max())
 
 
 def test_rigid_motion_stays(lump):

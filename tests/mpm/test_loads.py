@@ -78,7 +78,7 @@ def test_traction_and_pressure_follow_the_surface(make_mpm):
     solid = square(make_mpm, [Load(line, traction=(2.0, 0.0)), Load(line, pressure=5.0)], thickness=0.5)
     loads, c, s = solid.loads[0], np.cos(0.3), np.sin(0.3)
     loads.points.x[:] = 1.5 * loads.points.x @ np.array([[c, s], [-s, c]])
-    force = loads.forces(solid.comm, 0.0, 1e-3, 0.0)
+    force = loads.at(solid.comm, 5e-4, 0.0)
     np.testing.assert_allclose(force[:9].sum(axis=0), [2.0 * 1.2 * 0.5, 0.0], atol=1e-14)
     np.testing.assert_allclose(force[9:].sum(axis=0), 5.0 * 1.2 * 0.5 * np.array([s, -c]), rtol=1e-13)
 
@@ -92,7 +92,7 @@ def test_pressure_all_around_moves_nothing_but_compresses(make_mpm):
     for _ in range(120):
         solid.advance(0.01)
     x = solid.loads[0].points.x
-    force = solid.loads[0].forces(solid.comm, solid.time, 0.0, 0.0)  # where the particles are now
+    force = solid.loads[0].at(solid.comm, solid.time, 0.0)  # where the particles are now
     assert abs(force).max() > 10 and abs(force.sum(axis=0)).max() < 1e-12
     assert abs(np.sum(x[:, 0] * force[:, 1] - x[:, 1] * force[:, 0])) < 1e-12
     assert abs(solid.momentum()).max() < 1e-12

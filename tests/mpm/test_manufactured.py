@@ -47,8 +47,8 @@ def run(cell, counts, steps, motion, points=None, until=0.5):
 
 def error(p, motion, t=0.5):
     """Relative L2 error of the displacement."""
-    u = motion.displacement(p.rest, t)
-    return np.sqrt(p.V0 @ np.sum((p.x - p.rest - u)**2, axis=1) / (p.V0 @ np.sum(u**2, axis=1)))
+    u = motion.displacement(p.x0, t)
+    return np.sqrt(p.V0 @ np.sum((p.x - p.x0 - u)**2, axis=1) / (p.V0 @ np.sum(u**2, axis=1)))
 
 
 def rates(values):

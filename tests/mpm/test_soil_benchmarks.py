@@ -21,10 +21,10 @@ def compacted(cells, load, steps=60, slowly=20.0):
     for _ in range(steps):
         column.advance(slowly / steps)
     p, weight = column.points, RHO * G * load * HEIGHT
-    exact = -weight * (1.0 - p.rest[:, 1] / HEIGHT)
+    exact = -weight * (1.0 - p.x0[:, 1] / HEIGHT)
     error = p.V0 @ np.abs(column.cauchy_stress()[:, 1, 1] - exact) / (weight * p.V0.sum())
     column.close()
-    settlement = (p.rest - p.x)[:, 1].max()
+    settlement = (p.x0 - p.x)[:, 1].max()
     return error, settlement / h, settlement
 
 

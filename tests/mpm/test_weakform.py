@@ -21,12 +21,12 @@ class Problem:
         self.free = (~self.step.active_cells.fixed & self.step.active[:, None]).ravel()
         self.u, self.du = np.where(self.free.reshape(self.shape), random.uniform(-0.05, 0.05, (2, *self.shape)), 0.0)
         self.residual(self.u)
-        self.step.tangent()
+        self.step.newton.make_tangent(self.trial)
         self.K = self.step.active_cells.matrix.convert("dense").getDenseArray().copy()
 
     def residual(self, u):
         r = np.empty(self.shape)
-        self.step.residual(u.reshape(self.shape), r)
+        self.trial = self.step.equations.residual(u.reshape(self.shape), r)
         return r.ravel()
 
 
@@ -80,17 +80,19 @@ def test_matrix_with_f_bar_is_the_derivative_too(averaged, law, taylor_rate):
 def test_forces_with_f_bar_are_the_derivative_of_the_energy(averaged, taylor_rate):
     """Of sum V0 W(F) at the averaged F, whatever the points of a patch have been through; so the matrix is symmetric."""
     problem = averaged(linear(1e3, 0.3))
-    part, p, step = problem.solid.parts[0], problem.solid.points, problem.step
-    nothing = np.zeros(problem.shape)
+    body, p, step = problem.solid.parts[0], problem.solid.points, problem.step
+    trials = []
 
     def forces(u):
         R = np.zeros(problem.shape)
-        part.residual(step, u, nothing, R)
+        still = step.equations.increment(u)._replace(a=np.zeros(problem.shape))
+        trials.append(body.residual(step.grid, still, R))
         return R
 
     def energy(h):
         forces(problem.u + h * problem.du)
-        return part._kernels.energies(p.mass, p.V0, p.v, part._new._replace(state=p.state), part._params)[1]
+        now = trials[-1].new._replace(state=p.state)
+        return body._kernels.energies(p.mass, p.V0, p.v, now, body._params)[1]
 
     slope = np.vdot(forces(problem.u), problem.du)
     assert taylor_rate(energy, slope, h=1e-2) == pytest.approx(2.0, abs=0.05)
@@ -101,14 +103,14 @@ def test_f_bar_keeps_one_volume_change_per_patch(averaged):
     """After a step det F / det F_old is the same for all points of a patch, and the patch's volume is what it was
     without the mean."""
     problem = averaged(linear(1e3, 0.3))
-    part, background = problem.solid.parts[0], problem.solid.background
+    body, background = problem.solid.parts[0], problem.solid.background
     patch = np.arange(len(background.cells)) if background.patch is None else background.patch[background.original_cell]
-    of_point = patch[part.points.cell]
-    assert background.patch is None or len(np.unique(of_point)) < len(np.unique(part.points.cell))
-    start = part.points.V0 * np.linalg.det(problem.F_old)
-    H = np.einsum("qbi,qbj->qij", problem.u[problem.step.active_cells.cells[part.points.cell]], part._G)
+    of_point = patch[body.points.cell]
+    assert background.patch is None or len(np.unique(of_point)) < len(np.unique(body.points.cell))
+    start = body.points.V0 * np.linalg.det(problem.F_old)
+    H = np.einsum("qbi,qbj->qij", problem.u[problem.step.active_cells.cells[body.points.cell]], body._G)
     moved = start * np.linalg.det(np.eye(problem.solid.dim) + H)
-    change = np.linalg.det(part._new.F) / np.linalg.det(problem.F_old)
+    change = np.linalg.det(problem.trial.of_terms[0].new.F) / np.linalg.det(problem.F_old)
     for number in np.unique(of_point):
         here = of_point == number
         np.testing.assert_allclose(change[here], moved[here].sum() / start[here].sum(), rtol=1e-13)
@@ -119,7 +121,7 @@ def test_matrix_of_a_yielding_body_is_the_derivative_too(make_mpm, cell, taylor_
     hold = Support(lambda x: x[:, 0] < 0.1, "xy")
     problem = Problem(make_mpm(cell, law=mohr_coulomb(1e3, 0.3, 30.0, 10.0, cohesion=1.0), supports=[hold]))
     u, du, K = problem.u.ravel(), problem.du.ravel(), problem.K
-    assert np.mean(problem.solid.parts[0]._new.state["plastic_strain"] > 0) > 0.5
+    assert np.mean(problem.trial.of_terms[0].new.state["plastic_strain"] > 0) > 0.5
     assert taylor_rate(lambda h: problem.residual(u + h * du), K @ du, h=1e-4) == pytest.approx(2.0, abs=0.05)
     assert abs(K - K.T).max() > 1e-3 * abs(K).max()
 
@@ -135,7 +137,7 @@ def test_matrix_has_identity_rows_for_supports_and_empty_nodes(problem):
     assert 0 < idle.sum() < idle.size
     rest = problem.K - np.diag(np.diag(problem.K))
     assert not rest[idle].any() and not rest[:, idle].any()
-    np.testing.assert_allclose(np.diag(problem.K)[idle], problem.step.idle_scale)
+    np.testing.assert_allclose(np.diag(problem.K)[idle], problem.step.tangents.now.idle_scale)
 
 
 def test_matrix_equals_a_dense_assembly(problem, at_point, plane):
@@ -144,16 +146,16 @@ def test_matrix_equals_a_dense_assembly(problem, at_point, plane):
     point, p, cells = at_point(solid.parts[0].body.law, plane), solid.points, problem.step.active_cells.cells
     values, gradients = np.empty((len(p), cells.shape[1])), np.empty((len(p), cells.shape[1], D))
     solid.kernels.shapes(p.cell, p.x, solid.background.maps, values, gradients)
-    K, alpha, mass = np.zeros((nodes, D, nodes, D)), 4 / DT**2, problem.step.mass
+    K, alpha, mass = np.zeros((nodes, D, nodes, D)), 4 / DT**2, problem.step.grid.mass
     for q in range(len(p)):
         on, N, G = cells[p.cell[q]], values[q], gradients[q]
         F = (np.eye(D) + problem.u[on].T @ G) @ problem.F_old[q]
         B = np.einsum("ik,JM->iMJk", np.eye(D), G @ problem.F_old[q])
         stiffness = p.V0[q] * np.einsum("iMIa,iMkN,kNJb->IaJb", B, point.A(F), B)
-        inertia = alpha * p.mass[q] * np.einsum("I,J,ab->IaJb", N, N, np.eye(D)) if solid.step.consistent else 0.0
+        inertia = alpha * p.mass[q] * np.einsum("I,J,ab->IaJb", N, N, np.eye(D)) if solid.step.problem.consistent else 0.0
         K[np.ix_(on, range(D), on, range(D))] += stiffness + inertia
     K = K.reshape(nodes * D, -1)
-    if not solid.step.consistent:
+    if not solid.step.problem.consistent:
         K += np.diag(np.repeat(alpha * mass, D))
     used = np.ix_(problem.free, problem.free)
     np.testing.assert_allclose(problem.K[used], K[used], rtol=0, atol=1e-13 * abs(K).max())
@@ -165,9 +167,9 @@ def test_inner_forces_add_up_to_nothing(make_mpm, cell):
     solid.points.F += np.random.default_rng(0).uniform(-0.1, 0.1, solid.points.F.shape)
     force = np.random.default_rng(1).normal(size=solid.boundary.x.shape)
     solid.step.begin(DT, 0.0, force)
-    solid.step.a[:] = 0.0  # without the jump that the load makes
+    solid.step.grid.a[:] = 0.0  # without the jump that the load makes
     r = np.empty((solid.step.active_cells.owned, 2))
-    solid.step.residual(np.zeros_like(r), r)
+    solid.step.equations.residual(np.zeros_like(r), r)
     assert abs(r).max() > 10  # the inner forces are there
     np.testing.assert_allclose(r.sum(axis=0), -force.sum(axis=0), rtol=0, atol=1e-12)
     np.testing.assert_allclose(solid.applied, force.sum(axis=0), rtol=0, atol=1e-14)

@@ -1,0 +1,113 @@
+"""When a tangent is made, kept and made anew: the one policy, which step and Newton's method ask.
+
+A tangent and its factor cost several residuals, so an elastic body keeps its tangent as long as it holds.
+docs/tangents.md tells what is decided and why, in the order in which it is asked here. """
+from time import time_ns
+from typing import NamedTuple
+
+import numpy as np
+from petsc4py import PETSc
+
+from .options import PREFIX
+
+KEEP = -1  # as -mpm_snes_lag_jacobian: never made anew by the SNES itself
+SLOW = 4  # more Newton iterations than this: the kept tangent is out of date
+# Stiffness over inertia below which a plastic body's second tangent in a step costs more than the iteration
+# it saves.
+INERTIA_DOMINATES = 0.05
+
+
+class Tangent(NamedTuple):
+    """What is known of the tangent in the matrix: ``dt`` [s] of the step it was made for; ``idle_scale``
+    [N/m], diagonal of rows whose displacement is known; ``stiffness2`` [(N/m)^2], squared norm of this rank's
+    diagonal without inertia; ``stiffness_over_inertia``, of all ranks. All are zero before the first one."""
+
+    dt: float = 0.0
+    idle_scale: float = 0.0
+    stiffness2: float = 0.0
+    stiffness_over_inertia: float = 0.0
+
+
+class Tangents:
+    """The policy for the matrix of one set of active cells. ``now``: the ``Tangent`` in it; ``count``: those
+    made so far.
+
+    plastic: the tangent changes with the load, so every iteration gets a new one; watched: penalties may ask
+    for a new one in any iteration. The user decides instead with -mpm_snes_lag_jacobian (1: new in every
+    iteration, 2: in every second, …). """
+
+    def __init__(self, plastic: bool, watched: bool) -> None:
+        self.plastic, self._watched = plastic, watched
+        self.by_user = PETSc.Options(PREFIX).hasName("snes_lag_jacobian")
+        self.now, self.count = Tangent(), 0
+        self._holds = False  # the matrix is a tangent of the equations as they are
+        self._made_in_step = self._always = False
+        self._stamp = self._copied = 0  # [ns], tells one tangent from another
+        self._copy = np.zeros(0)
+
+    # ---------------------------------------------------------------- before Newton's method starts
+
+    def drop(self) -> None:
+        """The equations are others: nodes came or went, or the facets of the ghost penalty did."""
+        self._holds = False
+
+    def start(self, dt: float) -> bool:
+        """A step of ``dt`` [s] is to be solved; returns whether a tangent has to be made before the first
+        iteration."""
+        self._made_in_step = False
+        first_iteration_makes_one = self.plastic and not self.by_user and self.now.dt > 0.0
+        return not first_iteration_makes_one and (not self._holds or self.now.dt != dt)
+
+    # ---------------------------------------------------------------- in each iteration
+
+    @property
+    def lag(self) -> int:
+        """How often the SNES asks ``wanted``: 1, in every iteration, or KEEP."""
+        return 1 if self.plastic or self._watched or self._always else KEEP
+
+    def in_every_iteration(self, always: bool) -> None:
+        """From now on a new one in every iteration, whatever the body, as after a failure; or as before
+        that."""
+        self._always = always
+
+    def wanted(self, switched: bool) -> bool:
+        """Whether this iteration makes a tangent. switched: a spring has taken another branch of its law than
+        that in the tangent, on any rank."""
+        once_will_do = self.now.stiffness_over_inertia < INERTIA_DOMINATES and self._made_in_step
+        wanted = self.by_user or self._always or switched or (self.plastic and not once_will_do)
+        self._made_in_step |= wanted
+        return wanted
+
+    # ---------------------------------------------------------------- afterwards
+
+    def made(self, tangent: Tangent) -> None:
+        """``tangent`` is in the matrix now."""
+        self.now, self._holds = tangent, True
+        self.count += 1
+        self._stamp = time_ns()
+
+    def solved(self, iterations: int) -> None:
+        """The step has taken that many ``iterations``."""
+        self._holds &= iterations <= SLOW
+
+    # ---------------------------------------------------------------- state
+
+    def get_state(self, values):
+        """The kept tangent as name → array; values: of the matrix. The copy of these is the same one until
+        there is a new tangent: it may be most of the state."""
+        state = {"tangent": np.array([self._stamp, self._holds])}
+        if self._holds:
+            if self._copied != self._stamp:
+                self._copy, self._copied = values.copy(), self._stamp
+            state.update(matrix=self._copy, tangent_data=np.array(self.now))
+        return state
+
+    def set_state(self, state):
+        """Go back. Returns whether a tangent is kept, and whether the matrix must be filled with that of the
+        state."""
+        stamp, holds = int(state["tangent"][0]), bool(state["tangent"][1])
+        if holds:
+            self.now = Tangent(*map(float, state["tangent_data"]))
+        other = holds and (stamp != self._stamp or not self._holds)
+        self._stamp, self._holds = stamp, holds
+        return holds, other

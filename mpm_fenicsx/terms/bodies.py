@@ -1,0 +1,243 @@
+"""The bodies of a scene as terms of the equations: each with points, kernels of its law and work arrays of
+its own."""
+import warnings
+from typing import NamedTuple
+
+import numpy as np
+
+import mpm_dem_checks as check
+
+from ..points.points import Points, seed
+from ..scene.geostatic import put_stress
+from .fields import Deformation, Elements, Patches, Quadrature
+from .kernels import compile_body_kernels
+from .newmark import Increment
+
+
+class BodyTrial(NamedTuple):
+    """What the residual of a body has computed at an ``increment``: the ``new`` deformation and state of its
+    points, and the sums over F-bar's ``patches``."""
+
+    increment: Increment
+    new: Deformation
+    patches: Patches
+
+
+class BodyTerm:
+    """One body as a term of a step, see ``grid_state``: its ``body`` record and ``points``, the material
+    points (at first all of them on every rank), whose deformation is the state of the term.
+
+    first: number of its first point; gravity: [m/s^2], shape (D,); body_force: None, or a function as of
+    ``MPM``. """
+
+    def __init__(self, body, first, gravity, body_force=None):
+        x, volume = seed(body)
+        n, dim, self.body, self._params = len(x), body.dim, body, body.law.params
+        self._body_force = body_force
+        self.velocity_at = lambda at: (
+            check.values("velocity of the body", body.velocity, (at,), at.shape, unit="m/s")
+            if callable(body.velocity) else np.array(np.broadcast_to(body.velocity, at.shape), float))
+        a = np.tile(gravity, (n, 1))  # an unstressed body starts in free fall
+        start = {}
+        if body_force is not None:
+            a += check.values("body_force", body_force, (x, 0.0), x.shape, unit="m/s^2")
+            start["x0"] = x.copy()
+        self.points = Points(
+            gid=first + np.arange(n), cell=np.zeros(n, np.int32), x=x, v=self.velocity_at(x), a=a,
+            mass=body.rho * volume, V0=volume,
+            F=np.tile(np.eye(dim), (n, 1, 1)), F33=np.ones(n), state=np.zeros(n, body.law.state), **start)
+        if body.stress is not None:
+            stress = check.values("stress of the body", body.stress, (x,), (n, 3), unit="Pa")
+            put_stress(self.points, body.law, stress)
+
+    def compile(self, background, consistent):
+        """Kernels of the law on the cells of ``background``, with consistent or lumped inertia."""
+        self._kernels = compile_body_kernels(self.body, background, consistent)
+
+    def attach(self, active_cells):
+        """Work arrays on the active cells; needed whenever these or the number of points on this rank
+        change."""
+        n, K = len(self.points), active_cells.cells.shape[1]
+        patches, M, D = active_cells.patch_matrices.shape[:3]
+        self._patches = Patches(np.zeros((patches, 2)), np.zeros((patches, M, D)), np.zeros((patches, 2)),
+                                *(np.zeros((patches, M, D)) for _ in range(2)))
+        self._elements = Elements(active_cells.cells, active_cells.row, active_cells.patch,
+                                  active_cells.place)
+        self._N, self._G = np.empty((n, K)), np.empty((n, K, D))
+        self._new = Deformation(np.empty((n, D, D)), np.empty(n), self.points.state.copy())
+        self._consistent_mass = self.points.mass  # that of the points with consistent inertia
+
+    # ---------------------------------------------------------------- one step, see ``grid_state``
+
+    @property
+    def thickness(self):
+        """Of a plane body [m], 1 in space."""
+        return self.body.thickness if self.body.dim == 2 else 1.0
+
+    @property
+    def has_body_force(self):
+        """Whether there is one."""
+        return self._body_force is not None
+
+    def locate(self, kernels, maps):
+        """Basis values and gradients at the points. kernels, maps: see ``GridState``, which the points are to
+        make."""
+        kernels.shapes(self.points.cell, self.points.x, maps, self._N, self._G)
+
+    def to_grid(self, kernels, cells, nodal):
+        """Add the points' share to ``nodal``, see ``transfer.to_grid``; cells: nodes of the cells, shape (m,
+        K)."""
+        p = self.points
+        kernels.to_grid(p.cell, cells, self._N, p.mass, p.v, p.a, nodal)
+
+    def lump(self, grid, lumped, nodal):
+        """Points in cells of ``lumped``, a mask over the grid's cells, have no consistent inertia in this
+        step: their mass [kg] is added to ``nodal``, shape (nodes, 1)."""
+        p, here = self.points, lumped[self.points.cell]
+        self._consistent_mass = np.where(here, 0.0, p.mass)
+        if here.any():
+            grid.kernels.spread_mass(p.cell, grid.active_cells.cells, self._N,
+                                     (p.mass - self._consistent_mass)[:, None], nodal)
+
+    def begin(self, grid, load):
+        """Add the body force at the end of the step to ``load`` [N], shape (nodes, D)."""
+        p = self.points
+        force = p.mass[:, None] * np.asarray(self._body_force(p.x0, grid.time + grid.dt), float)
+        grid.kernels.spread(p.cell, grid.active_cells.cells, self._N, force, load)
+
+    def accelerate(self, grid, jump):
+        """The points' share in a ``jump`` of the nodes' acceleration [m/s^2], shape (nodes, D)."""
+        grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, jump, self.points.a)
+
+    def _quadrature(self):
+        p = self.points
+        return Quadrature(p.cell, self._N, self._G, self._consistent_mass, p.V0)
+
+    def _deformation(self):
+        """At the start of the step."""
+        return Deformation(self.points.F, self.points.F33, self.points.state)
+
+    def residual(self, grid, increment, R):
+        """Add inner and, with consistent inertia, inertia forces to R, see ``weakform.residual``."""
+        points, old, patches = self._quadrature(), self._deformation(), self._patches
+        if self.body.f_bar:
+            patches.volume[:], patches.gradient[:], patches.bulk[:] = 0.0, 0.0, 0.0
+            self._kernels.mean_changes(points, self._elements, old, increment.u, patches)
+        self._kernels.residual(points, self._elements, old, self._new, patches, self._params, increment, R)
+        if self.body.f_bar:
+            self._kernels.add_pressure(grid.active_cells.nodes_of_patch, patches, R)
+        return BodyTrial(increment, self._new, patches)
+
+    def first_trial(self, grid, increment):
+        """For a tangent before the first residual: deformed as at the start of the step."""
+        nothing = np.zeros_like(grid.v)
+        still = increment._replace(u=nothing, a=nothing)
+        if self.body.f_bar:  # its tangent needs the mean pressure
+            return self.residual(grid, still, np.empty_like(grid.v))
+        self._new.F[:], self._new.F33[:] = self.points.F, self.points.F33
+        return BodyTrial(still, self._new, self._patches)
+
+    def tangent(self, grid, trial):
+        """Add to the matrices of the active cells, see ``weakform.tangent`` and ``f_bar.couple``."""
+        increment, new, patches = trial
+        patches.bulk[:, 1], patches.push[:], patches.pull[:] = 0.0, 0.0, 0.0
+        self._kernels.tangent(self._quadrature(), self._elements, self._deformation(), new, patches,
+                              self._params, increment, grid.active_cells.element_matrices)
+        if self.body.f_bar:
+            self._kernels.couple(patches, grid.active_cells.patch_matrices)
+
+    def finish(self, grid, trial, increment):
+        """Move the points; deformation and state of the ``trial`` become theirs."""
+        p, old = self.points, self._deformation()
+        grid.kernels.to_points(p.cell, grid.active_cells.cells, self._N, increment, p.x, p.v, p.a)
+        p.F, p.F33, p.state = trial.new
+        self._new = old  # arrays for the next trial
+
+    # ---------------------------------------------------------------- what others ask
+
+    def energies(self, gravity, chosen=slice(None)):
+        """Kinetic, strain and potential energy of this rank's points [J], or of the ``chosen``, in
+        ``gravity`` [m/s^2], shape (D,)."""
+        p = self.points
+        mass, V0, v, *now = (values[chosen] for values in (p.mass, p.V0, p.v, *self._deformation()))
+        kinetic, strain = self._kernels.energies(mass, V0, v, Deformation(*now), self._params)
+        return kinetic, strain, -mass @ (p.x[chosen] @ gravity)
+
+    def volume(self):
+        """Of this rank's points as deformed [m^3], shape (n,)."""
+        p, F = self.points, self.points.F
+        if self.body.dim == 2:  # an order of magnitude faster than numpy.linalg.det
+            return p.V0 * p.F33 * (F[:, 0, 0] * F[:, 1, 1] - F[:, 0, 1] * F[:, 1, 0])
+        return p.V0 * np.einsum("pi,pi->p", F[:, 0], np.cross(F[:, 1], F[:, 2]))
+
+    def cauchy_stress(self):
+        """Of this rank's points [Pa], shape (n, D, D)."""
+        sigma = np.empty_like(self.points.F)
+        self._kernels.cauchy(self._deformation(), self._params, sigma)
+        return sigma
+
+
+def make_bodies(bodies, grid, gravity, body_force):
+    """Terms of the ``bodies``, numbered through; ValueError when they do not fit each other or the grid."""
+    if not bodies:
+        raise ValueError("there is no body: give at least one")
+    for number, body in enumerate(bodies):
+        if body.dim != grid.box.dim:
+            raise ValueError(f"body {number} has {body.dim} dimensions, the grid {grid.box.dim}: give both "
+                             "the same")
+        if body.dim == 2 and body.thickness != bodies[0].thickness:
+            raise ValueError(f"body {number} is {body.thickness} m thick, body 0 {bodies[0].thickness} m: "
+                             "bodies in one plane grid have the same thickness")
+    terms, count = [], 0
+    for body in bodies:
+        terms.append(BodyTerm(body, count, gravity, body_force))
+        count += len(terms[-1].points)
+    return terms
+
+
+class Start:
+    """The bodies at the start as functions of places x [m], shape (n, D), as of boundary particles: a place
+    belongs to the body with the nearest material point. thickness: of a plane scene [m], 1 in space. To be
+    made of ``bodies``, terms that still have all their points."""
+
+    def __init__(self, bodies, gravity, body_force):
+        self._bodies, self._gravity, self._body_force = bodies, gravity, body_force
+        self.thickness = bodies[0].thickness
+        if len(bodies) > 1:
+            from scipy.spatial import cKDTree  # takes time to import, and few scenes need it
+
+            self._tree = cKDTree(np.concatenate([term.points.x for term in bodies]))
+            self._owner = np.repeat(np.arange(len(bodies)), [len(term.points) for term in bodies])
+
+    def body(self, x):
+        """Number of the body of each place, shape (n,)."""
+        if len(self._bodies) == 1 or not len(x):
+            return np.zeros(len(x), int)
+        return self._owner[self._tree.query(x)[1]]
+
+    def velocity(self, x):
+        """[m/s], shape (n, D)."""
+        v, body = np.zeros(x.shape), self.body(x)
+        for number, term in enumerate(self._bodies):
+            v[body == number] = term.velocity_at(x[body == number])
+        return v
+
+    def acceleration(self, x):
+        """Of an unstressed body [m/s^2], shape (n, D)."""
+        return self._gravity + (np.zeros(x.shape) if self._body_force is None else self._body_force(x, 0.0))
+
+    def modulus(self, x, of_law):
+        """``of_law(law, dim)`` of the law at each place, shape (n,)."""
+        values = np.array([of_law(term.body.law, term.body.dim) for term in self._bodies])
+        return values[self.body(x)]
+
+
+def warn_if_in_pieces(bodies, background):
+    """One warning for each body whose points are too far apart for the grid to hold it together.
+    Collective."""
+    for n, term in enumerate(bodies):
+        groups = background.groups(np.unique(term.points.cell))
+        if groups > 1:
+            warnings.warn(f"the material points of body {n + 1} lie in {groups} groups of cells without common "
+                          "nodes, and nothing holds these together: seed more points, or take a coarser grid",
+                          stacklevel=3)

@@ -1,0 +1,38 @@
+"""The grid in one step: what its terms are told."""
+from typing import NamedTuple
+
+import numpy as np
+
+from ..basis.shape import CellMaps
+from ..grid.active_cells import ActiveCells
+from .kernels import GridKernels
+
+
+class GridState(NamedTuple):
+    """State of the nodes of the active cells, n of them here, at the start of a step that takes ``dt`` from
+    ``time`` [s] on.
+
+    The same four methods make a term of the equations of a step: ``begin(grid, load)`` gets ready and adds
+    loads [N] to load (n, D); ``residual(grid, increment, R)`` adds forces [N] to R (n, D) and returns a
+    trial, all that it has computed; ``tangent(grid, trial)`` adds their derivative to the matrices of the
+    active cells; ``finish(grid, trial, increment)`` makes the trial at the solution the state of the term's
+    points and moves them. Those with points have a ``locate`` before ``begin``, for the basis at the points.
+    A trial holds until the next one of its term. What a term has to say to others it returns: it changes
+    neither the step nor the grid. """
+
+    time: float
+    dt: float
+    active_cells: ActiveCells  # numbering of the nodes, and the matrices
+    maps: CellMaps  # of this rank's cells
+    kernels: GridKernels
+    bodies: list  # of ``bodies.BodyTerm``, whose points have made the nodes' mass
+    full_mass: float  # of a cell full of the lightest body [kg]
+    force: np.ndarray  # given on this rank's particles of the interface, (particles, D) [N]
+    mass: np.ndarray  # (n,) [kg]
+    v: np.ndarray  # (n, D) [m/s]
+    a: np.ndarray  # (n, D) [m/s^2], with the jumps of the loads once all terms have begun
+    active: np.ndarray  # (n,) mask of the nodes with mass
+
+    def shapes(self, cell, x, N, G):
+        """Basis values and gradients at positions x [m] in this rank's cells, see ``shape.shapes``."""
+        self.kernels.shapes(cell, x, self.maps, N, G)

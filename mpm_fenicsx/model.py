@@ -40,16 +40,16 @@ class Model:
         self.numerics, self.outflow, self._frame = scene.numerics, scene.outflow, Frame(scene.grid.box)
         self._framed = scene = self._frame.enter(scene)
         self.gravity, self.time, self.steps = scene.acceleration, 0.0, 0
-        self._parts = make_bodies(scene.body, scene.grid, self.gravity, scene.body_force)
-        x = np.concatenate([part.points.x for part in self._parts])
+        self._bodies = make_bodies(scene.body, scene.grid, self.gravity, scene.body_force)
+        x = np.concatenate([body.points.x for body in self._bodies])
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)
         ways = read_ways(scene.outflow, self.dim)
         self._count, self._outflow = len(x), Outflow(ways, scene.grid, comm, self.gravity)
-        self._bonds = Bonds(self._parts, comm, scene.bonded)
+        self._bonds = Bonds(self._bodies, comm, scene.bonded)
         self._room = room_at_walls(scene.grid, scene.penalties)
         self._distribute(np.array_split(x, comm.size)[comm.rank])
         self.kernels = compile_grid_kernels(self.background)
-        start = Start(self._parts, self.gravity, scene.body_force)
+        start = Start(self._bodies, self.gravity, scene.body_force)
         self._surface = BoundaryParticles(comm, self.dim, scene.interface, start)
         self.boundary = self._surface.points
         check_inside(scene.grid, self.boundary.x, "a boundary particle", self.origin)
@@ -58,27 +58,27 @@ class Model:
         loads = list(scene.loads)
         self.loads = (SurfaceLoads(loads, self.dim, start, self._outflow),) if loads else ()
         self.penalties = make_penalties(list(scene.penalties), self.background, start)
-        self._behind = watch(scene.penalties, self.background, self._parts)
+        self._behind = watch(scene.penalties, self.background, self._bodies)
         for condition in (*self.loads, *self.penalties):
             self.background.keep_mine(condition.points, condition.names)
         self._sets = self._all_points()
         self._fingerprint = fingerprint(self, self._sets.names())
-        for part in self._parts:
-            part.compile(self.background, scene.inertia != "lumped")
-            self.background.keep_mine(part.points, np.full(len(part.points), "the body"))
-        warn_if_in_pieces(self._parts, self.background)
+        for body in self._bodies:
+            body.compile(self.background, scene.inertia != "lumped")
+            self.background.keep_mine(body.points, np.full(len(body.points), "the body"))
+        warn_if_in_pieces(self._bodies, self.background)
 
     def _distribute(self, x: np.ndarray) -> None:
         """Distribute the grid over the ranks for points at x [m], shape (n, dim); each rank gives some."""
-        averaged = any(part.body.f_bar for part in self._parts)
+        averaged = any(body.body.f_bar for body in self._bodies)
         self.background = Background(self._framed.grid, self.comm, x, averaged, self.origin, self._room)
         self.supports = Supports(self._framed.supports, self.background.x, self.steps > 0)
         self._router = Router(self.comm, self.background.neighbours)
 
     def _all_points(self) -> Sets:
         """All points of the scene, with what becomes of those that leave the grid."""
-        material = [Set(f"points{n or ''}", part.points, leave=self._outflow.of_material(part))
-                    for n, part in enumerate(self._parts)]
+        material = [Set(f"points{n or ''}", body.points, leave=self._outflow.of_material(body))
+                    for n, body in enumerate(self._bodies)]
         leave = None if self._surface.resampled else self._outflow.of_boundary(self.boundary)
         loaded = [Set("boundary", self.boundary, leave=leave),
                   *(Set("loads", a.points, leave=self._outflow.of_boundary(a.points)) for a in self.loads)]
@@ -94,20 +94,20 @@ class Model:
         return self._frame.origin
 
     @property
-    def parts(self) -> list:
-        """The bodies with their points on this rank, see ``parts.Part``; far from zero positions can be read,
+    def bodies(self) -> list:
+        """The bodies with their points on this rank, see ``bodies.BodyTerm``; far from zero positions can be read,
         not changed."""
         if not self._frame.moved:
-            return self._parts
-        return [Seen(part, points=seen_points(part.points, self._frame)) for part in self._parts]
+            return self._bodies
+        return [Seen(body, points=seen_points(body.points, self._frame)) for body in self._bodies]
 
     @property
     def points(self) -> Points:
         """Material points of the only body on this rank; ValueError when there are several."""
-        if len(self._parts) > 1:
-            raise ValueError(f"there are {len(self._parts)} bodies: take the points of each from "
-                             "parts[n].points")
-        return self.parts[0].points
+        if len(self._bodies) > 1:
+            raise ValueError(f"there are {len(self._bodies)} bodies: take the points of each from "
+                             "bodies[n].points")
+        return self.bodies[0].points
 
     @property
     def count(self) -> int:
@@ -127,12 +127,12 @@ class Model:
 
     def imbalance(self) -> float:
         """Most material points on one rank over the mean."""
-        most = self.comm.allreduce(sum(len(part.points) for part in self._parts), MPI.MAX)
+        most = self.comm.allreduce(sum(len(body.points) for body in self._bodies), MPI.MAX)
         return most * self.comm.size / self.count
 
     def cauchy_stress(self) -> np.ndarray:
         """Cauchy stress of this rank's points [Pa], shape (n, dim, dim), body after body."""
-        return np.concatenate([part.cauchy_stress() for part in self._parts])
+        return np.concatenate([body.cauchy_stress() for body in self._bodies])
 
     # ---------------------------------------------------------------- interface
 
@@ -155,12 +155,12 @@ class Model:
 
     def energy(self) -> Dict[str, float]:
         """``kinetic``, ``strain`` and ``potential`` (zero at ``origin``) energy of the points [J]."""
-        parts = np.sum([part.energies(self.gravity) for part in self._parts], axis=0)
-        return dict(zip(("kinetic", "strain", "potential"), total(self.comm, parts).tolist()))
+        sums = np.sum([body.energies(self.gravity) for body in self._bodies], axis=0)
+        return dict(zip(("kinetic", "strain", "potential"), total(self.comm, sums).tolist()))
 
     def momentum(self) -> np.ndarray:
         """Momentum of the points [kg m/s], shape (dim,)."""
-        return total(self.comm, sum(part.points.mass @ part.points.v for part in self._parts))
+        return total(self.comm, sum(body.points.mass @ body.points.v for body in self._bodies))
 
     def reaction(self, name: str) -> np.ndarray:
         """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
@@ -171,7 +171,7 @@ class Model:
         """Whether motions, loads or body forces do work on the bodies, besides gravity and the interface."""
         stated = [*self.scene.supports, *(one for penalty in self.penalties for one in penalty.penalties)]
         moved = any(one.motion is not None for one in stated)
-        return bool(self.loads or self._parts[0].has_body_force or moved)
+        return bool(self.loads or self._bodies[0].has_body_force or moved)
 
     @property
     def springs(self) -> bool:

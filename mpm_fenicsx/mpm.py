@@ -36,7 +36,7 @@ class MPM(Model):
     where they share grid nodes is meant (layers of one soil), else a warning says so, as there is no contact
     between bodies; numerics: see ``Numerics``.
 
-    ``parts`` are the bodies with their points, numbered through, see ``parts.Part``; ``phases`` sums the
+    ``bodies`` are the bodies with their points, numbered through, see ``bodies.BodyTerm``; ``phases`` sums the
     seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,
     ``ghost_since`` the time [s] from which the ghost penalty has been needed, or None, see ``fall_back``,
     ``count`` the number of material points, ``rebalances`` lists the new distributions over the ranks: (step,
@@ -127,7 +127,7 @@ class MPM(Model):
             return None
         changed = self._surface.stay_inside(self._framed.grid.box)
         self._locate()
-        has_mass = near_mass(self.background, self.step.active_cells, self._parts, self.kernels)
+        has_mass = near_mass(self.background, self.step.active_cells, self._bodies, self.kernels)
         change = self._surface.renew(has_mass, self.time, changed)
         if change is None:
             return None
@@ -163,7 +163,7 @@ class MPM(Model):
         self.step.destroy()
         self._router.free()
         self.step = self._facets = None
-        self._distribute(np.concatenate([part.points.x for part in self._parts]))
+        self._distribute(np.concatenate([body.points.x for body in self._bodies]))
         self._sets.relocate(self.background.search, self._router, self.time)
         self._renew_step(self._sets.filled())
         self.rebalances.append((self.steps, before, self.imbalance()))
@@ -175,7 +175,7 @@ class MPM(Model):
         ghost = self.scene.inertia == "ghost" or self.ghost_since is not None
         if ghost and self._facets is None:
             self._facets = Facets(self.background, self.kernels.shapes)
-        problem = Problem(self._parts, self._forces, self.loads, self.penalties, self.supports, self.gravity,
+        problem = Problem(self._bodies, self._forces, self.loads, self.penalties, self.supports, self.gravity,
                           self.scene.inertia != "lumped", self.numerics.solver)
         self.step = Step(self.background, self.kernels, filled, problem, self.phases,
                          self._facets if ghost else None)

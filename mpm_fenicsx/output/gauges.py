@@ -40,7 +40,7 @@ class FlowGauges:
         """Read all gauges."""
         solid, energy = self._solid, self._solid.energy()
         x, speed = self._gathered()
-        volume = solid.parts[0].volume()
+        volume = solid.bodies[0].volume()
         gaps = volume @ -np.expm1(-solid.points.state["opened"])
         volume, gaps = solid.comm.allreduce(np.array([volume.sum(), gaps]))
         self.now = dict(front=x[:, 0].max(), x99=np.quantile(x[:, 0], QUANTILE), height=x[:, 1].max(),

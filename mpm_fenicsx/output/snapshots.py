@@ -29,7 +29,7 @@ def snapshot(mpm):
 def _points(mpm):
     """Points of this rank, body after body in the order of their numbers, see ``Points.migrate``; what is held at the
     edge is not among them."""
-    data = _point_fields(mpm.parts)
+    data = _point_fields(mpm.bodies)
     x = data.pop("x")
     return x, {"vertex": np.arange(len(x))[:, None]}, data
 
@@ -54,19 +54,19 @@ def _grid(mpm):
     return vertices[nodes], {kind: corners}, {"mass": mass[nodes], "velocity": velocity[nodes]}
 
 
-def _point_fields(parts):
+def _point_fields(bodies):
     """Fields of this rank's points, body after body, as name → array. State variables that a law does not have are
     zero; ``body`` tells several bodies apart."""
     shown = {"x": "x", "gid": "gid", "velocity": "v", "acceleration": "a", "mass": "mass", "F": "F"}
-    fields = {name: np.concatenate([getattr(part.points, field) for part in parts]) for name, field in shown.items()}
-    fields["cauchy_stress"] = np.concatenate([part.cauchy_stress() for part in parts])
-    states = [part.points.state for part in parts]
+    fields = {name: np.concatenate([getattr(body.points, field) for body in bodies]) for name, field in shown.items()}
+    fields["cauchy_stress"] = np.concatenate([body.cauchy_stress() for body in bodies])
+    states = [body.points.state for body in bodies]
     for name in dict.fromkeys(name for state in states for name in state.dtype.names if name != "unused"):
         like = next(state[name] for state in states if name in state.dtype.names)
         fields[name] = np.concatenate([state[name] if name in state.dtype.names
                                        else np.zeros((len(state), *like.shape[1:]), like.dtype) for state in states])
-    if len(parts) > 1:
-        fields["body"] = np.repeat(np.arange(len(parts)), [len(state) for state in states])
+    if len(bodies) > 1:
+        fields["body"] = np.repeat(np.arange(len(bodies)), [len(state) for state in states])
     return fields
 
 

@@ -17,7 +17,7 @@ def fingerprint(model, conditions):
     """Numbers of ``WHAT``, float: checksums where there are many values. Functions are not among them, nor is
     gravity. To be taken while every rank still has all material points. conditions: sets of particles with
     their names."""
-    scene, points = model.scene, [part.points for part in model.parts]
+    scene, points = model.scene, [body.points for body in model.bodies]
     laws = [(b.law.name, tuple(map(float, b.law.params)), b.rho, b.thickness, b.stress_state, b.f_bar)
             for b in scene.bodies]
     outflow = sorted(scene.outflow.items()) if isinstance(scene.outflow, dict) else scene.outflow

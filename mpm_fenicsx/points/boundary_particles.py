@@ -20,7 +20,7 @@ class BoundaryParticles:
     """
 
     def __init__(self, comm, dim, interface, start):
-        """start: the bodies, see ``parts.Start``."""
+        """start: the bodies, see ``bodies.Start``."""
         x = np.zeros((0, dim)) if interface is None else np.array(interface.x, float)
         if x.shape[1] != dim:
             raise ValueError(f"the interface has {x.shape[1]} dimensions, the grid {dim}: give both the same")
@@ -110,12 +110,12 @@ class BoundaryParticles:
 REACHES = 1e-3  # share of a particle's basis on nodes with mass from which on it belongs to the body
 
 
-def near_mass(background, active_cells, parts, kernels):
+def near_mass(background, active_cells, bodies, kernels):
     """Function from places [m], shape (n, D), to the mask of those whose basis reaches nodes that carry mass,
-    alike on every rank. The points of ``parts`` are in their cells, and these among the ``active_cells``."""
+    alike on every rank. The points of ``bodies`` are in their cells, and these among the ``active_cells``."""
     comm, search, flags = background.comm, background.search, np.zeros((len(active_cells.node), 1))
-    for part in parts:
-        flags[active_cells.cells[np.unique(part.points.cell)], 0] = 1.0
+    for body in bodies:
+        flags[active_cells.cells[np.unique(body.points.cell)], 0] = 1.0
     active_cells.accumulate(flags)
     active = (active_cells.row >= 0)[:, None] & (flags[active_cells.cells, 0] > 0.0)
 

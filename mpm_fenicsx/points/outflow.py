@@ -57,28 +57,28 @@ class Outflow:
         side = np.argmax(np.where(beyond.max(axis=1, keepdims=True) > 0.0, beyond, flight), axis=1)
         return np.where(np.isfinite(points.x).all(axis=1), self._ways.ravel()[side], "stop")
 
-    def of_material(self, part):
-        """For ``sets.Set``: what becomes of points of ``part`` without a rank. None: they end the run."""
+    def of_material(self, body):
+        """For ``sets.Set``: what becomes of points of ``body`` without a rank. None: they end the run."""
         if not self.active:
             return None
-        points, held = part.points, Points(**{name: values[:0] for name, values in part.points.copy().items()})
+        points, held = body.points, Points(**{name: values[:0] for name, values in body.points.copy().items()})
         self.held.append(held)
 
         def leave(rank, number, search):
             """Rank and number of the points that stay. Collective."""
             way = np.where(rank < 0, self._way(points), "stay")
             goes = (way == "hold") | (way == "remove")
-            self._add_up(part, np.flatnonzero(goes))
+            self._add_up(body, np.flatnonzero(goes))
             self._hold(points, held, way == "hold")
             points.take(~goes)
             return rank[~goes], number[~goes]
 
         return leave
 
-    def _add_up(self, part, chosen):
+    def _add_up(self, body, chosen):
         """Add the ``chosen`` points to the sums of what has left."""
-        p = part.points
-        energy, momentum = sum(part.energies(self._gravity, chosen)), p.mass[chosen] @ p.v[chosen]
+        p = body.points
+        energy, momentum = sum(body.energies(self._gravity, chosen)), p.mass[chosen] @ p.v[chosen]
         self._sums += total(self._comm, [len(chosen), p.mass[chosen].sum(), energy, *momentum])
 
     def _hold(self, points, held, mask):

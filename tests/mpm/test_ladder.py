@@ -57,7 +57,7 @@ def test_free_bodies_run_by_themselves(name):
     assert 0.0 < said["ghost_since"] < SCENES[name] * 1e-3
     assert max(energies) < 1.2 * energies[0]
     if name != "column":
-        mass = sum(part.points.mass.sum() for part in solid.parts)
+        mass = sum(part.points.mass.sum() for part in solid.bodies)
         assert np.abs(momentum[-1] - momentum[0]).max() < 1e-6 * mass
 
 

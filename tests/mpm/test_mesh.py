@@ -162,7 +162,7 @@ def test_a_scene_from_one_file(file):
     solid = MPM(got, bodies, [Support(got.on_surface("left"), "xyz"[:D])], gravity=(0.0, -1.0, 0.0)[:D])
     for _ in range(3):
         solid.advance(0.01)
-    assert solid.momentum()[1] < 0 and solid.count == sum(len(part.points) for part in solid.parts)
+    assert solid.momentum()[1] < 0 and solid.count == sum(len(part.points) for part in solid.bodies)
     left = solid.step.active_cells.fixed[:, 0]
     assert left.sum() == (got.vertices[:, 0] == 0.0).sum()
     solid.close()

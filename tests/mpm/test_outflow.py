@@ -26,7 +26,7 @@ def splash(outflow, velocity=(8.0, 1.0), grid=None, gravity=None, **more):
 
 def books(solid):
     """Count, mass, momentum and energy of what is there and of what has left."""
-    left, mass = solid.removed, sum(part.points.mass.sum() for part in solid.parts)
+    left, mass = solid.removed, sum(part.points.mass.sum() for part in solid.bodies)
     return np.array([solid.count + left["count"], mass + left["mass"], sum(solid.energy().values()) + left["energy"],
                      *(solid.momentum() + left["momentum"])])
 
@@ -44,7 +44,7 @@ def test_what_is_there_and_what_has_left_is_what_was_there(way, grid):
     assert left["momentum"][1] == pytest.approx(0.06, rel=1e-9)
     np.testing.assert_allclose(now[[0, 1, 4]], start[[0, 1, 4]], rtol=1e-12)
     assert now[2] == pytest.approx(start[2], rel=1e-9)  # energy: gravity only moves it from one kind to another
-    assert len(solid.parts[1].points) == 0 and "points" in solid.snapshot()
+    assert len(solid.bodies[1].points) == 0 and "points" in solid.snapshot()
     held = solid.held()[1]
     if way == "hold":
         np.testing.assert_allclose(held.x[:, 0], 3.0)
@@ -71,7 +71,7 @@ def test_sides_that_are_not_named_stop():
 def test_points_that_are_no_numbers_stop():
     solid = splash("remove")
     solid.advance(DT)
-    solid.parts[1].points.x[1] = np.nan
+    solid.bodies[1].points.x[1] = np.nan
     with pytest.raises(MPMError, match="left the grid at x = .nan"):
         solid.advance(DT)
     solid.close()
@@ -138,7 +138,7 @@ for way, grid in (("remove", None), ("hold", u_shaped())):
     drop = Body(DROP, None, None, LAW, 2.0, velocity=(8.0, 1.0))
     solid = splash(way, grid=grid, interface=of_points(drop))
     solid.rebalance_every = 3
-    total = lambda: np.array([sum(part.points.mass.sum() for part in solid.parts), len(solid.held()[1])])
+    total = lambda: np.array([sum(part.points.mass.sum() for part in solid.bodies), len(solid.held()[1])])
     for _ in range(10):
         solid.advance(DT, np.full((3, 2), 0.1))
     mass, held = MPI.COMM_WORLD.allreduce(total())

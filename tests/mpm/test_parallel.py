@@ -20,7 +20,7 @@ solid = MPM(grid, body, interface=Interface(top, np.zeros((0, D), int)), gravity
             numerics=Numerics(rebalance=1.05))
 solid.rebalance_every = 7 if bodies == "two" else 50
 def field(name):
-    return np.concatenate([getattr(part.points, name) for part in solid.parts])
+    return np.concatenate([getattr(part.points, name) for part in solid.bodies])
 solid.start = set(field("gid"))
 for n in range(30):
     x, v = solid.advance(0.03, np.outer(np.cos(0.3 * n + np.arange(7)), (0.3, -0.2, 0.1)[:D]))

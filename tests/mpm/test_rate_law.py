@@ -92,7 +92,7 @@ def test_creep_tends_to_the_exact_curve(make_bar):
 def test_the_stress_that_is_there_has_no_viscous_part(make_bar):
     bar = make_bar()
     strain = creep(bar, DT, 20 * DT)[1][-1]
-    np.testing.assert_allclose(bar.parts[0].cauchy_stress()[:, 0, 0], E * strain, rtol=1e-4)
+    np.testing.assert_allclose(bar.bodies[0].cauchy_stress()[:, 0, 0], E * strain, rtol=1e-4)
 
 
 def test_relaxation(element):

@@ -80,7 +80,7 @@ def test_matrix_with_f_bar_is_the_derivative_too(averaged, law, taylor_rate):
 def test_forces_with_f_bar_are_the_derivative_of_the_energy(averaged, taylor_rate):
     """Of sum V0 W(F) at the averaged F, whatever the points of a patch have been through; so the matrix is symmetric."""
     problem = averaged(linear(1e3, 0.3))
-    body, p, step = problem.solid.parts[0], problem.solid.points, problem.step
+    body, p, step = problem.solid.bodies[0], problem.solid.points, problem.step
     trials = []
 
     def forces(u):
@@ -103,7 +103,7 @@ def test_f_bar_keeps_one_volume_change_per_patch(averaged):
     """After a step det F / det F_old is the same for all points of a patch, and the patch's volume is what it was
     without the mean."""
     problem = averaged(linear(1e3, 0.3))
-    body, background = problem.solid.parts[0], problem.solid.background
+    body, background = problem.solid.bodies[0], problem.solid.background
     patch = np.arange(len(background.cells)) if background.patch is None else background.patch[background.original_cell]
     of_point = patch[body.points.cell]
     assert background.patch is None or len(np.unique(of_point)) < len(np.unique(body.points.cell))
@@ -143,7 +143,7 @@ def test_matrix_has_identity_rows_for_supports_and_empty_nodes(problem):
 def test_matrix_equals_a_dense_assembly(problem, at_point, plane):
     """K = sum_p V0 B^T A B + alpha m N^T N, with dF_iM = B_iM,Jk du_Jk = delta_ik (grad N_J . F_old)_M du_Jk."""
     solid, (nodes, D) = problem.solid, problem.shape
-    point, p, cells = at_point(solid.parts[0].body.law, plane), solid.points, problem.step.active_cells.cells
+    point, p, cells = at_point(solid.bodies[0].body.law, plane), solid.points, problem.step.active_cells.cells
     values, gradients = np.empty((len(p), cells.shape[1])), np.empty((len(p), cells.shape[1], D))
     solid.kernels.shapes(p.cell, p.x, solid.background.maps, values, gradients)
     K, alpha, mass = np.zeros((nodes, D, nodes, D)), 4 / DT**2, problem.step.grid.mass

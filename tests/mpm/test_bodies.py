@@ -37,7 +37,7 @@ def start():
 
 
 def whole(solid, field):
-    return np.concatenate([getattr(part.points, field) for part in solid.parts])
+    return np.concatenate([getattr(part.points, field) for part in solid.bodies])
 
 
 @pytest.mark.parametrize("law", [linear(1e3, 0.3), neo_hooke(1e3, 0.3)], ids=lambda law: law.name)
@@ -81,8 +81,8 @@ def test_two_springs_in_a_row(start, options, any_cell, contrast):
     against neo-Hookean. Round-off in the stiff body is eps E = 2e-5 Pa of 20 Pa."""
     options(snes_rtol=1e-12)
     solid = pulled(start, any_cell, linear(1e3, 0.0), neo_hooke(1e3 * contrast, 0.0))
-    soft, stiff = (part.points.F[:, 0, 0] - 1 for part in solid.parts)
-    axial = [part.cauchy_stress()[:, 0, 0] for part in solid.parts]
+    soft, stiff = (part.points.F[:, 0, 0] - 1 for part in solid.bodies)
+    axial = [part.cauchy_stress()[:, 0, 0] for part in solid.bodies]
     assert np.ptp(soft) < 1e-9 and soft.mean() + stiff.mean() == pytest.approx(0.02, rel=1e-9)
     assert soft.mean() == pytest.approx(0.02 * contrast / (1 + contrast), rel=0.01)  # a law's own nonlinearity
     np.testing.assert_allclose(np.concatenate(axial), axial[0].mean(), rtol=0.02 if contrast == 1.0 else 1e-4)
@@ -101,8 +101,8 @@ def test_contrast_in_motion(start, any_cell):
     after = sum(solid.energy().values())
     np.testing.assert_allclose(solid.momentum(), before, rtol=0, atol=1e-5)
     assert 0.05 * energy < after < energy
-    assert solid.parts[1].points.v[:, 0].mean() > 0.0003
-    F = solid.parts[1].points.F
+    assert solid.bodies[1].points.v[:, 0].mean() > 0.0003
+    F = solid.bodies[1].points.F
     assert abs(np.swapaxes(F, 1, 2) @ F - np.eye(D)).max() < 1e-6  # it turns, but does not deform
 
 
@@ -166,7 +166,7 @@ def test_bodies_that_do_not_fit(bodies, words):
 
 def test_points_of_several_bodies_have_to_be_asked_for_one_by_one(start):
     solid = start(grid_of("triangle"), [block("triangle", 0.0, 1.0), block("triangle", 1.0, 2.0)])
-    with pytest.raises(ValueError, match=r"there are 2 bodies: take the points of each from parts\[n\].points"):
+    with pytest.raises(ValueError, match=r"there are 2 bodies: take the points of each from bodies\[n\].points"):
         _ = solid.points
 
 

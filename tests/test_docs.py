@@ -1,0 +1,39 @@
+"""What README and the pages in docs promise: links lead somewhere, the scene shown is the one that is tested."""
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+LINK = re.compile(r"\]\(([^)#]+)[^)]*\)|src=\"([^\"]+)\"")
+FILE = re.compile(r"`((?:mpm_fenicsx|dem_liggghts|coupling|cases|tests|docs)/[\w/.]*\w)`")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    targets = [a or b for a, b in LINK.findall(page.read_text(encoding="utf-8"))]
+    missing = [target for target in targets if "://" not in target and not (page.parent / target).exists()]
+    assert not missing
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_files_that_are_named_exist(page):
+    missing = {name for name in FILE.findall(page.read_text(encoding="utf-8")) if not (ROOT / name).exists()}
+    assert not missing
+
+
+def test_readme_is_short_and_shows_the_scene_that_is_tested():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(readme.splitlines()) <= 120
+    assert f"```python\n{(ROOT / 'docs/own_scene.py').read_text(encoding='utf-8')}```" in readme
+
+
+def test_the_index_names_all_pages():
+    index = (ROOT / "docs/README.md").read_text(encoding="utf-8")
+    assert not [page.name for page in PAGES[2:] if page.name != "README.md" and f"({page.name})" not in index]
+
+
+def test_the_glossary_is_sorted():
+    rows = re.findall(r"^\| ([^|]+) \|", (ROOT / "docs/glossary.md").read_text(encoding="utf-8"), re.M)[2:]
+    assert rows == sorted(rows, key=str.lower)

@@ -16,6 +16,7 @@ FORBIDDEN = {  # packages and libraries that a package must not import, nor anyt
     "coupling": {"mpm_fenicsx", "dem_liggghts", "cases", "dolfinx", "petsc4py", "ufl", "basix"}}
 MODULE, FUNCTION, KERNEL, CASE = 260, 40, 60, 100  # lines; kernels are compiled functions with loops over points
 PARAMETERS = 8
+STATE_A_SCENE = {"mpm_fenicsx/mpm.py:__init__", "coupling/records/record.py:__init__"}  # may have more parameters
 
 
 def sources(*packages):
@@ -119,7 +120,7 @@ def reached(start, graph):
 def test_files_do_not_import_each_other_in_circles():
     graph = {path: imported_files(path) for path in sources(*PACKAGES, "cases")}
     circles = {str(path.relative_to(ROOT)) for path in graph if path in reached(path, graph)}
-    assert len(circles) <= 11, circles
+    assert not circles
 
 
 def test_cases_are_short_and_stand_alone():
@@ -128,7 +129,7 @@ def test_cases_are_short_and_stand_alone():
     names = {path.stem for path in cases}
     long = {path.name for path in cases if len(path.read_text(encoding="utf-8").splitlines()) > CASE}
     tied = {path.name for path in cases if imports(path) & names}
-    assert len(long) <= 4 and len(tied) <= 3, (long, tied)
+    assert not long and not tied
 
 
 def test_functions_have_few_parameters():
@@ -139,7 +140,7 @@ def test_functions_have_few_parameters():
                 names = [a.arg for a in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
                 if len([name for name in names if name not in ("self", "cls")]) > PARAMETERS:
                     many[f"{path.relative_to(ROOT)}:{node.name}"] = len(names)
-    assert len(many) <= 16, many
+    assert set(many) <= STATE_A_SCENE, many
 
 
 @pytest.mark.parametrize("module", [*PACKAGES, "mpm_fenicsx.laws"])

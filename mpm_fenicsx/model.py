@@ -15,7 +15,7 @@ from .points.points import Points
 from .points.sets import Set, Sets
 from .scene.frame import Frame, Seen, seen_points
 from .scene.interface import Interface
-from .scene.room import room_at_walls
+from .scene.margin import margins_at_walls
 from .scene.solid import SolidScene
 from .solve import options
 from .terms.behind import watch
@@ -46,7 +46,7 @@ class Model:
         ways = read_ways(scene.outflow, self.dim)
         self._count, self._outflow = len(x), Outflow(ways, scene.grid, comm, self.gravity)
         self._bonds = Bonds(self._bodies, comm, scene.bonded)
-        self._room = room_at_walls(scene.grid, scene.penalties)
+        self._margin = margins_at_walls(scene.grid, scene.penalties)
         self._distribute(np.array_split(x, comm.size)[comm.rank])
         self.kernels = compile_grid_kernels(self.background)
         start = Start(self._bodies, self.gravity, scene.body_force)
@@ -71,7 +71,7 @@ class Model:
     def _distribute(self, x: np.ndarray) -> None:
         """Distribute the grid over the ranks for points at x [m], shape (n, dim); each rank gives some."""
         averaged = any(body.body.f_bar for body in self._bodies)
-        self.background = Background(self._framed.grid, self.comm, x, averaged, self.origin, self._room)
+        self.background = Background(self._framed.grid, self.comm, x, averaged, self.origin, self._margin)
         self.supports = Supports(self._framed.supports, self.background.x, self.steps > 0)
         self._router = Router(self.comm, self.background.neighbours)
 

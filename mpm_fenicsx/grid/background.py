@@ -49,10 +49,10 @@ class Background:
     outside a cell, of the cell's size, for the round-off in the user's coordinates. Collective.
     """
 
-    def __init__(self, grid, comm, filling, averaged=False, origin=0.0, room=None):
+    def __init__(self, grid, comm, filling, averaged=False, origin=0.0, margin=None):
         """grid: ``Grid`` or ``Mesh``; filling: positions [m], shape (n, D), of what makes a cell expensive;
         each rank may give its own share; averaged: whether F-bar needs patches, which then stay on one rank;
-        room: beyond the edge of a ``Grid`` [cells], shape (D, 2), see ``room``."""
+        margin: beyond the edge of a ``Grid`` [cells], shape (D, 2), see ``scene.margin``."""
         self.grid, self.comm, self.dim = grid, comm, grid.box.dim
         self.whole = vertices, cells = whole_mesh(grid)
         centres = vertices[cells].mean(axis=1)
@@ -73,7 +73,7 @@ class Background:
         sizes = np.ptp(vertices[cells], axis=1)
         self.h, self.origin = sizes.mean(axis=0), np.broadcast_to(np.asarray(origin, float), (self.dim,))
         self.tolerance = max(INSIDE, 8 * np.finfo(float).eps * np.abs(vertices + self.origin).max() / sizes.min())
-        self.room = np.maximum(np.zeros((self.dim, 2)) if room is None else room, self.tolerance)
+        self.margin = np.maximum(np.zeros((self.dim, 2)) if margin is None else margin, self.tolerance)
         self.search = LatticeSearch(grid, self) if isinstance(grid, Grid) else WalkSearch(self)
         self.neighbours = self._ranks_around()
 

@@ -15,14 +15,14 @@ NOWHERE = -1
 class Lattice(NamedTuple):
     """Regular cells of a box: its ``lower`` corner [m], shape (D,), size ``h`` of a cell [m], shape (D,),
     ``counts`` of cells, shape (D,), ``simplices`` per cell (1 or D!, numbered by the permutation that sorts
-    the local coordinates downwards), and ``room`` beyond the edges that counts as inside [cells], shape (D,
+    the local coordinates downwards), and ``margin`` beyond the edges that counts as inside [cells], shape (D,
     2)."""
 
     lower: np.ndarray
     h: np.ndarray
     counts: np.ndarray
     simplices: int
-    room: np.ndarray
+    margin: np.ndarray
 
 
 class Neighbours(NamedTuple):
@@ -38,7 +38,7 @@ class Neighbours(NamedTuple):
 @compiled
 def lattice_numbers(x, lattice, number):
     """Number of the cell of ``lattice`` of each point into ``number``, NOWHERE outside."""
-    lower, h, counts, simplices, room = lattice
+    lower, h, counts, simplices, margin = lattice
     D = x.shape[1]
     f = np.zeros(3)
     for p in range(len(x)):
@@ -47,9 +47,9 @@ def lattice_numbers(x, lattice, number):
         for d in range(D):
             s = (x[p, d] - lower[d]) / h[d]
             i = int(np.floor(s))
-            if i == counts[d] and s <= counts[d] + room[d, 1]:
+            if i == counts[d] and s <= counts[d] + margin[d, 1]:
                 i -= 1  # the far edge belongs to the last cell
-            elif i == -1 and s >= -room[d, 0]:
+            elif i == -1 and s >= -margin[d, 0]:
                 i = 0
             if not 0 <= i < counts[d]:  # also catches NaN
                 c = NOWHERE

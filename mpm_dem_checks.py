@@ -6,7 +6,9 @@ value, and what is allowed. ``rule`` replaces the general words for what is allo
 """
 import math
 import os
+from contextlib import suppress
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
@@ -16,7 +18,7 @@ WORK = 1e12  # operations of a window or of the start, some twenty minutes: for 
 SHOWN = 80  # characters of a value
 
 
-def refuse(name, value, rule, unit=""):
+def refuse(name: str, value: object, rule: str, unit: str = "") -> NoReturn:
     """Raise the ValueError of all that follows."""
     raise ValueError(f"{name} is {shown(value)}{unit and ' ' + unit}: {rule}")
 
@@ -240,10 +242,8 @@ def file(name, value):
 def memory():
     """What each process on this machine may have if all of one run have the same [bytes]."""
     whole = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    try:
+    with suppress(OSError, ValueError):  # no limit
         whole = min(whole, int(Path("/sys/fs/cgroup/memory.max").read_text()))
-    except (OSError, ValueError):  # no limit
-        pass
     return whole / int(os.environ.get("OMPI_COMM_WORLD_LOCAL_SIZE", 1))
 
 

@@ -56,7 +56,7 @@ def test_liggghts_is_loaded_only_when_asked_for():
 
 def test_the_leaves_import_nothing_of_ours():
     assert imports(ROOT / f"{CACHE}.py") <= {"os", "pathlib", "stat", "sys", "tempfile"}
-    assert imports(ROOT / f"{LEAF}.py") <= {"math", "os", "pathlib", "numpy"}
+    assert imports(ROOT / f"{LEAF}.py") <= {"contextlib", "math", "os", "pathlib", "typing", "numpy"}
 
 
 def test_names_that_differ_between_versions_are_in_one_file():

@@ -1,5 +1,5 @@
 """One coupling window, iterated: repeated until the force on the solid is the one that the grains answer."""
-from typing import Dict, NamedTuple, Optional, Tuple
+from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -95,7 +95,7 @@ class Iterated(Coupled):
                       indentation_energy=indentation_energy(self._mapping, after["wall_force"]), **after)
 
     def _compute(self, number: int, time: float, dt: float, steps: int, force: np.ndarray,
-                 clock: Clock) -> Tuple[np.ndarray, Dict[str, np.ndarray]]:
+                 clock: Clock) -> Tuple[np.ndarray, Dict[str, Any]]:
         """One computation of the window by both: motion of the interface [m], and what they are then."""
         x, v = self._ladder.advance(dt, force)
         check_finite(number, time, position_of_the_interface=x, velocity_of_the_interface=v)

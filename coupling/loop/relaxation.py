@@ -159,7 +159,7 @@ class Quasi:
         c = [-dot(q, residual) for q in basis]
         for k in reversed(range(len(c))):  # back substitution in the triangle of QR
             c[k] = (c[k] - sum(weights[j][k] * c[j] for j in range(k + 1, len(c)))) / weights[k][k]
-        return sum(weight * answer for weight, answer in zip(c, used))
+        return np.asarray(sum(weight * answer for weight, answer in zip(c, used)))
 
     def forget(self) -> None:
         """See ``Constant``."""

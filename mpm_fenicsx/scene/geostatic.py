@@ -29,7 +29,7 @@ def at_rest(top: float, rho: float, gravity: float, ratio: float) -> Callable[[n
 def put_stress(points: Any, law: Law, stress: np.ndarray) -> None:
     """Give the material points the normal ``stress`` along x, y and z [Pa], shape (n, 3), as elastic strain
     of a law of ``laws.hencky``, whose points as they are count as undeformed. ValueError for another law."""
-    if "plastic" not in law.state.names:
+    if "plastic" not in (law.state.names or ()):
         raise ValueError(f"the law {law.name} cannot start with a stress: take one of the plastic ones")
     p: Any = law.params
     lam, mu = p.lam, p.mu

@@ -121,7 +121,7 @@ class Mesh:
         least = FLAT * np.ptp(x, axis=1).max(axis=1) ** self.dim
         flat = (volume.min(axis=1) <= least) & (volume.max(axis=1) >= -least)
         if flat.any():
-            raise ValueError(f"{self._place(np.argmax(flat))} is flat or inside out: repair the mesh")
+            raise ValueError(f"{self._place(int(np.argmax(flat)))} is flat or inside out: repair the mesh")
         facets = self._facets()
         order, first, count = _alike(facets)
         if count.max() > 2:

@@ -74,16 +74,16 @@ def divide(elements: np.ndarray, count: int, pieces: np.ndarray) -> Tuple[np.nda
         denominators.append(np.full(len(chosen) * len(places), p))
         divided.append((n + len(places) * np.arange(len(chosen))[:, None, None] + parts).reshape(-1, K))
         n += len(chosen) * len(places)
-    parents, numerators, denominators = map(np.concatenate, (parents, numerators, denominators))
-    parents[numerators == 0] = -1  # so that particles on a common side are alike in both elements
-    order = np.argsort(parents, axis=1)
-    parents, numerators = (np.take_along_axis(a, order, axis=1) for a in (parents, numerators))
-    common = np.gcd.reduce(np.column_stack([numerators, denominators]), axis=1)[:, None]
-    keys = np.column_stack([parents, numerators // common, denominators[:, None] // common])
-    old = parents[:, -2] < 0
+    parent, numerator, denominator = map(np.concatenate, (parents, numerators, denominators))
+    parent[numerator == 0] = -1  # so that particles on a common side are alike in both elements
+    order = np.argsort(parent, axis=1)
+    parent, numerator = (np.take_along_axis(a, order, axis=1) for a in (parent, numerator))
+    common = np.gcd.reduce(np.column_stack([numerator, denominator]), axis=1)[:, None]
+    keys = np.column_stack([parent, numerator // common, denominator[:, None] // common])
+    old = parent[:, -2] < 0
     new, number = np.unique(keys[~old], axis=0, return_inverse=True)
     place = np.empty(len(keys), int)
-    place[old], place[~old] = parents[old, -1], count + number
+    place[old], place[~old] = parent[old, -1], count + number
     first = np.repeat(np.arange(count)[:, None], K, axis=1)
     weights = np.concatenate([np.eye(1, K).repeat(count, axis=0), new[:, K:2 * K] / new[:, 2 * K:]])
     return np.concatenate([first, np.maximum(new[:, :K], 0)]), weights, place[np.concatenate(divided)]

@@ -16,10 +16,12 @@ MODELS = {"surface": "surface_model_default.h", "normal": "normal_model_hertz.h"
 
 
 def mpi_flags(what):
+    """Words that mpicxx adds: ``what`` is "compile" or "link"."""
     return subprocess.run(["mpicxx", f"--showme:{what}"], check=True, capture_output=True, text=True).stdout.split()
 
 
 def shim():
+    """The extension that speaks with LIGGGHTS, or none where something for it is missing."""
     try:
         compile_flags, link_flags = mpi_flags("compile"), mpi_flags("link")
     except (OSError, subprocess.CalledProcessError):
@@ -33,6 +35,7 @@ def shim():
 
 
 def without(reason):
+    """No extension, and a line that says why."""
     print(f"mpm-dem: built without LIGGGHTS, dem=reference works: {reason}")
     return []
 
@@ -41,12 +44,15 @@ class BuildShim(build_ext):
     """A plain shared library, opened with ctypes: no Python in its name, no module behind it."""
 
     def get_ext_filename(self, fullname):
+        """Without the version of Python."""
         return fullname.replace(".", os.sep) + ".so"
 
     def get_export_symbols(self, ext):
+        """No function that Python looks for."""
         return []
 
     def build_extension(self, ext):
+        """First the headers that LIGGGHTS' own build would make."""
         stubs = Path(self.build_temp, "stubs")
         stubs.mkdir(parents=True, exist_ok=True)
         for kind, model in MODELS.items():

@@ -7,7 +7,6 @@ import mpm_dem_cache  # noqa: F401 - before anything is compiled
 
 from . import cli
 from .cli import case
-from .loop.control import count_windows
 from .loop.couple import NotConvergedError, Window, couple, march
 from .maps.mapping import Mapping, copy, linear, nearest
 from .maps.spread import indentation_compliance, spread
@@ -16,7 +15,7 @@ from .pictures.flow import FlowPictures
 from .records.history import History
 from .records.record import Record  # noqa: F401 - of the cases that do not run by ``Run`` yet
 from .run import Run
-from .scheme import Scheme, Steps
+from .scheme import Scheme, Steps, count_windows
 
 __all__ = [  # a scene and how it is run; maps; the loop by itself and what it tells
     "FlowPictures", "Output", "Run", "Scheme", "Steps", "case", "cli",

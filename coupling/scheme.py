@@ -2,7 +2,33 @@
 from dataclasses import dataclass
 from typing import ClassVar, Literal, Optional
 
-from .loop.control import count_windows
+import mpm_dem_checks as check
+
+MOST_WINDOWS = 1e9  # of a run: at a millisecond each they take eleven days
+WORK_PER_PARTICLE = 1000  # operations in a DEM step, measured
+
+
+def count_windows(t_end: float, dt: float, substeps: int = 1, start: float = 0.0) -> int:
+    """Number of windows from ``start`` [s] on; ValueError unless dt > 0 divides the time and substeps is at
+    least 1.
+
+    >>> count_windows(t_end=0.5, dt=1e-3, substeps=20)
+    500
+    """
+    check.count("substeps", substeps)
+    work = substeps * WORK_PER_PARTICLE
+    check.check_work(f"{substeps:g} DEM steps per window (substeps)", work, "take fewer")
+    check.positive("dt", dt, "s", "the window must be positive")
+    if not check.finite("t_end", t_end, "s", "it must be finite and lie after the start") > start:
+        raise ValueError(f"t_end is {t_end} s: it must lie after the start at {start} s")
+    if (t_end - start) / dt > MOST_WINDOWS:
+        raise ValueError(f"dt is {dt} s: that makes {(t_end - start) / dt:.3g} windows until {t_end} s, more "
+                         f"than {MOST_WINDOWS:g}, take a longer one or a smaller t_end")
+    count = round((t_end - start) / dt)
+    if count < 1 or abs(start + count * dt - t_end) > 1e-9 * t_end:
+        raise ValueError(f"t_end is {t_end} s, which is not a multiple of dt = {dt} s: take t_end="
+                         f"{start + max(count, 1) * dt:.10g}")
+    return count
 
 
 @dataclass(frozen=True)

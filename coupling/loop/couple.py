@@ -7,8 +7,8 @@ import mpm_dem_checks as check
 from ..ledger.energy_watch import EnergyWatch
 from ..maps.mapping import Mapping
 from ..protocols import Grains, Observer, Solid
-from ..scheme import Scheme, Steps
-from .control import WORK_PER_PARTICLE, StepControl, count_windows
+from ..scheme import WORK_PER_PARTICLE, Scheme, Steps, count_windows
+from .control import StepControl
 from .iterate import MOST_REPETITIONS, Iterated, NotConvergedError
 from .ladder import Ladder
 from .relaxation import RELAXATIONS

@@ -12,7 +12,7 @@ from .results import Results
 from .sharing import on_each, on_first
 from .writing import replace_text, writing
 
-Part = Tuple[Any, dict, dict]  # points, cells by type, data by name
+Piece = Tuple[Any, dict, dict]  # points, cells by type, data by name
 
 
 class ParaView:
@@ -24,7 +24,7 @@ class ParaView:
         self._results, self._suffix, self._comm = results, suffix, comm
         self._series: Dict[str, Series] = {}
 
-    def add(self, time: float, parts: Dict[str, Part]) -> None:
+    def add(self, time: float, parts: Dict[str, Piece]) -> None:
         """One time [s]; parts: name → (points, cells, data) of this rank, see ``Series.add``. Collective."""
         comm, alone = self._comm, self._comm.size == 1
         there = comm.allgather(list(parts))
@@ -110,7 +110,7 @@ def _in_space(values: np.ndarray) -> np.ndarray:
     return values
 
 
-def particles_and_wall(grains: RecordedGrains, window: Optional[Window]) -> Dict[str, Part]:
+def particles_and_wall(grains: RecordedGrains, window: Optional[Window]) -> Dict[str, Piece]:
     """Parts of ``ParaView.add``: the particles now, and the wall at the end of a ``Window``, or at the start for None.
     Collective."""
     particles, wall = grains.particles(), grains.scene.wall

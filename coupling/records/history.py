@@ -17,6 +17,11 @@ class History:
 
     path: the CSV file, or None for none; columns: name → (unit, meaning), in their order; notes:
     lines for the head of the file. Give a path on rank 0 only.
+
+    >>> history = History(None, {"time": ("s", "end of the window"), "force": ("N", "on the wall")})
+    >>> history.add({"time": 0.5, "force": 2.0})
+    >>> history["force"], len(history)
+    (array([2.]), 1)
     """
 
     def __init__(self, path: Optional[Union[str, Path]], columns: Columns,

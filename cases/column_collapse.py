@@ -57,7 +57,7 @@ def main(
     numerics: Numerics = Numerics(),
     steps: Steps = Steps(dt=5e-4, t_end=0.5),
     output: Output = Output(Path("out/column_collapse")),
-):
+) -> Run:
     """Collapse of a granular column: front, energies and volume over time, pictures at given times."""
     for name, value, unit in (("width", width, "m"), ("aspect", aspect, ""), ("depth", depth, "m")):
         check.positive(name, value, unit)

@@ -13,7 +13,7 @@ on it; ``swing``, the beam alone in its first mode; ``flight``, the free block a
 """
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, Tuple
+from typing import Literal, Optional, Tuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from coupling import Output, Run, Scheme, case
 from dem_liggghts import critical_step
 from studies import extreme_references as known
 from studies.extreme_keys import COUNTS, Ball, Block, Extreme, Resolution, Windows, check_keys
-from studies.extreme_scene import make_grains, make_mapping, make_solid
+from studies.extreme_scene import interface_on, make_grains, make_mapping, make_solid
 
 
 @case(counts=COUNTS)
@@ -34,7 +34,7 @@ def main(
     windows: Windows = Windows(),
     unit: Tuple[float, float, float] = (1.0, 1.0, 1.0),  # in which the numbers above are given [m, s, kg]
     output: Output = Output(Path("out/extreme")),
-):
+) -> Run:
     """A sphere and an elastic block in extreme conditions, against conservation, kinematics, Hertz, beams."""
     given = Extreme(scene, dim, block, ball, resolution, windows, unit)
     check_keys(given.keys)
@@ -46,15 +46,15 @@ def main(
     return run_of(p, output, against)
 
 
-def run_of(p: Extreme, output: Output, against=None) -> Run:
+def run_of(p: Extreme, output: Output, against: Optional[tuple] = None) -> Run:
     """The run of a scene in SI units. against: (its scene, its history) of the ``known.twin``, or None."""
-    solid, w = make_solid(p), p.windows
-    grains = make_grains(p, solid.interface)
-    substeps = w.substeps or max(1, int(np.ceil(2 * w.dt / min(*critical_step(grains), 1e6 * w.dt))))
-    scheme = Scheme(dt=w.dt, t_end=w.windows * w.dt, substeps=substeps, iterate=w.iterate, adapt=w.adapt,
+    interface, w = interface_on(p), p.windows
+    solid, grains = make_solid(p, interface), make_grains(p, interface)
+    substeps = w.substeps or max(1, int(np.ceil(2 * p.dt / min(*critical_step(grains), 1e6 * p.dt))))
+    scheme = Scheme(dt=p.dt, t_end=w.windows * p.dt, substeps=substeps, iterate=w.iterate, adapt=w.adapt,
                     dem=w.dem)
-    errors = lambda histories: known.errors(p, *histories.values(), against)
-    return Run("extreme", solid, grains, scheme, output, mapping=make_mapping(p, solid.interface),
+    errors = lambda histories: known.errors(p, next(iter(histories.values())), against)
+    return Run("extreme", solid, grains, scheme, output, mapping=make_mapping(p, interface),
                columns=known.columns(p, solid), errors=errors, closed=True)
 
 

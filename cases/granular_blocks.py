@@ -7,7 +7,7 @@
 import math
 from functools import partial
 from pathlib import Path
-from typing import Literal, Optional, Tuple
+from typing import Any, Literal, Optional, Tuple
 
 import mpm_dem_checks as check
 from coupling import FlowPictures, Output, Run, Scheme, case
@@ -53,7 +53,7 @@ def main(
     numerics: Numerics = Numerics(),
     scheme: Scheme = Scheme(dt=5e-4, t_end=0.5, substeps=50),
     output: Output = Output(Path("out/granular_blocks")),
-):
+) -> Run:
     """Granular flow against three blocks: their places and rotation over time, pictures at given times."""
     check.positive("depth", depth, "m")
     check.positive("wall_E", wall_E, "Pa")
@@ -77,7 +77,7 @@ def main(
     touch = Interaction(soil_restitution, friction)
     grains = stack.scene(wall, Material(modulus, soil.nu), touch, depth, box[0], granular.GRAVITY)
 
-    def observe(solid, grains):
+    def observe(solid: Any, grains: Any) -> list:
         of_blocks = blocks.BlockGauges(solid, grains, stack.block, stack.known)
         flow = FlowPictures("granular_blocks", granular.TIMES, solid, of_blocks.shapes)
         return [FlowGauges(solid), of_blocks, flow]

@@ -1,10 +1,12 @@
 """What ``granular_blocks`` tells of its blocks: columns of the history, events beside those of the paper,
 figure."""
-from typing import Any
+from pathlib import Path
+from typing import Any, Dict, Tuple
 
 import numpy as np
 from mpi4py import MPI
 
+from coupling import History
 from coupling.pictures import figure
 from dem_liggghts import quaternion
 
@@ -30,9 +32,10 @@ class BlockGauges:
     observer of a run. block: width and height of one [m]; known: whether the scene is that of the paper.
     Collective."""
 
-    def __init__(self, solid: Any, grains: Any, block, known: bool):
+    def __init__(self, solid: Any, grains: Any, block: Tuple[float, float], known: bool):
         self._solid, self._grains, self._half, self._known = solid, grains, 0.5 * np.array(block), known
-        self._bodies, self.now = grains.bodies(), {}
+        self._bodies = grains.bodies()
+        self.now: Dict[str, float] = {}
         self._angle = np.zeros(len(self._bodies))
 
     def columns(self) -> dict:
@@ -67,7 +70,7 @@ class BlockGauges:
         around = self._half * [[-1, -1], [1, -1], [1, 1], [-1, 1]]
         return self._bodies["x"][:, None, :2] + np.einsum("ijb,cj->bci", turn, around)
 
-    def _intruders(self):
+    def _intruders(self) -> Tuple[float, int]:
         """Depth of the deepest material point inside a block [m] and the number of those inside."""
         x, deepest, inside = self._solid.points.x, 0.0, 0
         x = x[x[:, 0] > self._bodies["x"][:, 0].min() - 2.0 * self._half.max()]  # the rest is far away
@@ -79,12 +82,12 @@ class BlockGauges:
         comm = self._solid.comm
         return comm.allreduce(deepest, MPI.MAX), comm.allreduce(inside)
 
-    def entries(self, history) -> dict:
+    def entries(self, history: History) -> dict:
         """For the report of the run."""
         return {"events": events(history, len(self._angle), self._known)}
 
 
-def events(history, blocks: int, known: bool) -> dict:
+def events(history: History, blocks: int, known: bool) -> dict:
     """What the paper tells of the blocks: name → dict of ``meaning``, ``here``, ``paper``, ``experiment``;
     None for what has not happened, and where the scene is not ``known`` as that of the paper."""
     t = history["time"]
@@ -103,7 +106,7 @@ def events(history, blocks: int, known: bool) -> dict:
             for name, (meaning, paper, experiment) in EVENTS.items() if name in here}
 
 
-def errors(histories, blocks: int, known: bool) -> dict:
+def errors(histories: Dict[str, History], blocks: int, known: bool) -> dict:
     """Differences to the paper of the ``events`` of the last history, and the largest one in rotation between
     back ends."""
     *others, history = histories.values()
@@ -115,9 +118,10 @@ def errors(histories, blocks: int, known: bool) -> dict:
     return found
 
 
-def draw(path, histories, blocks: int) -> None:
+def draw(path: Path, histories: Dict[str, History], blocks: int) -> None:
     """The paper's figure 11, rotation of the blocks over time, with fronts and energies below it."""
-    turns, places, energies, (*_, last) = [], [], [], histories
+    turns: list = []
+    places, energies, (*_, last) = [], [], histories
     for backend, history in histories.items():
         t, style = history["time"], "run" if backend == last else "under"
         name = "" if len(histories) == 1 else f", {'LIGGGHTS' if backend == 'liggghts' else 'built-in DEM'}"
@@ -127,8 +131,8 @@ def draw(path, histories, blocks: int) -> None:
         places.append((t, 100 * history["x99"], f"99 % of the soil{name}", style))
         energies += [(t, history[key], f"{key}{name}", style) for key in ("potential", "kinetic", "elastic")]
         energies.append((t, history["energy_grains"], f"blocks{name}", style))
-    text = "paper: 90 degrees at 0.40 s, 180 at 0.45 s"
-    for time, angle, name in ((0.40, 90.0, text), (0.45, 180.0, None)):
-        turns.append((np.array([-0.015, 0.015]) + time, np.array([angle, angle]), name, "reference"))
+    for time, angle in ((0.40, 90.0), (0.45, 180.0)):
+        text = "paper: 90 degrees at 0.40 s, 180 at 0.45 s" if angle == 90.0 else None
+        turns.append((np.array([-0.015, 0.015]) + time, np.array([angle, angle]), text, "reference"))
     panels = {"rotation, clockwise [degrees]": turns, "left face, front [cm]": places, "energy [J]": energies}
     figure.draw(path, "time [s]", panels)

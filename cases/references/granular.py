@@ -1,11 +1,12 @@
 """The granular column of Singer et al. 2022, third example: numbers of the paper, what comes out beside it,
 figure."""
 import math
-from typing import Union
+from pathlib import Path
+from typing import Dict, Sequence, Union
 
 import numpy as np
 
-from coupling import cli
+from coupling import History, cli
 from coupling.pictures import figure
 from mpm_fenicsx import Soil
 
@@ -24,7 +25,7 @@ def floor_kind(text: str) -> Union[str, float]:
         raise ValueError(f"floor is {text!r}: give stick, slip or a coefficient of friction") from None
 
 
-def errors(history, size, rho: float, gravity: float) -> dict:
+def errors(history: History, size: Sequence[float], rho: float, gravity: float) -> dict:
     """Largest rise of the energy from step to step and growth of the volume, with and without the gaps,
     relative to the start; largest speed over that of free fall from the top; arrival of the 99 % quantile at
     x = 30 cm after the paper's 0.25 s, relative. size: of the column [m], shape (dim,)."""
@@ -42,7 +43,7 @@ def errors(history, size, rho: float, gravity: float) -> dict:
     return {name: float(error) for name, error in found.items()}
 
 
-def draw(path, histories) -> None:
+def draw(path: Path, histories: Dict[str, History]) -> None:
     """Front and energies over time."""
     history = histories["solid"]
     t = history["time"]

@@ -63,5 +63,5 @@ class Stack:
         meet = {("wood", "wood"): Interaction(self.restitution, 0.6, self.adhesion),
                 ("wood", "floor"): Interaction(self.restitution, 0.3, 2 * self.adhesion),
                 ("wood", "soil"): touch}
-        return Scene(wall=soil, clusters=stack, walls=[floor], gravity=(0.0, -gravity), interactions=meet,
-                     materials={"wood": WOOD, "floor": WOOD, "soil": surface})
+        return Scene(wall=soil, clusters=tuple(stack), walls=(floor,), gravity=(0.0, -gravity),
+                     interactions=meet, materials={"wood": WOOD, "floor": WOOD, "soil": surface})

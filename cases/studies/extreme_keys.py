@@ -2,7 +2,7 @@
 sense."""
 import math
 from dataclasses import asdict, dataclass, fields, replace
-from typing import Literal, Optional, Tuple
+from typing import Any, Callable, Literal, Optional, Tuple
 
 import numpy as np
 
@@ -35,7 +35,7 @@ class Block:
     fly: float = 0.0  # velocity of the body along the grid at the start [m/s]
 
     @property
-    def mass(self):
+    def mass(self) -> float:
         """In all [kg]."""
         return self.rho * self.length * self.height * self.width
 
@@ -99,41 +99,52 @@ class Extreme:
     unit: Tuple[float, float, float]
 
     @property
-    def keys(self):
+    def keys(self) -> dict:
         """Name → value, without groups."""
         groups = (self.block, self.ball, self.resolution, self.windows)
         return {"scene": self.scene, "dim": self.dim, "unit": self.unit,
                 **{name: value for group in groups for name, value in asdict(group).items()}}
 
     @property
-    def density(self):
+    def dt(self) -> float:
+        """Of a window [s], once it is known."""
+        assert self.windows.dt is not None
+        return self.windows.dt
+
+    @property
+    def E_ball(self) -> float:
+        """Young's modulus of the spheres [Pa]."""
+        return self.block.E if self.ball.E_ball is None else self.ball.E_ball
+
+    @property
+    def density(self) -> float:
         """Of the spheres [kg/m^3]."""
         ratio = self.ball.mass_ratio
         return self.block.rho if ratio is None else ratio * self.block.mass / self._volume
 
     @property
-    def ball_mass(self):
+    def ball_mass(self) -> float:
         """Of a sphere [kg]."""
         return self.density * self._volume
 
     @property
-    def _volume(self):
+    def _volume(self) -> float:
         return 4 / 3 * np.pi * self.ball.radius**3
 
     @property
-    def stiffness(self):
+    def stiffness(self) -> float:
         """Of the Hertz contact [N/m^1.5]."""
         block, ball = self.block, self.ball
-        return 4 / 3 * np.sqrt(ball.radius) / ((1 - block.nu**2) * (1 / block.E + 1 / ball.E_ball))
+        return 4 / 3 * np.sqrt(ball.radius) / ((1 - block.nu**2) * (1 / block.E + 1 / self.E_ball))
 
-    def in_si(self):
-        """The same in SI units, with the modulus of the sphere."""
-        groups = (self.block, self.ball, self.resolution, self.windows)
-        p = Extreme(self.scene, self.dim, *(_scaled(group, self.unit) for group in groups), self.unit)
-        return p if p.ball.E_ball is not None else replace(p, ball=replace(p.ball, E_ball=p.block.E))
+    def in_si(self) -> "Extreme":
+        """The same in SI units."""
+        si = lambda group: _scaled(group, self.unit)
+        return replace(self, block=si(self.block), ball=si(self.ball), resolution=si(self.resolution),
+                       windows=si(self.windows))
 
 
-def _scaled(group, unit):
+def _scaled(group: Any, unit: Tuple[float, float, float]) -> Any:
     """A group of keys, given in ``unit``, in SI units."""
     found = {}
     for name in (f.name for f in fields(group) if f.name in DIMENSION):
@@ -143,11 +154,11 @@ def _scaled(group, unit):
     return replace(group, **found)
 
 
-def _not_in(*scenes):
+def _not_in(*scenes: str) -> Callable[[dict], bool]:
     return lambda keys: keys["scene"] not in scenes
 
 
-def _timed(keys):
+def _timed(keys: dict) -> bool:
     return keys["dt"] is not None or keys["cfl"] is not None
 
 
@@ -165,7 +176,7 @@ COUNTS = {  # key → (whether it has an effect beside the others, when it has o
     "per_contact": (lambda keys: not _timed(keys), "without dt= and cfl=")}
 
 
-def check_keys(keys):
+def check_keys(keys: dict) -> None:
     """ValueError for a key out of its range, and a body of too many cells. keys: name → value."""
     for name, unit in POSITIVE.items():
         if keys[name] is not None:
@@ -185,7 +196,7 @@ def check_keys(keys):
     _check_body(keys)
 
 
-def _check_scene(keys):
+def _check_scene(keys: dict) -> None:
     scene, beyond = keys["scene"], keys["length"] / 2 + keys["radius"]
     for place in check.numbers("at", keys["at"], len(keys["at"]), "m"):
         check.between("at", place, -beyond, beyond, "m",
@@ -200,7 +211,7 @@ def _check_scene(keys):
                        "give a positive number, or cfl or dt for the length of a window")
 
 
-def _check_body(keys):
+def _check_body(keys: dict) -> None:
     size = [keys["length"], keys["height"], keys["width"]][:keys["dim"]]
     check.between("h", keys["h"], 0, min(size), "m",
                   f"the cell size must lie between 0 and {min(size):.6g} m", "(]")

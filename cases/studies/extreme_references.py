@@ -1,15 +1,17 @@
 """What must come out of the scenes of ``extreme.py``, and how far a run is from it."""
 from dataclasses import replace
+from typing import Any, Callable, Optional, Tuple
 
 import numpy as np
 
+from coupling import History
 from coupling.ledger import exchange
 from coupling.records import report
 from references import beam_theory
-from studies.extreme_keys import ALONE
+from studies.extreme_keys import ALONE, Extreme
 
 
-def twin(p):
+def twin(p: Extreme) -> Optional[Extreme]:
     """A run to compare with: the same in SI units, without flight, on a rigid base instead of a stiff one;
     None when there is nothing to compare with. p: ``Extreme`` as it is given."""
     if tuple(p.unit) != (1.0, 1.0, 1.0):
@@ -21,7 +23,7 @@ def twin(p):
     return None
 
 
-def timed(p):
+def timed(p: Extreme) -> Extreme:
     """The same with the length of its windows. ValueError for a sphere that misses the body. p: in SI
     units."""
     if p.scene not in (*ALONE, "rest") and not approach(p) > 0:
@@ -36,7 +38,7 @@ def timed(p):
     return replace(p, windows=replace(p.windows, dt=dt))
 
 
-def effective_mass(p):
+def effective_mass(p: Extreme) -> tuple:
     """Mass [kg] that the contact feels, of sphere and body, rigid as they are; and the direction of its
     force."""
     if p.scene not in ("free", "layers") or p.block.contrast < 1:
@@ -50,13 +52,13 @@ def effective_mass(p):
     return 1 / (1 / p.ball_mass + (len(p.ball.at) + turning) / p.block.mass), n
 
 
-def approach(p):
+def approach(p: Extreme) -> float:
     """Speed at which sphere and body come closer [m/s]."""
     n = effective_mass(p)[1]
     return p.ball.v0 * (np.cos(np.radians(p.ball.angle)) * n[1] - np.sin(np.radians(p.ball.angle)) * n[0])
 
 
-def contact_time(p):
+def contact_time(p: Extreme) -> float:
     """Of a Hertz contact (Johnson, Contact Mechanics, 1985, section 11.4); of an oscillation about rest under
     gravity for a sphere that lies [s]."""
     if p.scene == "rest":
@@ -66,35 +68,35 @@ def contact_time(p):
     return 2.943 * (1.25 * mass * v**2 / p.stiffness) ** 0.4 / v
 
 
-def peak_force(p):
+def peak_force(p: Extreme) -> float:
     """Of a Hertz contact [N]."""
     return p.stiffness * (1.25 * effective_mass(p)[0] * approach(p) ** 2 / p.stiffness) ** 0.6
 
 
-def first_mode(p):
+def first_mode(p: Extreme) -> float:
     """Angular frequency of the beam's first mode [rad/s]."""
     block = p.block
     return beam_theory.beam_modes(block.length, block.height, block.width, *moduli(p), block.rho, modes=1,
                                shear=shear(p))[0][0]
 
 
-def moduli(p):
+def moduli(p: Extreme) -> Tuple[float, float]:
     """E and nu of a beam in plane stress that bends as the body."""
     E, nu = p.block.E, p.block.nu
     return (E, nu) if p.dim == 3 or p.block.plane == "stress" else (E / (1 - nu**2), 0.0)
 
 
-def shear(p):
+def shear(p: Extreme) -> float:
     """Shear correction that goes with ``moduli``: the shear modulus is the same in both plane states."""
     E, nu = moduli(p)
     return 5 / 6 * (p.block.E / (1 + p.block.nu)) / (E / (1 + nu))
 
 
-def start(p):
+def start(p: Extreme) -> Callable[[np.ndarray], np.ndarray]:
     """Velocity of the body at the start [m/s] as a function of position."""
     along = np.pi / p.block.length
 
-    def velocity(x):
+    def velocity(x: np.ndarray) -> np.ndarray:
         v = np.zeros_like(x)
         v[:, 0] = p.block.fly
         if p.scene == "swing":
@@ -107,7 +109,7 @@ def start(p):
     return velocity
 
 
-def columns(p, solid):
+def columns(p: Extreme, solid: Any) -> dict:
     """Of history.csv, see ``Record``."""
     middle = np.argmin((solid.interface.x ** 2).sum(axis=1))
     first = {"u_beam": ("m", "upward displacement of the middle of the upper side",
@@ -126,7 +128,7 @@ def columns(p, solid):
             "spin": ("rad/s", "its spin", lambda w: w.particles["omega"][0, 2]), **first}
 
 
-def errors(p, history, against):
+def errors(p: Extreme, history: History, against: Optional[Tuple[Extreme, History]]) -> dict:
     """Name → number. against: (its parameters, its history) of the ``twin``, or None."""
     found = {"energy_gain": max(float(history["energy_error"].max()), 0.0)}
     if p.scene not in ("swing", "flight"):
@@ -138,7 +140,7 @@ def errors(p, history, against):
     return found | {name: float(value) for name, value in own(p, history).items()}
 
 
-def difference(p, history, q, other):
+def difference(p: Extreme, history: History, q: Extreme, other: History) -> dict:
     """Of two histories, each in units of its own scene, relative to the largest value."""
     speeds = ("vx_beam",) if p.scene == "flight" else ("v_sphere",)
     pairs = [((history[n] - p.block.fly) / p.ball.v0, (other[n] - q.block.fly) / q.ball.v0) for n in speeds]
@@ -150,12 +152,12 @@ def difference(p, history, q, other):
     return {name: max(float(np.abs(a - b).max() / (np.abs(b).max() or 1.0)) for a, b in pairs)}
 
 
-def of_beam(p, history):
+def of_beam(p: Extreme, history: History) -> dict:
     """Timoshenko beam with Hertz contact."""
     E, nu = moduli(p)
-    end = p.windows.windows * p.windows.dt
+    end = p.windows.windows * p.dt
     known = beam_theory.impact(p.block.length, p.block.height, p.block.width, p.ball.radius, p.ball.v0, E, nu,
-                            p.block.rho, end, shear=shear(p), sphere=(p.ball.E_ball, p.block.nu, p.density))
+                               p.block.rho, end, shear=shear(p), sphere=(p.E_ball, p.block.nu, p.density))
     lengths = history["window"]
     at_end, at_middle = (known.at(np.clip(history["time"] - lag, 0.0, end)) for lag in (0.0, lengths / 2))
     return {"force": report.relative_l2(history["force"], at_middle.force, lengths),
@@ -163,7 +165,7 @@ def of_beam(p, history):
             "v_end": abs(history["v_sphere"][-1] - at_end.v_sphere[-1]) / p.ball.v0}
 
 
-def of_block(p, history):
+def of_block(p: Extreme, history: History) -> dict:
     """Hertz on a rigid plane, and flight in between. Oblique: what the force can do, it does at the point of
     contact, about which the sphere keeps its angular momentum; when it slides, it does the friction's
     share."""
@@ -183,7 +185,7 @@ def of_block(p, history):
     return found
 
 
-def bounces(p, history):
+def bounces(p: Extreme, history: History) -> float:
     """Largest error in the start of a contact, relative to the time from one to the next."""
     contact = contact_time(p)
     period = 2 * p.ball.v0 / p.ball.gravity + contact
@@ -193,7 +195,7 @@ def bounces(p, history):
     return max(np.abs(np.array(found) - expected).max() / period, missing)
 
 
-def of_collision(p, history):
+def of_collision(p: Extreme, history: History) -> dict:
     """Rigid bodies, frictionless, free to move and turn: the impulse is (1 + e) times effective mass and
     approach."""
     if p.scene == "layers" and p.block.contrast < 1:
@@ -211,7 +213,7 @@ def of_collision(p, history):
     return found
 
 
-def of_rest(p, history):
+def of_rest(p: Extreme, history: History) -> dict:
     """The sphere's weight, Hertz' sag, and how much it still moves in the second half."""
     weight, last = p.ball_mass * p.ball.gravity, len(history) // 10
     sag = (weight / p.stiffness) ** (2 / 3)
@@ -221,12 +223,12 @@ def of_rest(p, history):
             "sag": abs(y[-last:].mean() / sag + 1), "creep": abs(y[-last:].mean() - half.mean()) / sag}
 
 
-def of_swing(p, history):
+def of_swing(p: Extreme, history: History) -> dict:
     """The first mode, as it is and as Newmark's method makes it: with 2 arctan(omega dt/2) / dt for the
     frequency, at the same amplitude; and the amplitude alone, after half a period."""
     omega = first_mode(p)
     size, t = p.ball.v0 / omega, history["time"]
-    slower = 2 * np.arctan(0.5 * omega * p.windows.dt) / p.windows.dt
+    slower = 2 * np.arctan(0.5 * omega * p.dt) / p.dt
     found = {"exact": report.relative_l2(history["u_beam"], size * np.sin(omega * t)),
              "newmark": report.relative_l2(history["u_beam"], size * np.sin(slower * t))}
     if slower * t[-1] > np.pi:
@@ -234,7 +236,7 @@ def of_swing(p, history):
     return found
 
 
-def of_flight(p, history):
+def of_flight(p: Extreme, history: History) -> dict:
     """The body keeps its momentum and its energy; without vibration it moves as a rigid one."""
     lost = np.abs(history["energy_error"]).max()
     found = {"energy": lost}

@@ -1,24 +1,27 @@
 """Scenes of ``extreme.py``: body, grid, supports, interface and spheres."""
+from typing import Callable, List, Tuple, cast
+
 import numpy as np
 
 import mpm_dem_checks as check
-from coupling import linear, spread
+from coupling import Mapping, linear, spread
 from coupling.maps.spread import compliance_in_plane, compliance_in_space
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall
 from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, Interface, Support, seed
+from mpm_fenicsx.laws import Law
 from studies import extreme_references as known
-from studies.extreme_keys import ALONE
+from studies.extreme_keys import ALONE, Extreme
 
 
-def make_solid(p):
-    """Background grid, bodies, supports and interface: the body's upper side, and its flanks where it is
-    free. The origin is in the middle of the upper side. p: ``Extreme`` in SI units."""
-    box = box_of(p)
-    (lower, upper), boxes, laws = (box.lower, box.upper), [box], [LAWS[p.block.law](p.block.E, p.block.nu)]
+def make_solid(p: Extreme, interface: Interface) -> MPM:
+    """Background grid, bodies and supports. The origin is in the middle of the body's upper side. p: in SI
+    units."""
+    box, law = box_of(p), cast(Callable[..., Law], LAWS[p.block.law])
+    (lower, upper), boxes, laws = (box.lower, box.upper), [box], [law(p.block.E, p.block.nu)]
     if p.scene == "layers":
         height = p.block.height
         boxes.append(Box((lower[0], -2 * height, *lower[2:]), (upper[0], -height, *upper[2:])))
-        laws.append(LAWS[p.block.law](p.block.E / p.block.contrast, p.block.nu))
+        laws.append(law(p.block.E / p.block.contrast, p.block.nu))
     grid, counts = background(p, boxes)
     held = boxes[-1].lower[1] + 1e-6 * p.block.height
     supports = {"free": [], "flight": [],
@@ -26,26 +29,31 @@ def make_solid(p):
                 "block": [Support(lambda x: x[:, 1] < held, "xyz"[:p.dim], name="support of the bottom")]}
     supports |= {"swing": supports["beam"], "layers": supports["block"], "rest": supports["block"]}
     bodies = [body(p, *part, counts) for part in zip(boxes, laws)]
-    return MPM(grid, bodies, supports[p.scene], interface_on(p, counts), inertia=p.resolution.inertia,
+    return MPM(grid, bodies, supports[p.scene], interface, inertia=p.resolution.inertia,
                bonded=True)
 
 
-def box_of(p):
+def box_of(p: Extreme) -> Box:
     """Place of the body."""
     block = p.block
     return Box((-block.length / 2, -block.height, -block.width / 2)[:p.dim],
                (block.length / 2, 0.0, block.width / 2)[:p.dim])
 
 
-def background(p, boxes):
+def cells_of(p: Extreme, box: Box) -> np.ndarray:
+    """Of about ``h`` along each side of the body, shape (dim,)."""
+    return np.maximum(np.rint(box.size / p.resolution.h), 1).astype(int)
+
+
+def background(p: Extreme, boxes: List[Box]) -> Tuple[Grid, np.ndarray]:
     """Grid with cells of about ``h`` that fit the boxes, two more on each side, more where the body flies,
     and cells of a box."""
-    counts = np.maximum(np.rint(boxes[0].size / p.resolution.h), 1).astype(int)
+    counts = cells_of(p, boxes[0])
     h = boxes[0].size / counts
     around = np.full((2, p.dim), 2)
     if p.scene in ("free", "flight"):
         windows, v0, fly = p.windows.windows, p.ball.v0, p.block.fly
-        travel = windows * p.windows.dt * np.array([abs(fly) + v0, 2 * v0, 0.0][:p.dim])
+        travel = windows * p.dt * np.array([abs(fly) + v0, 2 * v0, 0.0][:p.dim])
         n = np.prod(counts + 2 * travel / h)
         what = f"{n:.3g} cells of the grid for a flight of {travel.max():.3g} m"
         check.check_memory(f"{what} (windows={windows}, v0={v0:g}, fly={fly:g})", 600 * n,
@@ -56,7 +64,7 @@ def background(p, boxes):
                 counts + around.sum(axis=0), p.resolution.cell), counts
 
 
-def body(p, box, law, counts):
+def body(p: Extreme, box: Box, law: Law, counts: np.ndarray) -> Body:
     """One block with its points seeded as ``seeding`` says."""
     fine, state = p.resolution, f"plane_{p.block.plane}" if p.dim == 2 else None
     whole = Body(box, tuple(fine.refine * counts), fine.points, law, p.block.rho, state,
@@ -77,9 +85,10 @@ def body(p, box, law, counts):
                 whole.velocity, fine.f_bar)
 
 
-def interface_on(p, counts):
-    """Boundary particles, two per cell."""
+def interface_on(p: Extreme) -> Interface:
+    """Boundary particles, two per cell, on the body's upper side, and on its flanks where it is free."""
     box = box_of(p)
+    counts = cells_of(p, box)
     across = [2 * counts[d] for d in range(p.dim) if d != 1]
     if p.scene != "free" or p.dim == 3:
         top = Interface.top(box, across)
@@ -93,7 +102,7 @@ def interface_on(p, counts):
     return Interface(x, np.column_stack([i, i + 1]))
 
 
-def make_grains(p, interface):
+def make_grains(p: Extreme, interface: Interface) -> Scene:
     """Spheres above the body, and the interface as their wall."""
     wall, steel = Wall(interface.x, interface.elements), Material(p.block.E, p.block.nu)
     if p.scene in ALONE:
@@ -106,12 +115,12 @@ def make_grains(p, interface):
     v[:, :2] = ball.v0 * np.sin(angle), -ball.v0 * np.cos(angle)
     if p.scene == "rest":
         v[:] = 0.0
-    return Scene(Spheres(x, v, ball.radius, p.density), wall, Material(ball.E_ball, p.block.nu), steel,
+    return Scene(Spheres(x, v, ball.radius, p.density), wall, Material(p.E_ball, p.block.nu), steel,
                  at_wall=Interaction(ball.restitution, ball.friction),
                  gravity=(0.0, -ball.gravity, 0.0)[:p.dim])
 
 
-def make_mapping(p, interface):
+def make_mapping(p: Extreme, interface: Interface) -> Mapping:
     """The wall follows the interface; the force is spread where that is asked for."""
     dent, radius = 0.0, p.ball.spread
     if p.ball.take_out and p.dim == 3:

@@ -7,7 +7,7 @@ deflection, of a collision of compact bodies with 50 windows per contact 1 %.
 CASE = "../extreme.py"
 
 
-def words(*parts):
+def words(*parts: str) -> str:
     """Words of a command line; of keys that come again the last value counts."""
     keys = dict(word.split("=", 1) for part in parts for word in part.split())
     return " ".join(f"{key}={value}" for key, value in keys.items())

@@ -10,6 +10,7 @@ import json
 import os
 import subprocess
 from pathlib import Path
+from typing import Any, Dict, List
 
 import numpy as np
 
@@ -22,7 +23,7 @@ BEAM = dict(length=0.1535, radius=0.01, v0=0.01, E=215.82e9, nu=0.289, rho=7960.
 SECTION, T_END, MODES = (0.01, 0.01), 4e-4, 50
 
 
-def plan(own):
+def plan(own: Dict[str, str]) -> List[Dict[str, str]]:
     """Runs of the peer from the tool's own keys: peer_NAME=a,b is swept and passed on as --NAME; a list of
     dictionaries, empty when there is no ``peer``. UsageError when what belongs together is not complete."""
     given = {key[len("peer_"):]: text.split(",") for key, text in own.items() if key.startswith("peer_")}
@@ -34,7 +35,8 @@ def plan(own):
     return [dict(zip(given, values)) for values in itertools.product(*given.values())]
 
 
-def measure(python, script, runs, folder, repeat=1):
+def measure(python: str, script: str, runs: List[Dict[str, str]], folder: Path,
+            repeat: int = 1) -> List[dict]:
     """Rows of an overlay (label, time_s, error_NAME), one per run of the peer, the fastest of ``repeat``; those
     finished before are kept. RuntimeError when the peer's script fails."""
     rows, b = [], BEAM
@@ -42,7 +44,7 @@ def measure(python, script, runs, folder, repeat=1):
                                 modes=MODES)
     for options in runs:
         note = " ".join(f"{k}={v}" for k, v in options.items())
-        best = None
+        best: Any = None
         for attempt in range(repeat):
             work = Path(folder) / note.replace(" ", "_").replace("/", "_") / str(attempt)
             if not (work / "summary.json").is_file():
@@ -58,7 +60,7 @@ def measure(python, script, runs, folder, repeat=1):
     return rows
 
 
-def compare(history, reference):
+def compare(history: np.ndarray, reference: Any) -> Dict[str, float]:
     """Errors as in the case. The peer's force is the one at the end of each step, and is compared there."""
     at = reference.at(np.minimum(history["t_s"], reference.time[-1]))
     return {"force": report.relative_l2(history["contact_force_dem_N"], at.force),
@@ -66,7 +68,7 @@ def compare(history, reference):
             "v_sphere_end": float(abs(history["sphere_vel_m_s"][-1] / at.v_sphere[-1] - 1))}
 
 
-def _start(python, script, options, work):
+def _start(python: str, script: str, options: Dict[str, str], work: Path) -> None:
     work.mkdir(parents=True, exist_ok=True)
     steps = round(T_END / float(options["dt"]))
     words = ["--work", work / "files", "--steps", steps, "--csv", work / "history.csv",

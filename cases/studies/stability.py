@@ -32,7 +32,7 @@ import re
 import runpy
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, Dict, List, NamedTuple, Tuple, Union
 
 import mpm_dem_checks as check
 from coupling import cli
@@ -69,16 +69,16 @@ class Outcome(NamedTuple):
     error: float = math.nan
     bound: float = math.nan
     energy_gain: float = math.nan
-    window_s: float = math.nan
+    window_s: Any = math.nan
     says: str = ""
 
 
-def main(words):
+def main(words: List[str]) -> int:
     """Run the rows that the words of the command line ask for; returns the exit status."""
     if {"-h", "--help"} & set(words):
         tell(__doc__)
         return 0
-    own = {}
+    own: Dict[str, str] = {}
     for key, text in (word.split("=", 1) for word in words if "=" in word):
         cli.once(key, text, own)
         own[key] = text
@@ -99,9 +99,9 @@ def main(words):
     return int(any(o.found == "wrong" for o in outcomes))
 
 
-def read(path):
+def read(path: Union[str, Path]) -> Tuple[Path, List[Row]]:
     """Case and rows of a matrix; UsageError for one that does not make sense."""
-    path = cli.checked(check.file, "matrix", path)
+    path = Path(cli.checked(check.file, "matrix", path))
     try:
         content = runpy.run_path(str(path))
         script, entries = path.parent / content["CASE"], list(content["ROWS"])
@@ -115,7 +115,7 @@ def read(path):
     return script, rows
 
 
-def _row(number, entry):
+def _row(number: int, entry: Any) -> Row:
     """One tuple of a matrix as a ``Row``; UsageError for one that is none."""
     form = isinstance(entry, (tuple, list)) and len(entry) == len(Row._fields)
     if not form or not all(isinstance(text, str) for text in (*entry[:4], entry[5])) or not isinstance(entry[4], dict):
@@ -134,7 +134,7 @@ def _row(number, entry):
     return row
 
 
-def choose(rows, names):
+def choose(rows: List[Row], names: List[str]) -> List[Row]:
     """The rows of these names and groups, all of them for no name."""
     known = [*dict.fromkeys(row.group for row in rows), *(row.name for row in rows)]
     for name in names:
@@ -145,7 +145,7 @@ def choose(rows, names):
     return [row for row in rows if not names or {row.name, row.group} & set(names)]
 
 
-def run(case, rows, out, jobs, timeout):
+def run(case: Path, rows: List[Row], out: Path, jobs: int, timeout: float) -> List[Outcome]:
     """Outcomes of the rows in their order; the table is written after each."""
     found = {}
     with ThreadPoolExecutor(jobs) as pool:
@@ -161,13 +161,13 @@ def run(case, rows, out, jobs, timeout):
     return [found[row.name] for row in rows]
 
 
-def outcome(case, row, folder, timeout):
+def outcome(case: Path, row: Row, folder: Path, timeout: float) -> Outcome:
     """Run one row, or read what it left, and judge it."""
     result = sweep.run(case, {}, row.words.split(), Path(folder) / row.name, timeout=timeout)
     return judge(row, result)
 
 
-def judge(row, result):
+def judge(row: Row, result: sweep.Result) -> Outcome:
     """Class of a run, see above. result: ``sweep.Result``."""
     if result.status != "ok":
         stopped = result.sentence and not result.status.startswith(BUG)
@@ -187,23 +187,23 @@ def judge(row, result):
                    "" if row.bounds else "it came to its end, and no bound says how good it is")
 
 
-def line(one):
+def line(one: Outcome) -> str:
     """One outcome for the terminal."""
     surprise = "" if one.found == one.row.expected else f" (expected: {one.row.expected})"
     return f"{one.row.name}: {one.found}{surprise}; {one.says or shown(one) + f', energy gain {one.energy_gain:.2g}'}"
 
 
-def summary(outcomes):
+def summary(outcomes: List[Outcome]) -> str:
     """How many runs there are of each class."""
     return ", ".join(f"{sum(one.found == kind for one in outcomes)} {kind}" for kind in CLASSES)
 
 
-def shown(one):
+def shown(one: Outcome) -> str:
     """The error measure of an outcome and its bound."""
     return f"{one.measure} {one.error:.2g} (bound {one.bound:.2g})" if one.measure else ""
 
 
-def write(out, outcomes):
+def write(out: Path, outcomes: List[Outcome]) -> None:
     """CSV and Markdown table into the folder ``out``."""
     with open(out / "stability.csv", "w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)

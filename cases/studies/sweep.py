@@ -9,7 +9,7 @@ import subprocess
 import sys
 from contextlib import nullcontext
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
 
 from coupling import signals
 from coupling.cli import EXPECTED, UsageError, once
@@ -27,19 +27,21 @@ class Result(NamedTuple):
 
     keys: dict
     status: str
-    window_s: float = None
-    wall_s: float = None
-    peak_mb: float = None
+    window_s: Any = None
+    wall_s: Any = None
+    peak_mb: Any = None
     errors: dict = {}
     sentence: bool = False
     warnings: tuple = ()
 
 
-def parse(words, own=()):
+def parse(words: Sequence[str],
+          own: Sequence[str] = ()) -> Tuple[Dict[str, List[str]], List[str], Dict[str, str]]:
     """Words of a command line → (swept keys: name → texts, words that every run gets, own keys of the tool: name →
     text). ``own``: their names, which the case does not get to see. UsageError for a word that is no key=value and
     for a key or a value given twice."""
-    swept, fixed, mine, seen, after_option = {}, [], {}, set(), False
+    swept, fixed, mine, after_option = {}, [], {}, False
+    seen: Set[str] = set()
     for word in words:
         key, equals, text = word.partition("=")
         if word.startswith("-") or (not equals and after_option):
@@ -62,17 +64,18 @@ def parse(words, own=()):
     return swept, fixed, mine
 
 
-def as_typed(text):
+def as_typed(text: str) -> str:
     """A value of a sweep as the case reads it: 62x13 is 62,13."""
     return text.replace("x", ",") if TUPLE.fullmatch(text) else text
 
 
-def combinations(swept):
+def combinations(swept: Dict[str, List[str]]) -> List[Dict[str, str]]:
     """Every combination of the swept values, as dictionaries; the last key changes fastest."""
     return [dict(zip(swept, values)) for values in itertools.product(*swept.values())]
 
 
-def run(case, keys, fixed, folder, *, repeat=1, timeout=None):
+def run(case: Union[str, Path], keys: Dict[str, str], fixed: Sequence[str], folder: Union[str, Path], *,
+        repeat: int = 1, timeout: Optional[float] = None) -> Result:
     """Run ``case`` (a script) with ``keys`` and the words ``fixed``, results below ``folder``; a finished run of the
     same words is not repeated. repeat: runs, of which the one with the least time in windows counts. timeout [s] of
     each."""
@@ -84,7 +87,7 @@ def run(case, keys, fixed, folder, *, repeat=1, timeout=None):
             return Result(**kept["result"])._replace(warnings=tuple(kept["result"].get("warnings", ())))
     except (OSError, ValueError, KeyError, TypeError):
         pass  # not there, not finished or not readable: run it
-    best = None
+    best: Any = None
     for _ in range(repeat):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
@@ -98,13 +101,13 @@ def run(case, keys, fixed, folder, *, repeat=1, timeout=None):
     return best
 
 
-def environment():
+def environment() -> Dict[str, str]:
     """For a process that runs a case: the packages of this project, without what MPI tells its own children."""
     paths = [str(Path(__file__).parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {"OMP_NUM_THREADS": "1", **os.environ, "PYTHONPATH": os.pathsep.join(paths)}
 
 
-def _start(words, folder, timeout):
+def _start(words: List[str], folder: Path, timeout: Optional[float]) -> Tuple[str, bool]:
     """Run the script and wait; "ok" or one sentence why it failed, and whether the script itself said so."""
     with open(folder / "stdout.txt", "w") as out, open(folder / "stderr.txt", "w") as err:
         process = subprocess.Popen([sys.executable, *words], stdout=out, stderr=err, env=environment())
@@ -122,13 +125,13 @@ def _start(words, folder, timeout):
     return (said or _said(folder, "")[-1:] or [f"exit status {process.returncode}"])[0], bool(said)
 
 
-def _said(folder, kind):
+def _said(folder: Path, kind: str) -> List[str]:
     """Lines that a run wrote to stderr, those that begin with ``kind``, without it."""
     lines = (folder / "stderr.txt").read_text(errors="replace").splitlines()
     return [line[len(kind):] for line in lines if line.strip() and line.startswith(kind)]
 
 
-def _stop(process):
+def _stop(process: subprocess.Popen) -> None:
     """End a process that still runs, by force if it does not listen."""
     if process.poll() is None:
         process.terminate()
@@ -139,7 +142,7 @@ def _stop(process):
             process.wait()
 
 
-def _read(folder, keys, status):
+def _read(folder: Path, keys: Dict[str, str], status: str) -> Result:
     """What the report of a run says."""
     if status != "ok":
         return Result(keys, status)
@@ -151,7 +154,7 @@ def _read(folder, keys, status):
         return Result(keys, f"no usable report.json ({type(error).__name__}: {error})")
 
 
-def end(main):
+def end(main: Callable[[List[str]], Optional[int]]) -> None:
     """Call ``main`` with the words of the command line, and end as it ends: a tool's last line."""
     help_only = {"-h", "--help"} & set(sys.argv)
     try:

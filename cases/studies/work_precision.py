@@ -23,6 +23,8 @@ window_s is the time in coupling windows, without start-up and pictures. A run t
 """
 import csv
 from math import inf
+from pathlib import Path
+from typing import Dict, Iterable, Iterator, List, Optional, Sequence, Tuple
 
 import mpm_dem_checks as check
 from coupling import cli
@@ -34,7 +36,7 @@ from studies import peer, sweep
 OWN = ("out", "repeat", "timeout", "show", "overlay", "peer", "script", "peer_")
 
 
-def main(words):
+def main(words: List[str]) -> int:
     """Run the sweep that the words of the command line ask for; returns the exit status."""
     if not words or {"-h", "--help"} & set(words):
         tell(__doc__)
@@ -66,7 +68,7 @@ def main(words):
     return 0
 
 
-def _line(result):
+def _line(result: sweep.Result) -> str:
     keys = " ".join(f"{k}={v}" for k, v in result.keys.items())
     warned = "".join(f"\n    warning: {warning}" for warning in result.warnings)
     if result.status != "ok":
@@ -75,7 +77,7 @@ def _line(result):
     return f"{keys}: {result.window_s:.3g} s, {errors}{warned}"
 
 
-def read_overlay(path):
+def read_overlay(path: str) -> List[dict]:
     """Rows of a CSV of others' results: name → text or number. UsageError when it is not one."""
     try:
         with open(path, encoding="utf-8", newline="") as file:
@@ -87,12 +89,12 @@ def read_overlay(path):
                              "error_NAME") from None
 
 
-def measures(results):
+def measures(results: List[sweep.Result]) -> List[str]:
     """Names of all error measures, in the order in which they come."""
     return list(dict.fromkeys(name for result in results for name in result.errors))
 
 
-def write_csv(path, swept, results):
+def write_csv(path: Path, swept: Dict[str, List[str]], results: List[sweep.Result]) -> None:
     """One row per run: its keys, seconds in windows and in all, memory [MB], status, warnings and errors."""
     names = measures(results)
     head = [*swept, "window_s", "wall_s", "peak_mb", "status", "warnings", *(f"error_{name}" for name in names)]
@@ -102,7 +104,8 @@ def write_csv(path, swept, results):
         csv.writer(file).writerows([head, *(["" if cell is None else cell for cell in row] for row in rows)])
 
 
-def write(out, title, swept, results, others=(), show=None):
+def write(out: Path, title: str, swept: Dict[str, List[str]], results: List[sweep.Result],
+          others: Sequence[dict] = (), show: Optional[str] = None) -> None:
     """Markdown table and figure of ``results`` into the folder ``out``. others: rows as of ``read_overlay``; show:
     error measures in the figure, separated by commas. UsageError when one of them is not known."""
     names = measures(results)
@@ -118,10 +121,11 @@ def write(out, title, swept, results, others=(), show=None):
     figure.draw_work(out / "work_precision.png", "time in coupling windows [s]", panels)
 
 
-def _series(title, good, others, swept):
+def _series(title: str, good: List[sweep.Result], others: Sequence[dict],
+            swept: Iterable[str]) -> Iterator[tuple]:
     """(label, rows (time, errors, note)) of the case and of each of the others; these share a label up to their key."""
     yield title, [(r.window_s, r.errors, " ".join(f"{k}={r.keys[k]}" for k in swept)) for r in good]
-    groups = {}
+    groups: Dict[str, list] = {}
     for row in others:
         name, _, note = row["label"].partition(": ")
         errors = {k[len("error_"):]: v for k, v in row.items() if k.startswith("error_")}
@@ -129,13 +133,14 @@ def _series(title, good, others, swept):
     yield from groups.items()
 
 
-def _points(label, rows, name):
+def _points(label: str, rows: List[tuple], name: str) -> Optional[tuple]:
     """A series of ``figure.draw_work``, or None when nothing in it has that error."""
     rows = [(time, errors[name], note) for time, errors, note in rows if errors.get(name, 0) > 0]
     return (label, *zip(*rows)) if rows else None
 
 
-def markdown(swept, results, others, names):
+def markdown(swept: Dict[str, List[str]], results: List[sweep.Result], others: Sequence[dict],
+             names: List[str]) -> str:
     """The table of all runs with the errors ``names``, fastest first; bold: the Pareto front of the first of them."""
     good = sorted((r for r in results if r.status == "ok"), key=lambda r: r.window_s)
     best = set(figure.front([r.window_s for r in good], [r.errors[names[0]] for r in good]))
@@ -156,7 +161,7 @@ def markdown(swept, results, others, names):
     return "\n".join(lines) + "\n"
 
 
-def _comparison(good, others, name):
+def _comparison(good: List[sweep.Result], others: Sequence[dict], name: str) -> List[str]:
     """A sentence for each of the others: how much faster the case is at their error in ``name``."""
     lines = []
     for label, rows in list(_series("", good, others, ()))[1:]:
@@ -169,12 +174,13 @@ def _comparison(good, others, name):
     return lines
 
 
-def _shown(error):
+def _shown(error: float) -> str:
     """An error as a percentage; whole numbers are counts, and stay."""
     return f"{error:.0f}" if error == int(error) else f"{error:.2%}"
 
 
-def speed_up(times, errors, other_times, other_errors):
+def speed_up(times: Sequence[float], errors: Sequence[float], other_times: Sequence[float],
+             other_errors: Sequence[float]) -> List[Tuple[float, float]]:
     """How many times faster than the others at an equal or smaller error: for each point of their front that can be
     compared, (their error, their time over ours)."""
     ratios = []

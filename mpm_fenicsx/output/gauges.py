@@ -30,7 +30,8 @@ class FlowGauges:
     """
 
     def __init__(self, solid: Any):
-        self._solid, self.now = solid, {}
+        self._solid = solid
+        self.now: Dict[str, float] = {}
 
     def columns(self) -> Dict[str, Tuple]:
         """For the record of the run: name → (unit, meaning, function of the ``Window``)."""
@@ -47,7 +48,7 @@ class FlowGauges:
                         speed=speed.max(), kinetic=energy["kinetic"], potential=energy["potential"],
                         elastic=energy["strain"], energy=sum(energy.values()), volume=volume, gaps=gaps)
 
-    def _gathered(self):
+    def _gathered(self) -> Tuple[np.ndarray, ...]:
         """Positions [m], shape (n, dim), and speeds [m/s], shape (n,), of all points, on every rank."""
         p, comm = self._solid.points, self._solid.comm
         speed = np.sqrt(np.einsum("pi,pi->p", p.v, p.v))

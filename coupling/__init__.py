@@ -13,7 +13,6 @@ from .maps.spread import indentation_compliance, spread
 from .output import Output
 from .pictures.flow import FlowPictures
 from .records.history import History
-from .records.record import Record  # noqa: F401 - of the cases that do not run by ``Run`` yet
 from .run import Run
 from .scheme import Scheme, Steps, count_windows
 

@@ -4,8 +4,7 @@ from typing import Callable, List, Tuple, cast
 import numpy as np
 
 import mpm_dem_checks as check
-from coupling import Mapping, linear, spread
-from coupling.maps.spread import compliance_in_plane, compliance_in_space
+from coupling import Mapping, indentation_compliance, linear, spread
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall
 from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, Interface, Support, seed
 from mpm_fenicsx.laws import Law
@@ -122,9 +121,7 @@ def make_grains(p: Extreme, interface: Interface) -> Scene:
 
 def make_mapping(p: Extreme, interface: Interface) -> Mapping:
     """The wall follows the interface; the force is spread where that is asked for."""
-    dent, radius = 0.0, p.ball.spread
-    if p.ball.take_out and p.dim == 3:
-        dent = compliance_in_space(radius, p.block.E, p.block.nu)
-    elif p.ball.take_out:
-        dent = compliance_in_plane(radius, known.moduli(p)[0], p.block.width)
-    return spread(linear(interface.x, interface.elements, interface.x), radius, dent)
+    radius, block = p.ball.spread, p.block
+    width = block.width if p.dim == 2 else None
+    left = indentation_compliance(radius, block.E, block.nu, width, block.plane) if p.ball.take_out else 0.0
+    return spread(linear(interface.x, interface.elements, interface.x), radius, left)

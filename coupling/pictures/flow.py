@@ -1,4 +1,5 @@
 """Pictures of a flow at given times, side by side in one file."""
+from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence
 
 import numpy as np
@@ -21,7 +22,7 @@ class FlowPictures:
     """
 
     def __init__(self, name: str, times: Sequence[float], solid: Any, shapes: Optional[Callable] = None,
-                 walls: Sequence[str] = ()):
+                 walls: Sequence[str] = ()) -> None:
         self._name, self._solid, self._shapes, self._walls = name, solid, shapes, walls
         self._times = sorted(times)
         self._frames: List[tuple] = []
@@ -46,5 +47,8 @@ class FlowPictures:
 
     def pictures(self) -> Dict[str, Callable]:
         """For the record of the run."""
-        return {f"{self._name}_flow.png": lambda path: self._frames and frames.draw(
-            path, self._frames, "speed [m/s]", self._drawn, self._walls)}
+        return {f"{self._name}_flow.png": self._draw}
+
+    def _draw(self, path: Path) -> None:
+        if self._frames:
+            frames.draw(path, self._frames, "speed [m/s]", self._drawn, self._walls)

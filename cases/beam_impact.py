@@ -6,6 +6,7 @@
     python cases/beam_impact.py h=1e-3 law=neo_hooke -mpm_snes_monitor
 """
 from dataclasses import replace
+from pathlib import Path
 from typing import Literal, Optional, Tuple
 
 import mpm_dem_checks as check
@@ -44,8 +45,8 @@ def main(
     take_out: bool = False,  # the dent that is left under it, which Hertz's law contains
     scheme: Scheme = Scheme(dt=2e-6, t_end=4e-4, substeps=20),
     numerics: Numerics = Numerics(),
-    output: Output = Output("out/beam_impact"),
-):
+    output: Output = Output(Path("out/beam_impact")),
+) -> Run:
     """Sphere on a beam of 1 cm x 1 cm, supported at both ends, against the Timoshenko beam with Hertz contact."""
     check.not_negative("spread", spread, "m")
     check.not_negative("gap", gap, "m")

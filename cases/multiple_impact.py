@@ -5,6 +5,7 @@
     python cases/multiple_impact.py dem=liggghts preset=paper     the paper's discretisation and time step
 """
 from dataclasses import replace
+from pathlib import Path
 
 from coupling import Output, Run, Scheme, case
 from dem_liggghts import Material, Scene, Spheres, Wall
@@ -24,8 +25,8 @@ def main(
     v0: float = 0.01,  # impact speed [m/s]
     scheme: Scheme = Scheme(dt=2e-6, t_end=4e-3, substeps=20),
     numerics: Numerics = Numerics(),
-    output: Output = Output("out/multiple_impact"),
-):
+    output: Output = Output(Path("out/multiple_impact")),
+) -> Run:
     """Sphere on a long beam of 1 cm x 1 cm, supported at both ends, against the Timoshenko beam with Hertz contact."""
     theory = impact(beam.length, beam.height, beam.width, radius, v0, beam.E, beam.nu, beam.rho, scheme.t_end, modes=MODES)
     beam = replace(beam, body=beam.body or BODY[beam.dim], segments=beam.segments or SEGMENTS[beam.dim])

@@ -6,7 +6,7 @@ from pathlib import Path
 CASES = Path(__file__).parents[1] / "cases"
 
 
-def run_study(name):
+def run_study(name: str) -> None:
     """Run the file ``name``.py of cases/studies as the program; a sentence and status 1 where there is no checkout."""
     script = CASES / "studies" / f"{name}.py"
     if not script.is_file():

@@ -11,7 +11,7 @@ sphere are positive upward; the sphere touches the beam at time 0.
 
 from dataclasses import dataclass, fields, replace
 from math import ceil, pi, sqrt
-from typing import NamedTuple
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from numba import njit
@@ -49,27 +49,28 @@ class ImpactHistory:
     sphere_mass: float
     stiffness: float
 
-    def at(self, time):
+    def at(self, time: np.ndarray) -> "ImpactHistory":
         """The history at other times [s], linear between the (fine) steps. ValueError outside the run."""
         time = np.asarray(time, dtype=float)
         if time.size and not (time.min() >= 0 and time.max() <= self.time[-1] * (1 + 1e-12)):
             raise ValueError(f"times {time.min():g} to {time.max():g} s leave the reference, which covers 0 to "
                              f"{self.time[-1]:g} s; call impact with a longer t_end.")
         arrays = [field.name for field in fields(self) if field.type is np.ndarray]
-        return replace(self, **{name: np.interp(time, self.time, getattr(self, name)) for name in arrays})
+        at_time: Dict[str, Any] = {name: np.interp(time, self.time, getattr(self, name)) for name in arrays}
+        return replace(self, **at_time)
 
-    def energy(self):
+    def energy(self) -> np.ndarray:
         """Total energy [J], shape (n,): of the sphere, of the beam, and 2/5 K d^2.5 of the contact."""
         contact = 0.4 * self.force ** (5 / 3) / self.stiffness ** (2 / 3)
         return 0.5 * self.sphere_mass * self.v_sphere**2 + contact + self.beam_energy
 
-    def contacts(self):
+    def contacts(self) -> List[Contact]:
         """All contacts in order, a list of `Contact`; one that lasts to the end of the run ends there."""
         indentation = self.u_beam - self.u_sphere
         touching = np.concatenate(([False], self.force > 0, [False]))
         first, free = np.flatnonzero(touching[1:] & ~touching[:-1]), np.flatnonzero(touching[:-1] & ~touching[1:])
 
-        def crossing(i):  # between rows i - 1 and i, where the indentation changes sign
+        def crossing(i: int) -> float:  # between rows i - 1 and i, where the indentation changes sign
             if i == len(self.time):
                 return float(self.time[-1])
             before, after = indentation[i - 1], indentation[i]
@@ -80,7 +81,7 @@ class ImpactHistory:
                 for a, b, p in zip(first, free, peaks)]
 
 
-def contacts(time, force):
+def contacts(time: np.ndarray, force: np.ndarray) -> List[Contact]:
     """Contacts in a history of coupling windows, a list of `Contact`: time [s] at the windows' ends and mean force [N]
     over each, shape (n,)."""
     dt, touching = time[1] - time[0], np.concatenate(([False], force > 0, [False]))
@@ -91,7 +92,8 @@ def contacts(time, force):
     return found
 
 
-def beam_modes(length, height, width, E, nu, rho, theory="timoshenko", modes=50, shear=5 / 6):
+def beam_modes(length: float, height: float, width: float, E: float, nu: float, rho: float,
+               theory: str = "timoshenko", modes: int = 50, shear: float = 5 / 6) -> Tuple[np.ndarray, np.ndarray]:
     """Modes of a simply supported beam that move its midspan: omega [rad/s] and modal mass [kg], shape (n,) each.
 
     A modal mass belongs to unit deflection at midspan. Only odd half-waves n = 1, 3, … move it, `modes` of them.
@@ -117,8 +119,10 @@ def beam_modes(length, height, width, E, nu, rho, theory="timoshenko", modes=50,
     return np.sqrt(np.concatenate((low, high))), half_mass / np.concatenate((1 - share, share))
 
 
-def impact(length, height, width, radius, v0, E, nu, rho, t_end, *, theory="timoshenko", modes=50, dt=None,
-           shear=5 / 6, sphere=None):
+def impact(length: float, height: float, width: float, radius: float, v0: float, E: float, nu: float,
+           rho: float, t_end: float, *, theory: str = "timoshenko", modes: Union[int, Tuple[np.ndarray, np.ndarray]] = 50,
+           dt: Optional[float] = None, shear: float = 5 / 6,
+           sphere: Optional[Tuple[float, float, float]] = None) -> ImpactHistory:
     """History of a sphere of `radius` [m] falling at `v0` [m/s] (positive downward) onto the beam's midspan.
 
     length, height, width of the beam [m]; E [Pa], nu [-], rho [kg/m^3] of the beam, and of the sphere too unless
@@ -144,10 +148,12 @@ def impact(length, height, width, radius, v0, E, nu, rho, t_end, *, theory="timo
     omega, modal_mass = np.concatenate(([0.0], omega)), np.concatenate(([mass], modal_mass))
     rows = np.zeros((steps + 1, 5))
     _march(_propagator(omega, modal_mass, t_end / steps), omega, modal_mass, stiffness, v0, rows)
-    return ImpactHistory(np.linspace(0, t_end, steps + 1), *rows.T.copy(), mass, stiffness)
+    force, u_beam, u_sphere, v_sphere, energy = rows.T.copy()
+    time = np.linspace(0, t_end, steps + 1)
+    return ImpactHistory(time, force, u_beam, u_sphere, v_sphere, energy, mass, stiffness)
 
 
-def _propagator(omega, mass, dt):
+def _propagator(omega: np.ndarray, mass: np.ndarray, dt: float) -> np.ndarray:
     """Exact step of z'' + omega^2 z = f/mass, f linear: (z, z') at the end from (z, z', f0, f1), shape (n, 2, 4)."""
     angle = omega * dt
     sinc, cosc = np.sinc(angle / pi), 0.5 * np.sinc(angle / (2 * pi)) ** 2  # sin(a)/a, (1 - cos(a))/a^2
@@ -160,7 +166,8 @@ def _propagator(omega, mass, dt):
 
 
 @njit(cache=True)
-def _march(propagator, omega, mass, stiffness, v0, rows):
+def _march(propagator: np.ndarray, omega: np.ndarray, mass: np.ndarray, stiffness: float, v0: float,
+           rows: np.ndarray) -> None:
     """Fill rows (force, u_beam, u_sphere, v_sphere, beam energy) over all steps; mode 0 is the sphere."""
     n = len(omega)
     z, velocity = np.zeros(n), np.zeros(n)
@@ -188,7 +195,7 @@ def _march(propagator, omega, mass, stiffness, v0, rows):
 
 
 @njit(cache=True)
-def _contact_force(free, compliance, stiffness):
+def _contact_force(free: float, compliance: float, stiffness: float) -> float:
     """Force F = K d^1.5 with d + compliance F = free, the indentation without it; Newton from the convex side."""
     if free <= 0:
         return 0.0
@@ -200,7 +207,7 @@ def _contact_force(free, compliance, stiffness):
     return stiffness * d**1.5
 
 
-def _step(dt, mass, stiffness, v0):
+def _step(dt: Optional[float], mass: float, stiffness: float, v0: float) -> float:
     """The step [s] asked for, or a fraction of the Hertz contact time 2.943 d/v with a rigid plane."""
     contact_time = 2.943 * (1.25 * mass * v0**2 / stiffness) ** 0.4 / v0
     if dt is None:
@@ -212,7 +219,8 @@ def _step(dt, mass, stiffness, v0):
     return dt
 
 
-def _check_beam(length, height, width, E, nu, rho, theory, modes):
+def _check_beam(length: float, height: float, width: float, E: float, nu: float, rho: float, theory: str,
+                modes: int) -> None:
     """ValueError unless the beam makes sense."""
     _check_positive(length=length, height=height, width=width)
     _check_material(E, nu, rho)
@@ -220,14 +228,14 @@ def _check_beam(length, height, width, E, nu, rho, theory, modes):
     check.count("modes", modes, rule="give a whole number of at least 1; 50 is a good choice")
 
 
-def _check_material(E, nu, rho, whose=""):
+def _check_material(E: float, nu: float, rho: float, whose: str = "") -> None:
     """ValueError unless E [Pa], nu [-], rho [kg/m^3] belong to an elastic solid."""
     _check_positive(**{whose + "E": E, whose + "rho": rho})
     check.between(f"{whose}nu", nu, -1, 0.5, rule="give a number between -1 and 0.5, both excluded; steel has 0.29",
                   ends="()")
 
 
-def _check_positive(**values):
+def _check_positive(**values: float) -> None:
     """ValueError naming the first value that is not a positive finite number."""
     for name, value in values.items():
         check.positive(name, value, rule="it must be a positive number in SI units")

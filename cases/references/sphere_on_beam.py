@@ -1,11 +1,16 @@
 """A run of a sphere on a beam beside the theory of ``beam_theory``: columns of the history, errors, the paper's figure 7."""
+from pathlib import Path
+from typing import Dict, List
+
 import numpy as np
 from mpi4py import MPI
 
-from coupling import linear
+from coupling import History, linear
 from coupling.pictures import figure
 from coupling.records import report
-from references.beam_theory import contacts
+from dem_liggghts import Spheres
+from mpm_fenicsx import Interface
+from references.beam_theory import ImpactHistory, contacts
 
 NAMES = {"liggghts": "LIGGGHTS", "reference": "built-in DEM"}
 
@@ -17,7 +22,7 @@ class Comparison:
     ``Spheres`` at the start.
     """
 
-    def __init__(self, theory, interface, ball, wait=0.0):
+    def __init__(self, theory: ImpactHistory, interface: Interface, ball: Spheres, wait: float = 0.0) -> None:
         self._theory, self._wait = theory, wait
         midspan = linear(interface.x, interface.elements, np.zeros((1, ball.dim)), MPI.COMM_SELF)
         self.columns = {
@@ -27,7 +32,7 @@ class Comparison:
             "u_sphere": ("m", "upward displacement of the sphere", lambda w: w.particles["x"][0, 1] - ball.x[0, 1]),
             "v_sphere": ("m/s", "upward velocity of the sphere", lambda w: w.particles["v"][0, 1])}
 
-    def errors(self, histories):
+    def errors(self, histories: Dict[str, History]) -> Dict[str, float]:
         """Errors of the last of ``histories`` against the theory, and the largest difference in force between back ends.
         The force is the mean over a window: it belongs to the window's middle."""
         *others, history = histories.values()
@@ -40,7 +45,7 @@ class Comparison:
             errors["back_ends"] = abs(other["force"] - history["force"]).max() / abs(history["force"]).max()
         return {name: float(error) for name, error in errors.items()}
 
-    def errors_of_contacts(self, histories):
+    def errors_of_contacts(self, histories: Dict[str, History]) -> Dict[str, float]:
         """``errors``, and the number of contacts too many; start, end and peak of each contact, relative (start of the
         first: as part of its duration)."""
         *_, history = histories.values()
@@ -51,9 +56,11 @@ class Comparison:
                        f"end_{number}": abs(own.end / other.end - 1), f"peak_{number}": abs(own.peak / other.peak - 1)}
         return errors
 
-    def figure(self, path, histories):
+    def figure(self, path: Path, histories: Dict[str, History]) -> None:
         """The paper's figure 7: displacements and contact force over time."""
-        displacement, force, (*_, last) = [], [], histories
+        displacement: List[tuple] = []
+        force: List[tuple] = []
+        *_, last = histories
         for backend, history in histories.items():
             t, style = 1e3 * history["time"], "run" if backend == last else "under"
             displacement += [(t, 1e6 * history["u_beam"], f"beam at midspan, {NAMES[backend]}", style),

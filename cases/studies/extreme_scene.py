@@ -94,9 +94,9 @@ def interface_on(p: Extreme) -> Interface:
         return Interface(top.x - [0.0, p.resolution.shift, 0.0][:p.dim], top.elements)
     (x0, y0), (x1, y1) = box.lower, box.upper
     up, along = 2 * counts[1], across[0]
-    left, top, right = (Interface.line(a, b, n).x for a, b, n in (
+    left, middle, right = (Interface.line(a, b, n).x for a, b, n in (
         ((x0, y0), (x0, y1), up), ((x0, y1), (x1, y1), along), ((x1, y1), (x1, y0), up)))
-    x = np.concatenate([left, top[1:-1], right])
+    x = np.concatenate([left, middle[1:-1], right])
     i = np.arange(len(x) - 1)
     return Interface(x, np.column_stack([i, i + 1]))
 

@@ -161,9 +161,12 @@ def end(main: Callable[[List[str]], Optional[int]]) -> None:
         with nullcontext() if help_only else signals.like_interrupts():
             status = main(sys.argv[1:])
     except UsageError as error:
-        status = tell(f"error: {error}", sys.stderr) or 2
+        status = 2
+        tell(f"error: {error}", sys.stderr)
     except EXPECTED as error:
-        status = tell(f"error: {error}", sys.stderr) or 1
+        status = 1
+        tell(f"error: {error}", sys.stderr)
     except KeyboardInterrupt:
-        status = tell("interrupted; the same command goes on from here", sys.stderr) or 130
+        status = 130
+        tell("interrupted; the same command goes on from here", sys.stderr)
     sys.exit(status)

@@ -1,6 +1,6 @@
 """Figures over time, and of error against run time, by matplotlib, which is loaded only when one is asked for."""
 from pathlib import Path
-from typing import Any, Dict, List, Sequence
+from typing import Any, Dict, List, Mapping, Sequence
 
 STYLES: Dict[str, dict] = {"run": dict(linewidth=2), "under": dict(linewidth=6, alpha=0.35),
           "reference": dict(color="black", linewidth=1, linestyle=(0, (4, 3)), zorder=3)}
@@ -8,7 +8,7 @@ MATRIX = {"right": ("tab:green", "o"), "inaccurate": ("tab:orange", "D"), "stopp
           "wrong": ("tab:red", "X")}
 
 
-def draw(path: Path, xlabel: str, panels: Dict[str, Sequence[tuple]]) -> None:
+def draw(path: Path, xlabel: str, panels: Mapping[str, Sequence[tuple]]) -> None:
     """Save a picture with one panel above the other.
 
     panels: label of the vertical axis → curves (x, y, label, style), arrays of shape (n,). Styles: "run"; "under", a
@@ -30,7 +30,7 @@ def draw(path: Path, xlabel: str, panels: Dict[str, Sequence[tuple]]) -> None:
     plt.close(figure)
 
 
-def draw_work(path: Path, xlabel: str, panels: Dict[str, Sequence[tuple]]) -> None:
+def draw_work(path: Path, xlabel: str, panels: Mapping[str, Sequence[tuple]]) -> None:
     """Save a picture of error against run time, both axes logarithmic, one panel beside the other.
 
     panels: label of the vertical axis → series (label, times [s], errors, notes); times and errors of shape (n,),

@@ -1,4 +1,6 @@
 """Constitutive laws, one per file; ``law`` says what a law is and how to write one."""
+from typing import Callable, Dict
+
 from .drucker_prager import drucker_prager
 from .law import ELASTIC_STATE, Law, bound, kernels, lame
 from .linear import linear
@@ -9,5 +11,6 @@ from .von_mises import von_mises
 __all__ = ["ELASTIC_STATE", "LAWS", "Law", "bound", "drucker_prager", "kernels", "lame", "linear", "mohr_coulomb",
            "neo_hooke", "von_mises"]
 
-LAWS = {"linear": linear, "neo_hooke": neo_hooke, "mohr_coulomb": mohr_coulomb, "drucker_prager": drucker_prager,
-        "von_mises": von_mises}
+LAWS: Dict[str, Callable[..., Law]] = {
+    "linear": linear, "neo_hooke": neo_hooke, "mohr_coulomb": mohr_coulomb, "drucker_prager": drucker_prager,
+    "von_mises": von_mises}

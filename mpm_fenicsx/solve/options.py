@@ -19,8 +19,8 @@ LARGE = 1e4  # residual over that of the program's own tolerance from which a st
 def given():
     """Options from the command line, PETSC_OPTIONS, .petscrc and files of options: name (without dash) →
     text."""
-    put_in = {PREFIX + name for name in solvers.put_in()}
-    return {name: text for name, text in PETSc.Options().getAll().items() if name not in put_in}
+    all_of_them = PETSc.Options().getAll()
+    return {name: text for name, text in all_of_them.items() if not solvers.is_preset(name, text, all_of_them)}
 
 
 def used():

@@ -21,12 +21,13 @@ DIRECT_UP_TO = {2: 100_000, 3: 60_000}  # unknowns: a factor that is kept pays u
 FRESH_UP_TO = {2: 20_000, 3: 3_000}  # and one that is made in every iteration, where inertia dominates, up to here
 REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
-_put_in = {}  # option → value, of those put in here
+PRESET = "preset_"  # before an option's name: PETSc's own store keeps under that name what a preset has put in
 
 
-def put_in():
-    """Names, without prefix, of the options that were put in here."""
-    return list(_put_in)
+def is_preset(name, text, given):
+    """Whether of PETSc's options ``given``, name → text, this one was put in by a preset, or tells of such a
+    one."""
+    return name.startswith(PRESET) or given.get(PRESET + name) == text
 
 
 def check(name, symmetric):
@@ -90,9 +91,11 @@ def _precondition(ksp, options, kind, coordinates):
 def _default(options, **values):
     """Put in options that others will read, unless they are the user's; what a solver before put in is
     not."""
+    presets = PETSc.Options(PRESET + options.prefix)
     for name, value in values.items():
-        if not options.hasName(name) or options.getString(name) == _put_in.get(name):
-            options[name] = _put_in[name] = value
+        ours = presets.hasName(name) and presets.getString(name) == options.getString(name, "")
+        if ours or not options.hasName(name):
+            options[name] = presets[name] = value
 
 
 def _set_rigid_body_modes(matrix, coordinates):

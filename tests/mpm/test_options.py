@@ -75,7 +75,7 @@ def test_options_are_known_wherever_they_come_from(tmp_path):
 import os
 from mpm_fenicsx.solve import options
 from petsc4py import PETSc
-PETSc.Options("mpm_")["pc_hypre_type"] = options.solvers._put_in["pc_hypre_type"] = "boomeramg"
+options.solvers._default(PETSc.Options("mpm_"), pc_hypre_type="boomeramg")
 snes = PETSc.SNES().create()
 snes.setOptionsPrefix("mpm_")
 snes.setFromOptions()

@@ -5,12 +5,13 @@
     inlined     a small function that kernels call with their sizes as arguments, always made part of them
     called      a function that kernels call, made part of them where LLVM finds that good
 
-Numba treats global names as constants, so a loop over ``range(D)`` with a global ``D`` is unrolled: measured on the
-residual of 15 360 points in the plane, 0.64 ms against 2.3 ms with the dimension read from the arrays at run time.
-A law passed as an argument would be compiled anew in every process; bound as a global it comes from numba's cache.
+Numba treats global names as constants, so a loop over ``range(D)`` with a global ``D`` is unrolled: measured
+on the residual of 15 360 points in the plane, 0.64 ms against 2.3 ms with the dimension read from the arrays
+at run time. A law passed as an argument would be compiled anew in every process; bound as a global it comes
+from numba's cache.
 
-Kernels take arrays in groups, NamedTuples, which they unpack at their head: numba passes their fields on as if each was
-an argument of its own. A call from Python costs about 1 us more for each group (measured).
+Kernels take arrays in groups, NamedTuples, which they unpack at their head: numba passes their fields on as
+if each was an argument of its own. A call from Python costs about 1 us more for each group (measured).
 """
 import functools
 import hashlib
@@ -59,6 +60,7 @@ def _bind(template, names):
 
 
 def specialise(template: Callable, **constants: Any) -> Callable:
-    """Compile the plain function ``template`` with its global names in ``constants`` (numbers, or compiled functions
-    such as a law's stress) fixed. The result is kept per set of constants, in the process and on disk."""
+    """Compile the plain function ``template`` with its global names in ``constants`` (numbers, or compiled
+    functions such as a law's stress) fixed. The result is kept per set of constants, in the process and on
+    disk."""
     return _bind(template, tuple(sorted(constants.items())))

@@ -1,8 +1,9 @@
-"""Basis functions at the points: P1 on triangles and tetrahedra, Q1 on quadrilaterals and hexahedra of any shape.
+"""Basis functions at the points: P1 on triangles and tetrahedra, Q1 on quadrilaterals and hexahedra of any
+shape.
 
-The kernels are templates: ``specialise`` fixes D (dimension), K (nodes per cell) and AFFINE (simplices, parallelograms,
-parallelepipeds: the map to the reference cell is linear). basix tabulates the same functions in ten times the time; it
-is the oracle of the tests.
+The kernels are templates: ``specialise`` fixes D (dimension), K (nodes per cell) and AFFINE (simplices,
+parallelograms, parallelepipeds: the map to the reference cell is linear). basix tabulates the same functions
+in ten times the time; it is the oracle of the tests.
 """
 from typing import NamedTuple
 
@@ -15,16 +16,17 @@ to_reference = None
 
 
 class CellMaps(NamedTuple):
-    """Maps between m cells and the reference cell: ``corner`` (m, K, D), the cells' vertices [m], and ``inverse`` (m, D,
-    D), the inverse Jacobian at their middle [1/m]."""
+    """Maps between m cells and the reference cell: ``corner`` (m, K, D), the cells' vertices [m], and
+    ``inverse`` (m, D, D), the inverse Jacobian at their middle [1/m]."""
 
     corner: np.ndarray
     inverse: np.ndarray
 
 
 class ReferencePoint(NamedTuple):
-    """What ``reference`` finds of one point: ``xi`` (D,) reference coordinates, ``to_xi`` (D, D) inverse Jacobian there
-    [1/m], ``value`` (K,) and ``gradient`` (K, D) of the basis functions by xi. J (D, D): work."""
+    """What ``reference`` finds of one point: ``xi`` (D,) reference coordinates, ``to_xi`` (D, D) inverse
+    Jacobian there [1/m], ``value`` (K,) and ``gradient`` (K, D) of the basis functions by xi. J (D, D):
+    work."""
 
     xi: np.ndarray
     to_xi: np.ndarray
@@ -80,7 +82,8 @@ def invert(J, D, inverse):
 def reference(p, c, x, maps: CellMaps, found: ReferencePoint):
     """Fill ``found`` with the place in the reference cell of point p, of those at x (n, D) [m], in cell c.
 
-    In a cell that is not affine Newton's method starts from the linear map; far outside it may fail, which shows as NaN.
+    In a cell that is not affine Newton's method starts from the linear map; far outside it may fail, which
+    shows as NaN.
     """
     corner, inverse = maps
     xi, to_xi, value, gradient, J = found

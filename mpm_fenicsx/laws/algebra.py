@@ -1,4 +1,5 @@
-"""Small matrices in scalars and tuples: at every point of a body, making an array costs more than the arithmetic."""
+"""Small matrices in scalars and tuples: at every point of a body, making an array costs more than the
+arithmetic."""
 import math
 
 from ..compiled import called
@@ -6,6 +7,7 @@ from ..compiled import called
 
 @called
 def determinant(F, D):
+    """det F of a D x D matrix, in the plane or in space."""
     if D == 2:
         return F[0, 0] * F[1, 1] - F[0, 1] * F[1, 0]
     return (F[0, 0] * (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1]) - F[0, 1] * (F[1, 0] * F[2, 2] - F[1, 2] * F[2, 0])
@@ -46,9 +48,9 @@ def _turned(c, s, u, v):
 def symmetric3(xx, yy, zz, xy, yz, zx):
     """Principal values in descending order and orthonormal axes of a symmetric 3x3 matrix.
 
-    Jacobi's method (Golub & Van Loan, Matrix Computations, section 8.5): axes are orthogonal to round-off also where
-    values meet, which the cubic formula cannot promise. The rotation always makes xy zero; renaming the coordinates
-    x → y → z → x after each brings every pair in turn to that place.
+    Jacobi's method (Golub & Van Loan, Matrix Computations, section 8.5): axes are orthogonal to round-off
+    also where values meet, which the cubic formula cannot promise. The rotation always makes xy zero;
+    renaming the coordinates x → y → z → x after each brings every pair in turn to that place.
     """
     u, v, w = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
     negligible = 1e-36 * (xx * xx + yy * yy + zz * zz)
@@ -89,7 +91,8 @@ def combine3(c1, c2, c3, n):
 
 @called
 def from_axes2(x, n, m):
-    """Turn components x[2 a + b] in the axes n, m of a matrix in the plane into sum_ab x_ab n_a m_b^T, in place."""
+    """Turn components x[2 a + b] in the axes n, m of a matrix in the plane into sum_ab x_ab n_a m_b^T, in
+    place."""
     first, second = combine2(x[0], x[1], m), combine2(x[2], x[3], m)
     x[0], x[2] = combine2(first[0], second[0], n)
     x[1], x[3] = combine2(first[1], second[1], n)

@@ -5,16 +5,17 @@ With q = sqrt(J2) and the mean stress p, tension positive,
     shear:    q + eta p <= xi,    plastic flow along dev(tau) / 2 q + etab / 3
     tension:  p <= T,             plastic flow along 1,             T at most the apex xi / eta
 
-(de Souza Neto, Perić & Owen, Computational Methods for Plasticity, section 8.3). A cone meets the pyramid of friction
-angle phi, dilation angle psi and cohesion c in one kind of loading only; ``match`` chooses which:
+(de Souza Neto, Perić & Owen, Computational Methods for Plasticity, section 8.3). A cone meets the pyramid of
+friction angle phi, dilation angle psi and cohesion c in one kind of loading only; ``match`` chooses which:
 
     "compression"   triaxial compression (t1 = t2): eta = 6 sin phi / (sqrt(3) (3 - sin phi)), xi = eta c cot phi
     "extension"     triaxial extension (t2 = t3): 3 + sin phi in place of 3 - sin phi
     "plane_strain"  plastic flow in plane strain: etab = sin psi / sqrt(1 + sin(psi)^2 / 3),
                     eta = sin phi / (sqrt(1 - etab^2 / 3) + etab sin(phi) / 3)
 
-and etab is eta with psi for phi. The last follows from flow without strain across the plane, dev(tau)_33 = -2/3 etab q;
-for psi = phi it is the one of section 6.4.4 there. At p = T the soil separates and remembers how far, see ``hencky``.
+and etab is eta with psi for phi. The last follows from flow without strain across the plane, dev(tau)_33 =
+-2/3 etab q; for psi = phi it is the one of section 6.4.4 there. At p = T the soil separates and remembers how
+far, see ``hencky``.
 """
 import math
 from typing import NamedTuple, Optional
@@ -30,8 +31,8 @@ CONE = 2
 
 
 class Params(NamedTuple):
-    """Lamé parameters [Pa]; slopes eta of the cone and etab of its flow; xi and the cut-off T as above [Pa]; q at the
-    cut-off [Pa], 0 at the apex."""
+    """Lamé parameters [Pa]; slopes eta of the cone and etab of its flow; xi and the cut-off T as above [Pa];
+    q at the cut-off [Pa], 0 at the apex."""
 
     lam: float
     mu: float
@@ -51,6 +52,7 @@ def _trial(p, e1, e2, e3):
 
 
 def return_map(p, hardening, e1, e2, e3):
+    """Kirchhoff stresses [Pa] and region of the trial strains e1 >= e2 >= e3, see ``hencky``."""
     mean, q, pressure = _trial(p, e1, e2, e3)
     excess = q + p.eta * pressure - p.xi
     q_new, p_new, region = q, pressure, ELASTIC
@@ -65,6 +67,7 @@ def return_map(p, hardening, e1, e2, e3):
 
 
 def moduli(p, hardening, e1, e2, e3, region):
+    """Derivatives of the stresses by the trial strains [Pa], see ``hencky``."""
     _, q, _ = _trial(p, e1, e2, e3)
     mu2, bulk = 2.0 * p.mu, p.lam + 2.0 / 3.0 * p.mu
     if region == ELASTIC:
@@ -89,9 +92,14 @@ def _slope(sine, match, etab=0.0):
 
 def drucker_prager(E: float, nu: float, friction_angle: float, dilation_angle: float = 0.0, cohesion: float = 0.0,
                    tension_cutoff: Optional[float] = None, match: str = "compression") -> Law:
-    """Drucker–Prager soil with Young's modulus E [Pa], Poisson's ratio nu, friction and dilation angle [degrees],
-    cohesion and greatest mean tension [Pa] (None: up to the apex c cot phi); ``match`` as above. Raises ValueError for
-    impossible values."""
+    """Drucker–Prager soil with Young's modulus E [Pa], Poisson's ratio nu, friction and dilation angle
+    [degrees], cohesion and greatest mean tension [Pa] (None: up to the apex c cot phi); ``match`` as above.
+    Raises ValueError for impossible values.
+
+    >>> law = drucker_prager(E=50e6, nu=0.3, friction_angle=30.0, cohesion=1e3)
+    >>> round(law.params.eta, 4), round(law.params.xi), law.symmetric  # it dilates less than it rubs
+    (0.6928, 1200, False)
+    """
     friction, dilation = soil_angles(friction_angle, dilation_angle, cohesion)
     check.choice("match", match, ("compression", "extension", "plane_strain"))
     if match == "plane_strain":
@@ -102,6 +110,6 @@ def drucker_prager(E: float, nu: float, friction_angle: float, dilation_angle: f
     eta, xi = slope * friction, slope * cohesion * math.sqrt(1.0 - friction**2)
     apex = xi / eta if eta > 0.0 else math.inf
     T = tension_limit(tension_cutoff, apex)
-    q_cut = 0.0 if T == apex else xi - eta * T
+    q_cut = 0.0 if apex == T else xi - eta * T
     return hencky_law("drucker_prager", Params(*lame(E, nu), eta, etab, xi, T, q_cut), return_map, moduli,
                       friction == dilation)

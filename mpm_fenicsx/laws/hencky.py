@@ -1,26 +1,31 @@
 """Plasticity at finite strain by return mapping in principal logarithmic strains: what all such laws share.
 
-F = Fe Fp; Hencky's elasticity is linear in the logarithmic strain of the elastic left Cauchy–Green tensor and gives
-the Kirchhoff stress tau. With plastic flow frozen, b = F Cp^-1 F^T (Cp = Fp^T Fp) is the trial state of a step, and
+F = Fe Fp; Hencky's elasticity is linear in the logarithmic strain of the elastic left Cauchy–Green tensor and
+gives the Kirchhoff stress tau. With plastic flow frozen, b = F Cp^-1 F^T (Cp = Fp^T Fp) is the trial state of
+a step, and
 
     b = sum_a l_a n_a n_a^T,    e_a = ln(l_a) / 2,    tau_a = r_a(e),    P = tau F^-T = sum_a tau_a n_a m_a^T,
     m_a = F^-1 n_a,             Cp^-1 = sum_a exp(2 ee_a) m_a m_a^T,     ee_a = (tau_a - lam tr(tau) / K3) / 2 mu,
 
-with K3 = 3 lam + 2 mu and the return mapping r of small strains (de Souza Neto, Perić & Owen, Computational Methods
-for Plasticity, section 14.4; Simo 1992, doi 10.1016/0045-7825(92)90123-2). Yield conditions are in Kirchhoff stress.
+with K3 = 3 lam + 2 mu and the return mapping r of small strains (de Souza Neto, Perić & Owen, Computational
+Methods for Plasticity, section 14.4; Simo 1992, doi 10.1016/0045-7825(92)90123-2). Yield conditions are in
+Kirchhoff stress.
 
-Soil that separates remembers the volumetric strain by which it has *opened* beyond the strain of its greatest tension.
-The trial strain of the next step starts with that much, so that the soil closes before it pushes again: otherwise each
-opening would leave it larger than before.
+Soil that separates remembers the volumetric strain by which it has *opened* beyond the strain of its greatest
+tension. The trial strain of the next step starts with that much, so that the soil closes before it pushes
+again: otherwise each opening would leave it larger than before.
 
-A law gives two functions of trial strains in descending order, e1 >= e2 >= e3, and of the plastic strain so far:
+A law gives two functions of trial strains in descending order, e1 >= e2 >= e3, and of the plastic strain so
+far:
 
     return_map(p, hardening, e1, e2, e3) -> tau1, tau2, tau3, region
     moduli(p, hardening, e1, e2, e3, region) -> dtau/de, a tuple of three rows
 
-region is ELASTIC, OPEN (separated) or a number of the law's own. The law's parameters include lam and mu [Pa].
+region is ELASTIC, OPEN (separated) or a number of the law's own. The law's parameters include lam and mu
+[Pa].
 """
 import math
+from typing import Callable, NamedTuple
 
 import numpy as np
 
@@ -45,8 +50,8 @@ def _trial(F, C, i, j, D):
     s = 0.0
     for k in range(D):
         g = F[j, k]
-        for l in range(D):
-            g += C[k, l] * F[j, l]
+        for n in range(D):
+            g += C[k, n] * F[j, n]
         s += F[i, k] * g
     return s
 
@@ -66,21 +71,23 @@ def _pulled_back3(F, n, J):
 
 
 def principal_axes(F, F33, C):
-    """Three squared trial stretches l, the third being the one across a plane, and D axes n and m = F^-1 n. NaN when
-    the body is turned inside out."""
+    """Squares l of three trial stretches, the third being the one across a plane, and D axes n and m = F^-1
+    n. NaN when the body is turned inside out.
+    """
     J = determinant(F, D)
     J = J if J * F33 > 0.0 else math.nan
     if D == 2:
-        l, n = symmetric2(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 0, 1, D))
-        return (l[0], l[1], F33 * F33 * (1.0 + C[2, 2])), n, (_pulled_back2(F, n[0], J), _pulled_back2(F, n[1], J))
-    l, n = symmetric3(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 2, 2, D),
-                      _trial(F, C, 0, 1, D), _trial(F, C, 1, 2, D), _trial(F, C, 2, 0, D))
-    return l, n, (_pulled_back3(F, n[0], J), _pulled_back3(F, n[1], J), _pulled_back3(F, n[2], J))
+        plane, n = symmetric2(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 0, 1, D))
+        squares = (plane[0], plane[1], F33 * F33 * (1.0 + C[2, 2]))
+        return squares, n, (_pulled_back2(F, n[0], J), _pulled_back2(F, n[1], J))
+    squares, n = symmetric3(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 2, 2, D),
+                            _trial(F, C, 0, 1, D), _trial(F, C, 1, 2, D), _trial(F, C, 2, 0, D))
+    return squares, n, (_pulled_back3(F, n[0], J), _pulled_back3(F, n[1], J), _pulled_back3(F, n[2], J))
 
 
 @called
-def _log_strain(l):
-    return 0.5 * math.log(l) if l > 0.0 else math.nan
+def _log_strain(square):
+    return 0.5 * math.log(square) if square > 0.0 else math.nan
 
 
 @called
@@ -104,7 +111,8 @@ def _unsorted(s, rank):
 
 
 def from_axes(x, n, m):
-    """Turn components x[D a + b] in the axes n, m into those of the matrix sum_ab x_ab n_a m_b^T, in place."""
+    """Turn components x[D a + b] in the axes n, m into those of the matrix sum_ab x_ab n_a m_b^T, in
+    place."""
     if D == 2:
         from_axes2(x, n, m)
     else:
@@ -121,17 +129,17 @@ def remember(p, F33, old, new, m, e, t, region):
         return
     mean = p.lam / (3.0 * p.lam + 2.0 * p.mu) * (t[0] + t[1] + t[2])
     ee = ((t[0] - mean) / (2.0 * p.mu), (t[1] - mean) / (2.0 * p.mu), (t[2] - mean) / (2.0 * p.mu))
-    l = (math.exp(2.0 * ee[0]), math.exp(2.0 * ee[1]), math.exp(2.0 * ee[2]))
+    squares = (math.exp(2.0 * ee[0]), math.exp(2.0 * ee[1]), math.exp(2.0 * ee[2]))
     for i in range(D):
         if D == 2:
-            row = combine2(l[0] * m[0][i], l[1] * m[1][i], m)
+            row = combine2(squares[0] * m[0][i], squares[1] * m[1][i], m)
             new.plastic[i, 0], new.plastic[i, 1] = row
         else:
-            row = combine3(l[0] * m[0][i], l[1] * m[1][i], l[2] * m[2][i], m)
+            row = combine3(squares[0] * m[0][i], squares[1] * m[1][i], squares[2] * m[2][i], m)
             new.plastic[i, 0], new.plastic[i, 1], new.plastic[i, 2] = row
         new.plastic[i, i] -= 1.0
     if D == 2:
-        new.plastic[2, 2] = l[2] / (F33 * F33) - 1.0
+        new.plastic[2, 2] = squares[2] / (F33 * F33) - 1.0
     f1, f2, f3 = e[0] - ee[0], e[1] - ee[1], e[2] - ee[2]
     square = (f1 - f2) ** 2 + (f2 - f3) ** 2 + (f3 - f1) ** 2  # three times the square of the deviator
     new.plastic_strain = old.plastic_strain + math.sqrt(2.0 * square) / 3.0
@@ -139,11 +147,13 @@ def remember(p, F33, old, new, m, e, t, region):
 
 
 def stress(p, F, F33, dt, old, new, P):
-    """Also returns what the tangent goes on with: l, n, m as in ``principal_axes``, trial strains in descending order,
-    the rank of the one across the plane, stresses t in the order of l, and the region."""
-    l, n, m = principal_axes(F, F33, old.plastic)
+    """Also returns what the tangent goes on with: squares, n, m as in ``principal_axes``, trial strains in
+    descending order, the rank of the one across the plane, stresses t in the order of the squares, and the
+    region.
+    """
+    squares, n, m = principal_axes(F, F33, old.plastic)
     ahead = old.opened / 3.0
-    e = (_log_strain(l[0]) + ahead, _log_strain(l[1]) + ahead, _log_strain(l[2]) + ahead)
+    e = (_log_strain(squares[0]) + ahead, _log_strain(squares[1]) + ahead, _log_strain(squares[2]) + ahead)
     rank = _rank(e) if D == 2 else 2
     ordered = _sorted(e, rank)
     t1, t2, t3, region = return_map(p, old.plastic_strain, ordered[0], ordered[1], ordered[2])
@@ -154,21 +164,23 @@ def stress(p, F, F33, dt, old, new, P):
     from_axes(P, n, m)
     P[D * D] = t[2] / F33 if D == 2 else 0.0
     remember(p, F33, old, new, m, e, t, region)
-    return l, n, m, ordered, rank, t, region
+    return squares, n, m, ordered, rank, t, region
 
 
 @called
-def _spin(l, t, d, a, b):
-    """(t_a - t_b) / (l_a - l_b), and its limit where the two meet: the error of either is then below 1e-10."""
-    if abs(l[a] - l[b]) > 1e-5 * (l[a] + l[b]):
-        return (t[a] - t[b]) / (l[a] - l[b])
-    return 0.5 * (d[a][a] - d[a][b] - d[b][a] + d[b][b]) / (l[a] + l[b])
+def _spin(squares, t, d, a, b):
+    """(t_a - t_b) / (l_a - l_b), and its limit where the two meet: the error of either is then below
+    1e-10."""
+    if abs(squares[a] - squares[b]) > 1e-5 * (squares[a] + squares[b]):
+        return (t[a] - t[b]) / (squares[a] - squares[b])
+    return 0.5 * (d[a][a] - d[a][b] - d[b][a] + d[b][b]) / (squares[a] + squares[b])
 
 
 def tangent(p, F, F33, dt, old, new, P, A):
-    """dtau = a : dF F^-1 has in principal axes a_aabb = d_ab, a_abab = w l_b, a_abba = w l_a with the spin term w =
-    (t_a - t_b) / (l_a - l_b); with P = tau F^-T, A in the axes n, m is a_abcd - t_a delta_ad delta_bc."""
-    l, n, m, e, rank, t, region = stress(p, F, F33, dt, old, new, P)
+    """dtau = a : dF F^-1 has in principal axes a_aabb = d_ab, a_abab = w l_b, a_abba = w l_a with the spin
+    term w = (t_a - t_b) / (l_a - l_b); with P = tau F^-T, A in the axes n, m is a_abcd - t_a delta_ad
+    delta_bc."""
+    squares, n, m, e, rank, t, region = stress(p, F, F33, dt, old, new, P)
     rows = moduli(p, old.plastic_strain, e[0], e[1], e[2], region)
     d = _unsorted((_unsorted(rows[0], rank), _unsorted(rows[1], rank), _unsorted(rows[2], rank)), rank)
     last = D * D
@@ -179,9 +191,9 @@ def tangent(p, F, F33, dt, old, new, P, A):
         for b in range(D):
             A[a * D + a, b * D + b] = d[a][b]
             if a != b:
-                spin = _spin(l, t, d, a, b)
-                A[a * D + b, a * D + b] = spin * l[b]
-                A[a * D + b, b * D + a] = spin * l[a] - t[a]
+                spin = _spin(squares, t, d, a, b)
+                A[a * D + b, a * D + b] = spin * squares[b]
+                A[a * D + b, b * D + a] = spin * squares[a] - t[a]
         A[a * D + a, a * D + a] -= t[a]
         if D == 2:
             A[a * D + a, last], A[last, a * D + a] = d[a][2] / F33, d[2][a] / F33
@@ -195,13 +207,14 @@ def tangent(p, F, F33, dt, old, new, P, A):
 
 def energy(p, F, F33, old):
     """Elastic energy lam tr(e)^2 / 2 + mu e:e of the state at the end of a step."""
-    l = principal_axes(F, F33, old.plastic)[0]
-    e = (_log_strain(l[0]), _log_strain(l[1]), _log_strain(l[2]))
+    squares = principal_axes(F, F33, old.plastic)[0]
+    e = (_log_strain(squares[0]), _log_strain(squares[1]), _log_strain(squares[2]))
     trace = e[0] + e[1] + e[2]
     return 0.5 * p.lam * trace * trace + p.mu * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
 
 
-def hencky_law(name, params, return_map, moduli, symmetric=True):
+def hencky_law(name: str, params: NamedTuple, return_map: Callable, moduli: Callable,
+               symmetric: bool = True) -> Law:
     """The law with these parameters and functions; ``symmetric`` if the moduli are."""
     return Law(name, params, STATE, stress, tangent, energy, symmetric=symmetric, parts=(
         ("principal_axes", principal_axes), ("from_axes", from_axes), ("remember", remember),

@@ -1,23 +1,24 @@
 """What a constitutive law is, and how its kernels are compiled.
 
-A law is a ``Law`` record. Its kernels are pure functions of one point that fill arrays of the caller, plain functions
-that ``specialise`` compiles for a dimension D:
+A law is a ``Law`` record. Its kernels are pure functions of one point that fill arrays of the caller, plain
+functions that ``specialise`` compiles for a dimension D:
 
     stress(p, F, F33, dt, old, new, P)        first Piola–Kirchhoff stress at the end of a step
     tangent(p, F, F33, dt, old, new, P, A)    the same, and A = dP/dF
     energy(p, F, F33, old) -> float           strain energy per undeformed volume [J/m^3]
 
-p: parameters (NamedTuple). F: deformation gradient at the end of the step, shape (D, D). F33: stretch across the plane
-of a plane scene, and 1 in space. dt: length of the step [s]; 0 where no time passes, as for the stress of a state that
-is there already: F and ``old`` then belong to the same time, and rates are zero. old, new: what the law remembers, at
-the start and at the end of the step: records with the fields of ``Law.state``, read and written by name
-(``new.plastic_strain``); zero at the start of a run. A law that depends on rates keeps there what it needs of the last
-step, such as F - 1. ``stress`` fills ``new`` and never changes ``old``; it may be called any number of times in a step.
-P [Pa], shape (D*D + 1,): P[D*i + j] is P_ij, the last entry is P_33. A [Pa], shape (D*D + 1, D*D + 1), in the same
-order; it is the derivative at fixed dt and ``old``. Outside its domain a law fills NaN: the line search then backs off.
+p: parameters (NamedTuple). F: deformation gradient at the end of the step, shape (D, D). F33: stretch across
+the plane of a plane scene, and 1 in space. dt: length of the step [s]; 0 where no time passes, as for the
+stress of a state that is there already: F and ``old`` then belong to the same time, and rates are zero. old,
+new: what the law remembers, at the start and at the end of the step: records with the fields of
+``Law.state``, read and written by name (``new.plastic_strain``); zero at the start of a run. A law that
+depends on rates keeps there what it needs of the last step, such as F - 1. ``stress`` fills ``new`` and never
+changes ``old``; it may be called any number of times in a step. P [Pa], shape (D*D + 1,): P[D*i + j] is P_ij,
+the last entry is P_33. A [Pa], shape (D*D + 1, D*D + 1), in the same order; it is the derivative at fixed dt
+and ``old``. Outside its domain a law fills NaN: the line search then backs off.
 
-Every formula is written so that F33 covers two and three dimensions from one source. The name D and the names of
-``Law.parts`` are constants there; ``tangent`` may call ``stress``.
+Every formula is written so that F33 covers two and three dimensions from one source. The name D and the names
+of ``Law.parts`` are constants there; ``tangent`` may call ``stress``.
 """
 from typing import Any, Callable, NamedTuple, Optional, Tuple
 
@@ -32,10 +33,10 @@ ELASTIC_STATE = np.dtype([("unused", np.int8)])
 
 
 class Law(NamedTuple):
-    """Parameters, state record and kernels of one material; ``thickness`` is the closed form of the stretch across
-    the plane in plane stress, for laws that have one: thickness(p, F). ``parts``: names and templates of functions that
-    the kernels call by these names, where several laws share their kernels. ``symmetric``: A is, and so may be the
-    solver."""
+    """Parameters, state record and kernels of one material; ``thickness`` is the closed form of the stretch
+    across the plane in plane stress, for laws that have one: thickness(p, F). ``parts``: names and templates
+    of functions that the kernels call by these names, where several laws share their kernels. ``symmetric``:
+    A is, and so may be the solver."""
 
     name: str
     params: NamedTuple

@@ -4,9 +4,9 @@ The second Piola–Kirchhoff stress is linear in the Green–Lagrange strain,
 
     E = (F^T F - I) / 2,    S = lam tr(E) I + 2 mu E,    P = F S,    W = lam tr(E)^2 / 2 + mu E:E
 
-(Bonet & Wood, Nonlinear Continuum Mechanics for Finite Element Analysis, section 6.3): Hooke's law as long as strains
-are small, and no stress under any rotation. It softens and finally fails in strong compression, where ``neo_hooke``
-is the choice.
+(Bonet & Wood, Nonlinear Continuum Mechanics for Finite Element Analysis, section 6.3): Hooke's law as long as
+strains are small, and no stress under any rotation. It softens and finally fails in strong compression, where
+``neo_hooke`` is the choice.
 """
 import math
 from typing import NamedTuple
@@ -50,6 +50,7 @@ def thickness(p, F):
 
 
 def stress(p, F, F33, dt, old, new, P):
+    """P = F S, with P_33 = F_33 S_33."""
     E33 = 0.5 * (F33 * F33 - 1.0)
     pressure = p.lam * (_trace(F, D) + E33)
     for i in range(D):
@@ -73,21 +74,22 @@ def tangent(p, F, F33, dt, old, new, P, A):
                 b = 0.0  # (F F^T)_ik
                 for m in range(D):
                     b += F[i, m] * F[k, m]
-                for l in range(D):
-                    a = p.lam * F[i, j] * F[k, l] + p.mu * F[i, l] * F[k, j]
-                    if j == l:
+                for m in range(D):
+                    a = p.lam * F[i, j] * F[k, m] + p.mu * F[i, m] * F[k, j]
+                    if j == m:
                         a += p.mu * b
                         if i == k:
                             a += pressure
                     if i == k:
-                        a += 2.0 * p.mu * _green_lagrange(F, j, l, D)
-                    A[i * D + j, k * D + l] = a
+                        a += 2.0 * p.mu * _green_lagrange(F, j, m, D)
+                    A[i * D + j, k * D + m] = a
             A[i * D + j, last] = p.lam * F[i, j] * F33
             A[last, i * D + j] = p.lam * F[i, j] * F33
     A[last, last] = pressure + 2.0 * p.mu * E33 + (p.lam + 2.0 * p.mu) * F33 * F33
 
 
 def energy(p, F, F33, old):
+    """W = lam tr(E)^2 / 2 + mu E:E [J/m^3]."""
     E33 = 0.5 * (F33 * F33 - 1.0)
     trace = _trace(F, D) + E33
     square = E33 * E33
@@ -98,6 +100,10 @@ def energy(p, F, F33, old):
 
 
 def linear(E: float, nu: float) -> Law:
-    """Linear elastic law with Young's modulus E [Pa] and Poisson's ratio nu; raises ValueError outside -1 < nu <
-    0.5."""
+    """Linear elastic law with Young's modulus E [Pa] and Poisson's ratio nu; raises ValueError outside -1 <
+    nu < 0.5.
+
+    >>> linear(E=2.0, nu=0.25).params
+    Params(lam=0.8, mu=0.8)
+    """
     return Law("linear", Params(*lame(E, nu)), ELASTIC_STATE, stress, tangent, energy, thickness)

@@ -1,21 +1,23 @@
 """Mohr–Coulomb soil: friction, dilation, cohesion and a tension cut-off, elastic–perfectly plastic.
 
-In principal Kirchhoff stresses, tension positive, t1 >= t2 >= t3, with N = (1 + sin phi) / (1 - sin phi), friction
-angle phi, dilation angle psi (M is N of psi), cohesion c:
+In principal Kirchhoff stresses, tension positive, t1 >= t2 >= t3, with N = (1 + sin phi) / (1 - sin phi),
+friction angle phi, dilation angle psi (M is N of psi), cohesion c:
 
     shear:    N t1 - t3 <= 2 c sqrt(N) = S,    plastic flow (M, 0, -1)
     tension:  t1 <= T,                         plastic flow (1, 0, 0)
 
-with the mirror images of both where stresses meet, and T at most the apex S / (N - 1). The surface is made of planes:
-flow onto a plane, or onto a line where planes meet, is linear in the trial strain, and onto a corner constant. So the
-return is exact in one go, without iteration or smoothing (Clausen, Damkilde & Andersen 2007, doi
-10.1016/j.compstruc.2007.04.002; tension planes added). Soil without cohesion that is pulled has exactly no stress.
+with the mirror images of both where stresses meet, and T at most the apex S / (N - 1). The surface is made of
+planes: flow onto a plane, or onto a line where planes meet, is linear in the trial strain, and onto a corner
+constant. So the return is exact in one go, without iteration or smoothing (Clausen, Damkilde & Andersen 2007,
+doi 10.1016/j.compstruc.2007.04.002; tension planes added). Soil without cohesion that is pulled has exactly
+no stress.
 
-At t1 = t2 = t3 = T the soil separates and remembers how far, see ``hencky``. Cracks in one or two directions (only with
-cohesion) are not remembered. Opening and closing again at T > 0 takes and gives back the same work.
+At t1 = t2 = t3 = T the soil separates and remembers how far, see ``hencky``. Cracks in one or two directions
+(only with cohesion) are not remembered. Opening and closing again at T > 0 takes and gives back the same
+work.
 """
 import math
-from typing import NamedTuple, Optional
+from typing import NamedTuple, Optional, Tuple
 
 import mpm_dem_checks as check
 
@@ -28,8 +30,8 @@ SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, TENSION, TENSION_EDGE, SHEAR_TENSION, C
 
 
 class Params(NamedTuple):
-    """Lamé parameters [Pa]; N of the friction and M of the dilation angle; S and T [Pa] as above; the smallest stress
-    ``low`` = N T - S [Pa] that goes with T, equal to T at the apex."""
+    """Lamé parameters [Pa]; N of the friction and M of the dilation angle; S and T [Pa] as above; the
+    smallest stress ``low`` = N T - S [Pa] that goes with T, equal to T at the apex."""
 
     lam: float
     mu: float
@@ -47,8 +49,8 @@ def _young(p):
 
 @called
 def _edge_compliance(p, r, g):
-    """g . C r with the elastic compliance C: how far a strain moves the stress along an edge with direction r, where
-    g is normal to the plastic flow."""
+    """g . C r with the elastic compliance C: how far a strain moves the stress along an edge with direction
+    r, where g is normal to the plastic flow."""
     nu = 0.5 * p.lam / (p.lam + p.mu)
     product = g[0] * r[0] + g[1] * r[1] + g[2] * r[2]
     return ((1.0 + nu) * product - nu * (g[0] + g[1] + g[2]) * (r[0] + r[1] + r[2])) / _young(p)
@@ -74,6 +76,7 @@ def _shear(p, e1, e2, e3, s1, s2, s3, excess):
 
 
 def return_map(p, hardening, e1, e2, e3):
+    """Kirchhoff stresses [Pa] and region of the trial strains e1 >= e2 >= e3, see ``hencky``."""
     pressure = p.lam * (e1 + e2 + e3)
     s1, s2, s3 = pressure + 2.0 * p.mu * e1, pressure + 2.0 * p.mu * e2, pressure + 2.0 * p.mu * e3
     excess, T, low = p.N * s1 - s3 - p.S, p.T, p.low
@@ -123,6 +126,7 @@ def _plane(p, f, g):
 
 
 def moduli(p, hardening, e1, e2, e3, region):
+    """Derivatives of the stresses by the trial strains [Pa], see ``hencky``."""
     if region == ELASTIC:
         direct = p.lam + 2.0 * p.mu
         return (direct, p.lam, p.lam), (p.lam, direct, p.lam), (p.lam, p.lam, direct)
@@ -141,8 +145,9 @@ def moduli(p, hardening, e1, e2, e3, region):
     return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 
 
-def soil_angles(friction_angle, dilation_angle, cohesion):
-    """sin of both angles [degrees] of a soil with that cohesion [Pa]; raises ValueError for impossible values."""
+def soil_angles(friction_angle: float, dilation_angle: float, cohesion: float) -> Tuple[float, float]:
+    """sin of both angles [degrees] of a soil with that cohesion [Pa]; raises ValueError for impossible
+    values."""
     check.between("friction_angle", friction_angle, 0, 90, "degrees", "give at least 0 and less than 90", "[)")
     check.between("dilation_angle", dilation_angle, 0, friction_angle, "degrees",
                   f"give at least 0 and at most the friction angle, {friction_angle} degrees")
@@ -152,8 +157,9 @@ def soil_angles(friction_angle, dilation_angle, cohesion):
     return math.sin(math.radians(friction_angle)), math.sin(math.radians(dilation_angle))
 
 
-def tension_limit(tension_cutoff, apex):
-    """The greatest tension [Pa]: ``tension_cutoff``, or ``apex`` for None; raises ValueError unless 0 <= it <= apex."""
+def tension_limit(tension_cutoff: Optional[float], apex: float) -> float:
+    """The greatest tension [Pa]: ``tension_cutoff``, or ``apex`` for None; raises ValueError unless 0 <= it
+    <= apex."""
     if tension_cutoff is None:
         return apex
     return check.between("tension_cutoff", tension_cutoff, 0, apex, "Pa",
@@ -162,12 +168,18 @@ def tension_limit(tension_cutoff, apex):
 
 def mohr_coulomb(E: float, nu: float, friction_angle: float, dilation_angle: float = 0.0, cohesion: float = 0.0,
                  tension_cutoff: Optional[float] = None) -> Law:
-    """Mohr–Coulomb soil with Young's modulus E [Pa], Poisson's ratio nu, friction and dilation angle [degrees],
-    cohesion and greatest tension [Pa] (None: up to the apex c cot phi). Raises ValueError for impossible values."""
+    """Mohr–Coulomb soil with Young's modulus E [Pa], Poisson's ratio nu, friction and dilation angle
+    [degrees], cohesion and greatest tension [Pa] (None: up to the apex c cot phi). Raises ValueError for
+    impossible values.
+
+    >>> law = mohr_coulomb(E=50e6, nu=0.3, friction_angle=30.0, cohesion=1e3)
+    >>> round(law.params.N, 12), round(law.params.T, 1)  # ratio of principal stresses, greatest tension [Pa]
+    (3.0, 1732.1)
+    """
     friction, dilation = soil_angles(friction_angle, dilation_angle, cohesion)
     N, M = (1.0 + friction) / (1.0 - friction), (1.0 + dilation) / (1.0 - dilation)
     S = 2.0 * cohesion * math.sqrt(N)
     apex = S / (N - 1.0) if N > 1.0 else math.inf
     T = tension_limit(tension_cutoff, apex)
-    low = T if T == apex else N * T - S
+    low = T if apex == T else N * T - S
     return hencky_law("mohr_coulomb", Params(*lame(E, nu), N, M, S, T, low), return_map, moduli, N == M)

@@ -5,8 +5,8 @@ from typing import ClassVar, Literal, Optional
 
 import mpm_dem_checks as check
 
-from . import Law
 from .drucker_prager import drucker_prager
+from .law import Law
 from .mohr_coulomb import mohr_coulomb
 from .von_mises import von_mises
 

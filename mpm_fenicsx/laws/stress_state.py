@@ -1,14 +1,15 @@
 """From a law for the full deformation gradient to plane strain, plane stress and three dimensions.
 
-Templates: ``specialise`` fixes D and the law's functions. All share one signature and return the stretch across the
-plane; ``point_stress`` fills P (D*D + 1,) [Pa], ``point_tangent`` also A (D*D + 1, D*D + 1) [Pa], of which the caller
-uses the first D*D rows and columns.
+Templates: ``specialise`` fixes D and the law's functions. All share one signature and return the stretch
+across the plane; ``point_stress`` fills P (D*D + 1,) [Pa], ``point_tangent`` also A (D*D + 1, D*D + 1) [Pa],
+of which the caller uses the first D*D rows and columns.
 
-Plane stress works with any law: the stretch F33 is found by Newton's method on P_33(F33) = 0, starting from its last
-value, and the tangent is condensed, A - A_.3 A_3. / A_33 (Klinkel & Govindjee 2002, doi 10.1108/02644400210423918).
-A law that knows its stretch in closed form saves the iteration.
+Plane stress works with any law: the stretch F33 is found by Newton's method on P_33(F33) = 0, starting from
+its last value, and the tangent is condensed, A - A_.3 A_3. / A_33 (Klinkel & Govindjee 2002, doi
+10.1108/02644400210423918). A law that knows its stretch in closed form saves the iteration.
 """
 import math
+from typing import Callable, Tuple
 
 from ..compiled import specialise
 from .law import Law, kernels
@@ -24,16 +25,19 @@ def plain_stress(p, F, F33, dt, old, new, P, A):
 
 
 def plain_tangent(p, F, F33, dt, old, new, P, A):
+    """The same with the tangent."""
     tangent(p, F, F33, dt, old, new, P, A)
     return F33
 
 
 def closed_stretch(p, F, F33, dt, old, new, P, A):
+    """F33 with P_33 = 0 in closed form."""
     return thickness(p, F)
 
 
 def newton_stretch(p, F, F33, dt, old, new, P, A):
-    """F33 with P_33 = 0. The last correction is below 1e-9, so that, converging quadratically, it is exact."""
+    """F33 with P_33 = 0. The last correction is below 1e-9, so that, converging quadratically, it is
+    exact."""
     for _ in range(40):
         tangent(p, F, F33, dt, old, new, P, A)
         change = -P[D * D] / A[D * D, D * D]
@@ -46,12 +50,14 @@ def newton_stretch(p, F, F33, dt, old, new, P, A):
 
 
 def plane_stress(p, F, F33, dt, old, new, P, A):
+    """Plane stress: F33 is found, from F33 on."""
     F33 = find_stretch(p, F, F33, dt, old, new, P, A)
     stress(p, F, F33, dt, old, new, P)
     return F33
 
 
 def plane_stress_tangent(p, F, F33, dt, old, new, P, A):
+    """The same with the condensed tangent."""
     F33 = find_stretch(p, F, F33, dt, old, new, P, A)
     tangent(p, F, F33, dt, old, new, P, A)
     for i in range(D * D):
@@ -60,7 +66,7 @@ def plane_stress_tangent(p, F, F33, dt, old, new, P, A):
     return F33
 
 
-def point_functions(law: Law, stress_state: str, dim: int):
+def point_functions(law: Law, stress_state: str, dim: int) -> Tuple[Callable, Callable]:
     """The two jitted functions ``point_stress, point_tangent`` for a law in a stress state."""
     stress, tangent = kernels(law, dim)
     if stress_state != "plane_stress":

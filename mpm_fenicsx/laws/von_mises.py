@@ -2,8 +2,8 @@
 
     sqrt(3 J2) <= Y + H alpha,    plastic flow along dev(tau)
 
-in Kirchhoff stress, alpha the accumulated equivalent plastic strain. The return shrinks the trial deviator (de Souza
-Neto, Perić & Owen, Computational Methods for Plasticity, section 7.3):
+in Kirchhoff stress, alpha the accumulated equivalent plastic strain. The return shrinks the trial deviator
+(de Souza Neto, Perić & Owen, Computational Methods for Plasticity, section 7.3):
 
     dalpha = (q - Y - H alpha) / (3 mu + H),    dev(tau) = (1 - 3 mu dalpha / q) dev(trial)
 
@@ -40,6 +40,7 @@ def _left(p, hardening, e1, e2, e3):
 
 
 def return_map(p, hardening, e1, e2, e3):
+    """Kirchhoff stresses [Pa] and region of the trial strains e1 >= e2 >= e3, see ``hencky``."""
     mean, left = (e1 + e2 + e3) / 3.0, _left(p, hardening, e1, e2, e3)
     pressure, scale = (3.0 * p.lam + 2.0 * p.mu) * mean, 2.0 * p.mu * left
     return (pressure + scale * (e1 - mean), pressure + scale * (e2 - mean), pressure + scale * (e3 - mean),
@@ -47,14 +48,20 @@ def return_map(p, hardening, e1, e2, e3):
 
 
 def moduli(p, hardening, e1, e2, e3, region):
+    """Derivatives of the stresses by the trial strains [Pa], see ``hencky``."""
     bulk, left = p.lam + 2.0 / 3.0 * p.mu, _left(p, hardening, e1, e2, e3)
     along = 1.0 if region == ELASTIC else p.H / (3.0 * p.mu + p.H)
     return deviatoric_moduli(e1, e2, e3, bulk, 0.0, 0.0, 2.0 * p.mu * left, 2.0 * p.mu * along)
 
 
 def von_mises(E: float, nu: float, yield_stress: float, hardening: float = 0.0) -> Law:
-    """Von Mises law with Young's modulus E [Pa], Poisson's ratio nu, yield stress in uniaxial stress and hardening
-    modulus (stress per plastic strain) [Pa]. Raises ValueError for impossible values."""
+    """Von Mises law with Young's modulus E [Pa], Poisson's ratio nu, yield stress in uniaxial stress and
+    hardening modulus (stress per plastic strain) [Pa]. Raises ValueError for impossible values.
+
+    >>> law = von_mises(E=210e9, nu=0.3, yield_stress=235e6)
+    >>> law.state.names
+    ('plastic', 'plastic_strain', 'opened')
+    """
     yield_stress = check.positive("yield_stress", yield_stress, "Pa")
     hardening = check.not_negative("hardening", hardening, "Pa",
                                    "give 0 or a positive number; softening needs a length scale")

@@ -1,8 +1,8 @@
 """Material points that have gone through a wall: they are counted, and named in a warning.
 
-Every point near a wall remembers on which side of it it is. One that was in front and is more than ``DEEP`` cells behind
-has gone through, until it comes back to the front; one that came around the wall's rim has not. The springs of a wall
-give by pressure / k, so that a point just behind it means nothing.
+Every point near a wall remembers on which side of it it is. One that was in front and is more than ``DEEP``
+cells behind has gone through, until it comes back to the front; one that came around the wall's rim has not.
+The springs of a wall give by pressure / k, so that a point just behind it means nothing.
 """
 import warnings
 from typing import NamedTuple
@@ -24,8 +24,8 @@ TIE = 1e-9  # of two elements equally near, as at their common corner, the one t
 
 
 class WallElements(NamedTuple):
-    """m elements of walls: ``corners`` (m, D, D) [m]; ``normal`` (m, D), to the front; ``wall`` (m,), number of the wall;
-    ``rim`` (m, D, 2), whether the wall ends at each corner, and at the edge opposite."""
+    """m elements of walls: ``corners`` (m, D, D) [m]; ``normal`` (m, D), to the front; ``wall`` (m,), number
+    of the wall; ``rim`` (m, D, 2), whether the wall ends at each corner, and at the edge opposite."""
 
     corners: np.ndarray
     normal: np.ndarray
@@ -34,7 +34,8 @@ class WallElements(NamedTuple):
 
 
 def look(x, bins: Bins, elements: WallElements, deep, far, side):
-    """Bring the ``side`` of each point, shape (n,), up to date; returns how many have just gone through a wall.
+    """Bring the ``side`` of each point, shape (n,), up to date; returns how many have just gone through a
+    wall.
 
     x: (n, D) [m]; bins: of the elements; deep, far: [m].
     """
@@ -86,8 +87,8 @@ def look(x, bins: Bins, elements: WallElements, deep, far, side):
 class Behind:
     """Keeps the ``side`` of the points of ``bodies`` and counts those that have gone through a wall.
 
-    surfaces: of each wall its name, positions [m], shape (n, D), motion or None, elements, shape (m, D), and directions
-    to the front, shape (n, D). Collective.
+    surfaces: of each wall its name, positions [m], shape (n, D), motion or None, elements, shape (m, D), and
+    directions to the front, shape (n, D). Collective.
     """
 
     def __init__(self, surfaces, h, bodies, comm):
@@ -123,7 +124,8 @@ class Behind:
                    for body in self._bodies)
 
     def __call__(self, time):
-        """After a step that ends at ``time`` [s]: warn of every wall through which the first points have gone."""
+        """After a step that ends at ``time`` [s]: warn of every wall through which the first points have
+        gone."""
         if self._moves:
             self._place(time)
         if somewhere(self._comm, self._update() > 0)[0]:
@@ -146,8 +148,8 @@ class Behind:
 
 
 def find_rim(x, elements, h):
-    """Whether a surface ends at each corner of its elements, and at the edge opposite, shape (m, D, 2). Particles in one
-    place are one."""
+    """Whether a surface ends at each corner of its elements, and at the edge opposite, shape (m, D, 2).
+    Particles in one place are one."""
     place = np.unique(np.round(x / (1e-6 * h)).astype(np.int64), axis=0, return_inverse=True)[1].ravel()[elements]
     D = elements.shape[1]
     facets = np.stack([np.delete(place, a, axis=1) for a in range(D)], axis=1)  # opposite each corner
@@ -159,8 +161,8 @@ def find_rim(x, elements, h):
 
 
 def watch(scene, background, bodies):
-    """``Behind`` of a scene's ``Penalty`` and ``GridWall`` records: of those in space with a front side; None when there
-    are none."""
+    """``Behind`` of a scene's ``Penalty`` and ``GridWall`` records: of those in space with a front side; None
+    when there are none."""
     surfaces = []
     for condition in scene:
         if isinstance(condition, GridWall):
@@ -178,8 +180,8 @@ def watch(scene, background, bodies):
 
 
 def wall_facets(x, cells, kind, on_wall, normal):
-    """Segments or triangles of a wall along grid nodes, shape (m, D): the facets between nodes ``on_wall``, mask of shape
-    (n,), of cells in front of it. normal: to the front, shape (D,)."""
+    """Segments or triangles of a wall along grid nodes, shape (m, D): the facets between nodes ``on_wall``,
+    mask of shape (n,), of cells in front of it. normal: to the front, shape (D,)."""
     cells = cells[~on_wall[cells].all(axis=1)]
     facets = np.concatenate([cells[:, list(facet)] for facet in FACETS[kind]])
     inside = np.tile(x[cells].mean(axis=1), (len(FACETS[kind]), 1))

@@ -1,13 +1,14 @@
-"""F-bar: the volume change of a step averaged over a patch of cells, against locking of bodies that keep their volume.
+"""F-bar: the volume change of a step averaged over a patch of cells, against locking of bodies that keep
+their volume.
 
-A patch is one quadrilateral or hexahedron (de Souza Neto et al. 1996, doi 10.1016/0020-7683(95)00259-6, with points for
-quadrature) or several simplices (``patches``). F = r f F_old, f = I + du/dx, r = (j_mean / j)^(1/D), where j = det f
-and j_mean its mean over the patch's points by volume; F keeps the mean.
+A patch is one quadrilateral or hexahedron (de Souza Neto et al. 1996, doi 10.1016/0020-7683(95)00259-6, with
+points for quadrature) or several simplices (``patches``). F = r f F_old, f = I + du/dx, r = (j_mean /
+j)^(1/D), where j = det f and j_mean its mean over the patch's points by volume; F keeps the mean.
 
-The forces are those that do the work of the stress at this F: the residual is the derivative of sum V0 W(F) by u, that
-of j_mean included. (In the method's first form the stress at F works on the local gradient. That is no derivative of an
-energy, and soil that dilates gains energy by it.) With tau = P F^T and gradients grad by the deformed places, to first
-order
+The forces are those that do the work of the stress at this F: the residual is the derivative of sum V0 W(F)
+by u, that of j_mean included. (In the method's first form the stress at F works on the local gradient. That
+is no derivative of an energy, and soil that dilates gains energy by it.) With tau = P F^T and gradients grad
+by the deformed places, to first order
 
     sum V0 [dev tau : grad du + tr(tau) / D d ln j_mean],
 
@@ -20,8 +21,9 @@ q being the patch's sum of V0 tr(tau) / D over its volume, sum V_old j, and per 
 
     d ln j_mean (sum V0 dev(w) / D : grad du) + its transpose with u + (d ln j_mean)^2 sum V0 (s / D^2 - tr(tau) / D),
 
-which couples all nodes of the patch. Where A is symmetric so is the whole. The pressure that acts is the mean of the
-patch, as in the method of mean dilatation (Simo, Taylor & Pister 1985, doi 10.1016/0045-7825(85)90033-7).
+which couples all nodes of the patch. Where A is symmetric so is the whole. The pressure that acts is the mean
+of the patch, as in the method of mean dilatation (Simo, Taylor & Pister 1985, doi
+10.1016/0045-7825(85)90033-7).
 
 Templates and arguments: see ``weakform``.
 """
@@ -84,8 +86,8 @@ def deviatoric_force(P, F, H, weight, D, T):
 
 
 class StepGradients(NamedTuple):
-    """At one point: ``f`` (D, D), deformation over the step, its ``inverse``, and ``g`` (D K,), gradients of the basis by
-    the deformed places, one direction after the other [1/m]."""
+    """At one point: ``f`` (D, D), deformation over the step, its ``inverse``, and ``g`` (D K,), gradients of
+    the basis by the deformed places, one direction after the other [1/m]."""
 
     f: np.ndarray
     inverse: np.ndarray
@@ -119,8 +121,8 @@ def spread(S, g, place, D, K, forces):
 
 @inlined
 def by_mean_volume(B, P, F, weight, shared, D, u, w):
-    """Turn B = weight a into the point's part at constant j_mean, see above, and fill u with weight dev(u) / D, w with
-    weight dev(w) / D; shared: q V_old j. Returns weight (s / D^2 - tr(tau) / D)."""
+    """Turn B = weight a into the point's part at constant j_mean, see above, and fill u with weight dev(u) /
+    D, w with weight dev(w) / D; shared: q V_old j. Returns weight (s / D^2 - tr(tau) / D)."""
     s = pressure = 0.0
     for i in range(D):
         for j in range(D):
@@ -148,8 +150,8 @@ def by_mean_volume(B, P, F, weight, shared, D, u, w):
 
 
 def mean_changes(points: Quadrature, elements: Elements, old: Deformation, u, patches: Patches):
-    """Add V0 J_old j and V0 J_old to the patches' ``volume``, the derivative of the first by the displacements u (nodes,
-    D) [m] to their ``gradient``."""
+    """Add V0 J_old j and V0 J_old to the patches' ``volume``, the derivative of the first by the
+    displacements u (nodes, D) [m] to their ``gradient``."""
     cell, G, V0, F_old, F33_old = points.cell, points.G, points.V0, old.F, old.F33
     cells, patch, place = elements.nodes, elements.patch, elements.place
     volume, gradient = patches.volume, patches.gradient
@@ -176,7 +178,8 @@ def mean_changes(points: Quadrature, elements: Elements, old: Deformation, u, pa
 
 
 def add_pressure(nodes, patches: Patches, R):
-    """Add to R [N], shape (nodes, D), the forces that do work on j_mean. nodes: (patches, M) of the patches."""
+    """Add to R [N], shape (nodes, D), the forces that do work on j_mean. nodes: (patches, M) of the
+    patches."""
     volume, gradient, bulk = patches.volume, patches.gradient, patches.bulk
     for row in range(len(volume)):
         if volume[row, 0] > 0.0:

@@ -1,13 +1,14 @@
-"""Groups of arrays that the kernels of ``weakform`` and ``f_bar`` take. n: points; m: cells; K: nodes of a cell."""
+"""Groups of arrays that the kernels of ``weakform`` and ``f_bar`` take. n: points; m: cells; K: nodes of a
+cell."""
 from typing import NamedTuple
 
 import numpy as np
 
 
 class Elements(NamedTuple):
-    """Cells as elements of the matrix: ``nodes`` (m, K); ``row`` (m,) in the element matrices; for F-bar ``patch`` (m,), row
-    of a cell's patch in the patch matrices, and ``place`` (m, K) of its nodes among those of the patch. See
-    ``active_cells``."""
+    """Cells as elements of the matrix: ``nodes`` (m, K); ``row`` (m,) in the element matrices; for F-bar
+    ``patch`` (m,), row of a cell's patch in the patch matrices, and ``place`` (m, K) of its nodes among those
+    of the patch. See ``active_cells``."""
 
     nodes: np.ndarray
     row: np.ndarray
@@ -16,8 +17,8 @@ class Elements(NamedTuple):
 
 
 class Quadrature(NamedTuple):
-    """Material points as points of quadrature: ``cell`` (n,); ``N`` (n, K) and ``G`` (n, K, D), basis values and gradients [1/m];
-    ``mass`` (n,) with consistent inertia [kg]; ``V0`` (n,) undeformed volume [m^3]."""
+    """Material points as points of quadrature: ``cell`` (n,); ``N`` (n, K) and ``G`` (n, K, D), basis values
+    and gradients [1/m]; ``mass`` (n,) with consistent inertia [kg]; ``V0`` (n,) undeformed volume [m^3]."""
 
     cell: np.ndarray
     N: np.ndarray
@@ -27,8 +28,8 @@ class Quadrature(NamedTuple):
 
 
 class Deformation(NamedTuple):
-    """Of n points at one time: ``F`` (n, D, D), deformation gradient; ``F33`` (n,), stretch across a plane scene; ``state``
-    (n,), records of the law."""
+    """Of n points at one time: ``F`` (n, D, D), deformation gradient; ``F33`` (n,), stretch across a plane
+    scene; ``state`` (n,), records of the law."""
 
     F: np.ndarray
     F33: np.ndarray
@@ -36,10 +37,10 @@ class Deformation(NamedTuple):
 
 
 class Patches(NamedTuple):
-    """Sums over F-bar's patches with M nodes each, see ``f_bar``: ``volume`` (patches, 2) at the end and at the start of the
-    step [m^3]; ``gradient`` (patches, M, D), derivative of the first by the displacements of the nodes [m^2]; ``bulk``
-    (patches, 2), sums of V0 tr(tau) / D and of V0 (s / D^2 - tr(tau) / D) [J]; ``push``, ``pull`` (patches, M, D), sums of
-    V0 dev(u) / D grad N and V0 dev(w) / D grad N [N]."""
+    """Sums over F-bar's patches with M nodes each, see ``f_bar``: ``volume`` (patches, 2) at the end and at
+    the start of the step [m^3]; ``gradient`` (patches, M, D), derivative of the first by the displacements of
+    the nodes [m^2]; ``bulk`` (patches, 2), sums of V0 tr(tau) / D and of V0 (s / D^2 - tr(tau) / D) [J];
+    ``push``, ``pull`` (patches, M, D), sums of V0 dev(u) / D grad N and V0 dev(w) / D grad N [N]."""
 
     volume: np.ndarray
     gradient: np.ndarray

@@ -10,8 +10,8 @@ BETA = 0.25
 
 
 class Increment(NamedTuple):
-    """A step of length ``dt`` [s] with the displacement ``u`` of the nodes over it [m], their acceleration ``a`` at its end
-    [m/s^2], both (nodes, D), and ``alpha`` = da/du [1/s^2]."""
+    """A step of length ``dt`` [s] with the displacement ``u`` of the nodes over it [m], their acceleration
+    ``a`` at its end [m/s^2], both (nodes, D), and ``alpha`` = da/du [1/s^2]."""
 
     dt: float
     alpha: float
@@ -25,6 +25,6 @@ def alpha(dt):
 
 
 def acceleration(u, v, a, dt):
-    """Acceleration at the end of the step from its displacement u and from velocity v and acceleration a at its
-    start, arrays of one shape."""
+    """Acceleration at the end of the step from its displacement u and from velocity v and acceleration a at
+    its start, arrays of one shape."""
     return alpha(dt) * (u - dt * v) - (0.5 / BETA - 1.0) * a

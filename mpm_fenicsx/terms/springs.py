@@ -1,20 +1,23 @@
-"""Springs between the body and boundary particles: walls anywhere in the grid, with friction, and hinges of the body.
+"""Springs between the body and boundary particles: walls anywhere in the grid, with friction, and hinges of
+the body.
 
-A particle of area A holds what lies at its place by the force (Chandra et al. 2021, doi 10.1007/s11440-020-01123-3)
+A particle of area A holds what lies at its place by the force (Chandra et al. 2021, doi
+10.1007/s11440-020-01123-3)
 
     f = -k A (g_n n + g_t),   k A |g_t| <= mu N  by radial return (Coulomb),   g_n := 0 when it separates and g_n > 0,
 
-k: stiffness per area [Pa/m]; g: gap [m], the body's motion since contact began less the wall's; n: into the body. The
-gap is a state of the particle, so that a load at rest sinks in once, by pressure / k, and does not creep. A particle in
-space forgets its gap when the nodes with mass carry less than half of its basis: the body has left. N [N] is the normal
-force of the last step. With that of the same step the tangent would not be symmetric and f would have no potential:
-Newton's method then cycles between sticking and sliding (measured on blocks on a slope). With the lag of one step, also
-when the body separates, the impulse of friction is still mu times that of the normal force.
+k: stiffness per area [Pa/m]; g: gap [m], the body's motion since contact began less the wall's; n: into the
+body. The gap is a state of the particle, so that a load at rest sinks in once, by pressure / k, and does not
+creep. A particle in space forgets its gap when the nodes with mass carry less than half of its basis: the
+body has left. N [N] is the normal force of the last step. With that of the same step the tangent would not be
+symmetric and f would have no potential: Newton's method then cycles between sticking and sliding (measured on
+blocks on a slope). With the lag of one step, also when the body separates, the impulse of friction is still
+mu times that of the normal force.
 
-In time, f at the end of the step follows from the gap half a step ahead, g + v dt / 2. Without that lead Newmark's
-average acceleration turns a stiff spring into v_new = -v, for ever; with it, the normal force of a sliding block
-scatters a third as much (measured), and a hit loses the energy of the nodes that touch, as at held grid nodes. What
-rests or slides does no work on the lead.
+In time, f at the end of the step follows from the gap half a step ahead, g + v dt / 2. Without that lead
+Newmark's average acceleration turns a stiff spring into v_new = -v, for ever; with it, the normal force of a
+sliding block scatters a third as much (measured), and a hit loses the energy of the nodes that touch, as at
+held grid nodes. What rests or slides does no work on the lead.
 """
 from typing import NamedTuple
 
@@ -27,9 +30,9 @@ D, K = 2, 4  # fixed by specialise
 
 
 class Springs(NamedTuple):
-    """What n particles have of their springs over one step: ``base`` (n, D), the gap ahead without motion over the step
-    [m]; ``normal`` (n, D), into the body; ``stiffness`` (n,), k A [N/m]; ``limit`` (n,), mu N / (k A) [m]; ``separates``
-    (n,). Without a normal (zero) and limit all motion is held."""
+    """What n particles have of their springs over one step: ``base`` (n, D), the gap ahead without motion
+    over the step [m]; ``normal`` (n, D), into the body; ``stiffness`` (n,), k A [N/m]; ``limit`` (n,), mu N /
+    (k A) [m]; ``separates`` (n,). Without a normal (zero) and limit all motion is held."""
 
     base: np.ndarray
     normal: np.ndarray
@@ -39,7 +42,8 @@ class Springs(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What n springs do at a displacement: ``gap`` ahead (n, D) [m], ``force`` (n, D) on the body [N], ``status`` (n,)."""
+    """What n springs do at a displacement: ``gap`` ahead (n, D) [m], ``force`` (n, D) on the body [N],
+    ``status`` (n,)."""
 
     gap: np.ndarray
     force: np.ndarray
@@ -47,7 +51,8 @@ class Answer(NamedTuple):
 
 
 def weigh(cell, cells, heavy, N, share):
-    """Share of the basis values N, shape (n, K), on ``heavy`` nodes, into share (n,); scales N to them (as eq. 14)."""
+    """Share of the basis values N, shape (n, K), on ``heavy`` nodes, into share (n,); scales N to them (as
+    eq. 14)."""
     for p in range(len(cell)):
         share[p] = 0.0
         for q in range(K):
@@ -62,7 +67,8 @@ def weigh(cell, cells, heavy, N, share):
 def respond(cell, cells, N, u, springs: Springs, answer: Answer):
     """Fill ``answer``: gap ahead = base + LEAD u, force and status of each particle.
 
-    cell (n,) of the particles; cells (m, K) nodes; N (n, K) basis values; u (nodes, D) displacement over the step [m].
+    cell (n,) of the particles; cells (m, K) nodes; N (n, K) basis values; u (nodes, D) displacement over the
+    step [m].
     """
     base, normal, stiffness, limit, separates = springs
     gap, force, status = answer
@@ -123,7 +129,8 @@ def spring_matrix(gap, normal, limit, status, C):
 
 
 def tangent(cell, row, N, springs: Springs, answer: Answer, Ke):
-    """Add -df/du to the element matrices Ke [N/m], see ``weakform.tangent``, at the ``answer`` of ``respond``."""
+    """Add -df/du to the element matrices Ke [N/m], see ``weakform.tangent``, at the ``answer`` of
+    ``respond``."""
     normal, stiffness, limit = springs.normal, springs.stiffness, springs.limit
     gap, status = answer.gap, answer.status
     C = np.empty((D, D))

@@ -6,11 +6,13 @@ T = P F_old^T (the stress that works on du/dx, per undeformed volume)
     R_I = sum_p V0 T grad N_I + m N_I a(x_p),     a = sum_J N_J a_J,
     K_IJ = sum_p V0 grad N_I (F_old A F_old^T) grad N_J + alpha m N_I N_J.
 
-With FBAR, F = r (I + du/dx) F_old with a mean volume change in r, and what follows from it for R and K: ``f_bar``.
+With FBAR, F = r (I + du/dx) F_old with a mean volume change in r, and what follows from it for R and K:
+``f_bar``.
 
-Templates: ``specialise`` fixes D, K, FBAR, CONSISTENT (inertia as in eq. 11; otherwise the caller adds lumped inertia)
-and the law as ``point_stress``, ``point_tangent`` or ``energy``. Arguments throughout: points, elements, patches: see
-``fields``; old, new: ``Deformation`` at the start and the end of the step; params: of the law; increment: see ``newmark``.
+Templates: ``specialise`` fixes D, K, FBAR, CONSISTENT (inertia as in eq. 11; otherwise the caller adds lumped
+inertia) and the law as ``point_stress``, ``point_tangent`` or ``energy``. Arguments throughout: points,
+elements, patches: see ``fields``; old, new: ``Deformation`` at the start and the end of the step; params: of
+the law; increment: see ``newmark``.
 """
 import numpy as np
 
@@ -35,8 +37,8 @@ point_stress = point_tangent = strain_energy = stress = None
 
 def residual(points: Quadrature, elements: Elements, old: Deformation, new: Deformation, patches: Patches, params,
              increment: Increment, R):
-    """Add internal and inertia forces [N] to R, shape (nodes, D), with FBAR all but the mean pressure's, for which
-    bulk[:, 0] is added to; fills ``new``."""
+    """Add internal and inertia forces [N] to R, shape (nodes, D), with FBAR all but the mean pressure's, for
+    which bulk[:, 0] is added to; fills ``new``."""
     cell, N, G, mass, V0 = points
     cells, patch, volume, bulk = elements.nodes, elements.patch, patches.volume, patches.bulk
     F_old, F33_old, old_state = old
@@ -96,18 +98,19 @@ def _pull(A, F, weight, D, half, B):
     for i in range(D):
         for j in range(D):
             for k in range(D):
-                for l in range(D):
+                for m in range(D):
                     s = 0.0
                     for n in range(D):
-                        s += half[i, j, k, n] * F[l, n]
-                    B[i, j, k, l] = s
+                        s += half[i, j, k, n] * F[m, n]
+                    B[i, j, k, m] = s
 
 
 def tangent(points: Quadrature, elements: Elements, old: Deformation, new: Deformation, patches: Patches, params,
             increment: Increment, Ke):
-    """Add the point's share to the element matrices Ke [N/m], shape (rows, K, D, D, K): Ke[c, b, k, i, e] is the
-    derivative of the force on node e in direction i by the displacement of node b in direction k, the mean volume
-    change held; with FBAR also to bulk[:, 1], push and pull. ``new`` and bulk[:, 0] are those of the residual at u.
+    """Add the point's share to the element matrices Ke [N/m], shape (rows, K, D, D, K): Ke[c, b, k, i, e] is
+    the derivative of the force on node e in direction i by the displacement of node b in direction k, the
+    mean volume change held; with FBAR also to bulk[:, 1], push and pull. ``new`` and bulk[:, 0] are those of
+    the residual at u.
 
     Sums in scalars and one flat index per element matrix: half the time of the same loops over small arrays.
     """
@@ -146,11 +149,11 @@ def tangent(points: Quadrature, elements: Elements, old: Deformation, new: Defor
             for k in range(D):
                 for i in range(D):
                     y0 = y1 = y2 = 0.0
-                    for l in range(D):
-                        y0 += B[i, 0, k, l] * g[l * K + b]
-                        y1 += B[i, 1, k, l] * g[l * K + b]
+                    for j in range(D):
+                        y0 += B[i, 0, k, j] * g[j * K + b]
+                        y1 += B[i, 1, k, j] * g[j * K + b]
                         if D == 3:
-                            y2 += B[i, D - 1, k, l] * g[l * K + b]
+                            y2 += B[i, D - 1, k, j] * g[j * K + b]
                     inertia = N[q, b] if i == k else 0.0
                     for e in range(K):
                         s = inertia * w[e] + g[e] * y0 + g[K + e] * y1
@@ -161,7 +164,8 @@ def tangent(points: Quadrature, elements: Elements, old: Deformation, new: Defor
 
 
 def energies(mass, V0, v, now: Deformation, params):
-    """Kinetic energy of the points with mass (n,) [kg], V0 (n,) [m^3] and v (n, D) [m/s], and strain energy [J]."""
+    """Kinetic energy of the points with mass (n,) [kg], V0 (n,) [m^3] and v (n, D) [m/s], and strain energy
+    [J]."""
     F, F33, state = now
     kinetic = 0.0
     strain = 0.0

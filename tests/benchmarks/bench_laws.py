@@ -12,8 +12,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from mpm_fenicsx import drucker_prager, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
-from mpm_fenicsx.laws import kernels  # noqa: E402
 from mpm_fenicsx.compiled import specialise  # noqa: E402
+from mpm_fenicsx.laws import kernels  # noqa: E402
 
 D = 2
 stress = tangent = None

@@ -1,7 +1,8 @@
-"""A law of one's own that depends on the rate of deformation: what ``laws.law`` promises is enough to write one.
+"""A law of one's own that depends on the rate of deformation: what ``laws.law`` promises is enough to write
+one.
 
-Kelvin–Voigt without lateral strain: P = E (F - 1) + eta dF/dt. Under stress the strain creeps with the time constant
-eta / E; held, the viscous part of the stress is gone at once.
+Kelvin–Voigt without lateral strain: P = E (F - 1) + eta dF/dt. Under stress the strain creeps with the time
+constant eta / E; held, the viscous part of the stress is gone at once.
 """
 from typing import NamedTuple
 

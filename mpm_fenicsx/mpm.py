@@ -19,6 +19,7 @@ from .scene.mesh import Mesh
 from .scene.numerics import Numerics
 from .scene.solid import SolidScene
 from .solve.clock import PHASES
+from .solve.options import Doubt
 from .solve.step import Problem, Step
 from .terms.ghost import Facets
 
@@ -73,7 +74,7 @@ class MPM(Model):
         super().__init__(SolidScene(grid, body, supports, interface, gravity, inertia, loads, penalties,
                                     body_force, outflow, bonded, numerics), comm)
         self.iterations, self.ghost_since, self.rebalances, self.closed = 0, None, [], False
-        self.phases = dict.fromkeys(PHASES, 0.0)
+        self.phases, self._doubt = dict.fromkeys(PHASES, 0.0), Doubt()
         self._located = False  # whether the points are in their cells
         self.step = self._facets = None
         self._locate()
@@ -177,7 +178,7 @@ class MPM(Model):
             self._facets = Facets(self.background, self.kernels.shapes)
         problem = Problem(self._bodies, self._forces, self.loads, self.penalties, self.supports, self.gravity,
                           self.scene.inertia != "lumped", self.numerics.solver)
-        self.step = Step(self.background, self.kernels, filled, problem, self.phases,
+        self.step = Step(self.background, self.kernels, filled, problem, self.phases, self._doubt,
                          self._facets if ghost else None)
         self._renew_arrays()
 

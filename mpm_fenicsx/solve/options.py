@@ -60,18 +60,17 @@ def _check_tolerance(name, text):
 
 
 class Doubt:
-    """Watches the steps of a run whose user decides when a step is solved."""
-
-    _told = set()  # options of which a warning has told
+    """Watches the steps of a scene whose user decides when a step is solved."""
 
     def __init__(self):
+        self._told = False
         self._names = tuple(name for name in DECIDE if PETSc.Options(PREFIX).hasName(name))
 
     def __call__(self, residual, own, when):
         """One warning when a step is accepted with a ``residual`` far beyond the program's ``own`` tolerance
         [N]."""
-        if self._names and residual > LARGE * own and self._names not in self._told:
-            self._told.add(self._names)
+        if self._names and residual > LARGE * own and not self._told:
+            self._told = True
             names = ", ".join(f"-{PREFIX}{name}" for name in self._names)
             warnings.warn(f"{when} was accepted with a residual of {residual:.3g} N, {residual / own:.1e} times the usual "
                           f"tolerance of {own:.3g} N: the step is not solved, correct {names}", stacklevel=2)

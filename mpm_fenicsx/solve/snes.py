@@ -64,16 +64,17 @@ class Newton:
     residual elsewhere since (some line searches, trust regions, quasi-Newton and accelerated methods do), it
     is evaluated once more. Collective. """
 
-    def __init__(self, active_cells, equations, tangents, coordinates, kinks=False, symmetric=True,
+    def __init__(self, active_cells, equations, tangents, coordinates, doubt, kinks=False, symmetric=True,
                  solver="auto"):
-        """coordinates: of the owned nodes [m], shape (owned, D); kinks: the residual is piecewise linear, as
-        of springs that open, stick and slide. They have a potential: line search cp finds its minimum along a
-        line, where bt gets stuck on the residual's norm. symmetric: so is the tangent. solver: one of
-        ``solvers.SOLVERS``; ValueError when it does not exist or does not suit the tangent."""
+        """coordinates: of the owned nodes [m], shape (owned, D); doubt: ``options.Doubt``; kinks: the
+        residual is piecewise linear, as of springs that open, stick and slide. They have a potential: line
+        search cp finds its minimum along a line, where bt gets stuck on the residual's norm. symmetric: so is
+        the tangent. solver: one of ``solvers.SOLVERS``; ValueError when it does not exist or does not suit
+        the tangent."""
         solvers.check(solver, symmetric)
         options.check()
-        self._doubt = options.Doubt()
         self._equations, self._tangents, self._coordinates = equations, tangents, coordinates
+        self._doubt = doubt
         self._comm, self._shape = active_cells.comm, (active_cells.owned, active_cells.dim)
         self._failure = self._trial = None
         self.u, r = active_cells.vector(active_cells.dim), active_cells.vector(active_cells.dim)

@@ -38,12 +38,13 @@ class Problem(NamedTuple):
 class Step:
     """Advances the points of a ``Problem`` by one step, as often as they stay in the ``active_cells``.
 
-    phases: seconds per phase, added to. facets: ``ghost.Facets`` for the ghost penalty on inertia, or None.
-    After ``begin`` ``grid`` is the ``GridState`` of the step (None before). Collective. """
+    phases: seconds per phase, added to. doubt: see ``options``. facets: ``ghost.Facets`` for the ghost
+    penalty on inertia, or None. After ``begin`` ``grid`` is the ``GridState`` of the step (None before).
+    Collective. """
 
     tolerance = 1e-6  # of the residual, relative to loads and inertia (-mpm_snes_atol replaces it)
 
-    def __init__(self, background, kernels, filled, problem, phases, facets=None):
+    def __init__(self, background, kernels, filled, problem, phases, doubt, facets=None):
         """filled: numbers of this rank's cells that hold points."""
         self.comm, self.dim, self.background = background.comm, background.dim, background
         self.kernels, self.filled, self.problem = kernels, filled, problem
@@ -63,7 +64,7 @@ class Step:
         terms = [*problem.bodies, *penalties, *([self.ghost] if facets else [])]
         self.equations = Equations(cells, terms, penalties, self.tangents, self.clock)
         self.newton = Newton(cells, self.equations, self.tangents, background.x[cells.node[:cells.owned]],
-                             any(penalty.kinks for penalty in penalties), symmetric, problem.solver)
+                             doubt, any(penalty.kinks for penalty in penalties), symmetric, problem.solver)
         self._nodal = np.empty((len(cells.node), 1 + 2 * self.dim))
 
     def attach(self):

@@ -60,12 +60,13 @@ def test_a_step_that_is_not_solved_is_warned_of_once(give):
         warnings.simplefilter("error")
         options.Doubt()(1.0, 1e-6, "step 1")  # the user has decided nothing
         give("snes_atol", "1e3")
-        options.Doubt()(1e-3, 1e-6, "step 1")
+        doubt = options.Doubt()
+        doubt(1e-3, 1e-6, "step 1")
     with pytest.warns(UserWarning, match="step 2 was accepted with a residual of 1 N, .* the usual .*, correct -mpm_snes_a"):
-        options.Doubt()(1.0, 1e-6, "step 2")
+        doubt(1.0, 1e-6, "step 2")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        options.Doubt()(1.0, 1e-6, "step 3")
+        doubt(1.0, 1e-6, "step 3")
 
 
 def test_options_are_known_wherever_they_come_from(tmp_path):

@@ -16,7 +16,7 @@ petsc4py.init(sys.argv)  # before dolfinx is imported: afterwards PETSc no longe
 
 import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
 
-from .errors import MPMDiverged, MPMError  # noqa: E402
+from .errors import MPMDivergedError, MPMError  # noqa: E402
 from .laws import LAWS, drucker_prager, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
 from .laws.soil import Soil  # noqa: E402
 from .mpm import MPM  # noqa: E402
@@ -39,4 +39,4 @@ __all__ = [  # a scene; how it is computed; laws; points; what is read off; erro
     "LAWS", "Soil", "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "von_mises",
     "of_points", "seed",
     "FlowGauges",
-    "MPMDiverged", "MPMError"]
+    "MPMDivergedError", "MPMError"]

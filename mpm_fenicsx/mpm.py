@@ -58,7 +58,7 @@ class MPM(Model):
     array([    0., -1000.])
     >>> solid.close()
 
-    Everything is collective. Raises ValueError for a scene that cannot be run, MPMError and MPMDiverged when
+    Everything is collective. Raises ValueError for a scene that cannot be run, MPMError and MPMDivergedError when
     a step fails.
     """
 
@@ -88,7 +88,7 @@ class MPM(Model):
     @while_open
     def advance(self, dt: float, force: Optional[np.ndarray] = None) -> Tuple[np.ndarray, np.ndarray]:
         """Advance by ``dt`` [s] in one step, under point loads ``force`` on the boundary particles [N], shape
-        (n, dim), constant meanwhile, the same on every rank. Returns ``surface()``. MPMDiverged when Newton's
+        (n, dim), constant meanwhile, the same on every rank. Returns ``surface()``. MPMDivergedError when Newton's
         method fails; all points are then as they were."""
         dt = check.positive("dt", dt, "s", "it must be positive")
         force = self._surface.checked(force, self.time)

@@ -11,7 +11,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from ..collective import somewhere
-from ..errors import MPMDiverged, MPMError
+from ..errors import MPMDivergedError, MPMError
 from ..grid import compat
 from . import options, solvers
 from .options import PREFIX
@@ -163,7 +163,7 @@ class Newton:
         iterations.
 
         rest: the displacement that only moves supported nodes; atol: residual norm to stop at [N]; when: a
-        text for the message, such as "step 3, t = 1e-6 s". Raises MPMDiverged with PETSc's reason in words
+        text for the message, such as "step 3, t = 1e-6 s". Raises MPMDivergedError with PETSc's reason in words
         and the option to try. """
         if not self._user_atol:
             self.snes.setTolerances(atol=atol)
@@ -219,11 +219,11 @@ class Newton:
     def _raise_diverged(self, reason, when, iterations, tried):
         in_vain = f"; {', '.join(tried)} did not help"
         if reason == SINGULAR:
-            raise MPMDiverged(f"the tangent of {when} cannot be factorised (nearly empty cells, stiff bodies "
+            raise MPMDivergedError(f"the tangent of {when} cannot be factorised (nearly empty cells, stiff bodies "
                               f"beside soft ones){in_vain}",
                               "take more material points, a smaller dt or -mpm_pc_type lu")
         name = REASONS.get(reason, str(reason))
-        raise MPMDiverged(f"Newton's method diverged in {when} after {iterations} iterations with residual "
+        raise MPMDivergedError(f"Newton's method diverged in {when} after {iterations} iterations with residual "
                           f"{self.snes.getFunctionNorm():.3g} N ({name}){in_vain}",
                           ADVICE.get(name, "try a smaller dt"))
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..collective import somewhere, total
-from ..errors import MPMDiverged
+from ..errors import MPMDivergedError
 from ..grid.active_cells import ActiveCells
 from ..grid.supports import Supports
 from ..laws import ELASTIC_STATE
@@ -162,9 +162,9 @@ class Step:
             self.newton.make_tangent(self.equations.first_trial(guess))
         try:
             trial, iterations = self.newton.solve(guess, np.where(idle, guess, 0.0), self._atol(guess), when)
-        except MPMDiverged as error:
+        except MPMDivergedError as error:
             remains = ', or inertia="lumped"' if self.problem.consistent else ""
-            raise MPMDiverged(error.what, error.advice + remains) from None
+            raise MPMDivergedError(error.what, error.advice + remains) from None
         self.tangents.solved(iterations)
         self.clock.lap("solve")
         return trial, iterations

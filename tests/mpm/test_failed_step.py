@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from coupling import Steps, march
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, MPMDiverged, Support
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, MPMDivergedError, Support
 
 
 @pytest.fixture
@@ -45,7 +45,7 @@ def test_a_failed_step_leaves_the_points(column, options):
     options(snes_max_it=1)
     solid = column()
     before = solid.get_state()
-    with pytest.raises(MPMDiverged, match="step 1, t = 0.04 s"):
+    with pytest.raises(MPMDivergedError, match="step 1, t = 0.04 s"):
         solid.advance(4e-2)
     after = solid.get_state()
     assert solid.time == 0.0 and all(np.array_equal(after[name], values) for name, values in before.items()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from coupling import Steps, march
-from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, MPMDiverged, Support
+from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, MPMDivergedError, Support
 
 ELASTIC, SOIL = LAWS["neo_hooke"](1e6, 0.3), LAWS["mohr_coulomb"](5e4, 0.4, 22.0)
 
@@ -88,7 +88,7 @@ def test_states_know_the_rung():
 def test_the_end_of_the_ladder_says_what_was_tried_and_what_remains(options, inertia, adapt, tried, remains):
     options(snes_max_it=1)
     solid, other = scene("column", inertia=inertia), ', or inertia="lumped"' if inertia != "lumped" else ""
-    with pytest.raises(MPMDiverged, match=rf"step 1, t = .*; new tangents, a start from rest, full Newton steps did not "
+    with pytest.raises(MPMDivergedError, match=rf"step 1, t = .*; new tangents, a start from rest, full Newton steps did not "
                                           rf"help: .*-mpm_snes_max_it 100{other}; {tried}{remains}"):
         march(solid, Steps(4e-2, 8e-2, adapt))
     assert solid.time == 0.0

@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from mpm_fenicsx import MPM, Body, Box, Grid, Interface, MPMDiverged, MPMError, linear, neo_hooke
+from mpm_fenicsx import MPM, Body, Box, Grid, Interface, MPMDivergedError, MPMError, linear, neo_hooke
 from mpm_fenicsx.points.points import gauss_rule, seed
 
 LAW, BOX = linear(1e3, 0.3), Box((0.0, 0.0), (2.0, 1.0))
@@ -138,7 +138,7 @@ def test_divergence_names_reason_step_and_option(make_mpm, options, changes, for
     options(**changes)
     solid = make_mpm(law=neo_hooke(1e3, 0.3))
     solid.advance(0.1)
-    with pytest.raises(MPMDiverged, match=r"Newton's method diverged in step 2, t = 0.2 s after \d+ iterations with "
+    with pytest.raises(MPMDivergedError, match=r"Newton's method diverged in step 2, t = 0.2 s after \d+ iterations with "
                                           r"residual .* N \(DIVERGED_\w+\); new tangents, a start from rest, full "
                                           rf"Newton steps did not help: .*{reason}"):
         solid.advance(0.1, np.full((5, 2), force))

@@ -41,11 +41,11 @@ def measure(script, words, out):
 
     PETSc.Log.begin()
     from coupling import cli
+    from mpm_fenicsx.solve.equations import Equations
     from mpm_fenicsx.solve.snes import Newton
-    from mpm_fenicsx.solve.step import Step
 
     done = {"solves": 0, "linear": 0, "factors": 0}
-    run, tangent = Newton._run, Step.tangent
+    run, tangent = Newton._run, Equations.tangent
 
     def counted(self, *arguments):
         answer = run(self, *arguments)
@@ -53,11 +53,11 @@ def measure(script, words, out):
         done["linear"] += self.snes.getLinearSolveIterations()
         return answer
 
-    def assembled(self):
+    def assembled(self, trial):
         done["factors"] += 1
-        tangent(self)
+        return tangent(self, trial)
 
-    Newton._run, Step.tangent = counted, assembled
+    Newton._run, Equations.tangent = counted, assembled
     case = __import__(script)
     case.main(**cli.parse(case.main, [*words, f"out={out}"]))
     events = {name: [PETSc.Log.Event(event).getPerfInfo() for event in names] for name, names in EVENTS.items()}

@@ -37,7 +37,7 @@ def unused():
 
 def check():
     """ValueError for a tolerance that is no number or accepts everything; a warning for solvers that ask no
-    tolerance. """
+    tolerance."""
     options = PETSc.Options(PREFIX)
     for name in (*BELOW_ONE, *FINITE):
         if options.hasName(name):

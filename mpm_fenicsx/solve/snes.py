@@ -4,7 +4,7 @@ Defaults are set on the objects before ``setFromOptions``, so the command line a
 1e-6, -mpm_snes_stol 0, -mpm_snes_max_it 25, line search bt, and a linear solver of ``solvers``.
 
 ``tangents`` decides in which iterations there is a new tangent. A step that fails is tried again, see
-``RUNGS``. """
+``RUNGS``."""
 from typing import NamedTuple
 
 import numpy as np
@@ -62,7 +62,7 @@ class Newton:
     It keeps the trial of the last residual with the displacement that it belongs to. A tangent is made of the
     trial at the iterate, and a solve ends with the trial at the solution: where the SNES has evaluated the
     residual elsewhere since (some line searches, trust regions, quasi-Newton and accelerated methods do), it
-    is evaluated once more. Collective. """
+    is evaluated once more. Collective."""
 
     def __init__(self, active_cells, equations, tangents, coordinates, doubt, kinks=False, symmetric=True,
                  solver="auto"):
@@ -164,7 +164,7 @@ class Newton:
 
         rest: the displacement that only moves supported nodes; atol: residual norm to stop at [N]; when: a
         text for the message, such as "step 3, t = 1e-6 s". Raises MPMDivergedError with PETSc's reason in words
-        and the option to try. """
+        and the option to try."""
         if not self._user_atol:
             self.snes.setTolerances(atol=atol)
         self._trial, iterations, tried = None, 0, []

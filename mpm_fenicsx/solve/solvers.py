@@ -11,7 +11,7 @@
               in every iteration; beyond that cg (gmres) where inertia dominates the tangent, gamg where stiffness does
 
 Iterative ones stop at -mpm_ksp_rtol 1e-8. On several ranks direct solves systems below REDUNDANT_UP_TO
-unknowns whole on each rank (-mpm_pc_type redundant). docs/solvers.md says which one does what. """
+unknowns whole on each rank (-mpm_pc_type redundant). docs/solvers.md says which one does what."""
 from petsc4py import PETSc
 
 from ..scene.numerics import SOLVERS

@@ -40,7 +40,7 @@ class Step:
 
     phases: seconds per phase, added to. doubt: see ``options``. facets: ``ghost.Facets`` for the ghost
     penalty on inertia, or None. After ``begin`` ``grid`` is the ``GridState`` of the step (None before).
-    Collective. """
+    Collective."""
 
     tolerance = 1e-6  # of the residual, relative to loads and inertia (-mpm_snes_atol replaces it)
 
@@ -104,8 +104,8 @@ class Step:
                          mass, v, a, active)
 
     def _check_located(self):
-        """Boundary particles find their nodes; a kept tangent has identity rows for nodes that had no
-        mass."""
+        """Boundary particles find nodes with mass. A kept tangent goes where other nodes have it, as rows of
+        nodes without are identity rows."""
         grid, problem = self.grid, self.problem
         on_boundary = (problem.interface, *problem.loads, *problem.penalties)
         lost = [term.locate(grid) for term in on_boundary]
@@ -133,7 +133,7 @@ class Step:
     def _loads(self):
         """All loads [N], shape (nodes, D); their jumps go to the accelerations of nodes and points."""
         grid, (bodies, interface, loads, penalties, *_) = self.grid, self.problem
-        load, volume_load = np.zeros_like(grid.v), np.zeros_like(grid.v)
+        load = np.zeros_like(grid.v)
         moving = (*bodies, interface, *loads, *(penalty for penalty in penalties if penalty.follows))
         for jump in [term.begin(grid, load) for term in (interface, *loads)]:
             if jump is not None:
@@ -144,17 +144,18 @@ class Step:
             penalty.begin(grid, load)
         load += grid.mass[:, None] * self.problem.gravity
         if bodies[0].has_body_force:
+            body_load = np.zeros_like(load)
             for body in bodies:
-                body.begin(grid, volume_load)
-            self.active_cells.accumulate(volume_load)
-            load += volume_load
+                body.begin(grid, body_load)
+            self.active_cells.accumulate(body_load)
+            load += body_load
         return load
 
     # ---------------------------------------------------------------- phase II: solve
 
     def solve(self, when):
         """The trial at the solution, see ``equations.Trial``, and the number of Newton iterations. when: see
-        ``Newton.solve``. """
+        ``Newton.solve``."""
         grid, idle, n = self.grid, self.equations.known.idle, self.active_cells.owned
         guess = (grid.dt * grid.v + 0.5 * grid.dt**2 * grid.a)[:n]
         guess[idle] = self.equations.known.displacement[:n][idle]

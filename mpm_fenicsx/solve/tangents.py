@@ -1,7 +1,7 @@
 """When a tangent is made, kept and made anew: the one policy, which step and Newton's method ask.
 
 A tangent and its factor cost several residuals, so an elastic body keeps its tangent as long as it holds.
-docs/tangents.md tells what is decided and why, in the order in which it is asked here. """
+docs/tangents.md tells what is decided and why, in the order in which it is asked here."""
 from time import time_ns
 from typing import NamedTuple
 
@@ -34,7 +34,7 @@ class Tangents:
 
     plastic: the tangent changes with the load, so every iteration gets a new one; watched: penalties may ask
     for a new one in any iteration. The user decides instead with -mpm_snes_lag_jacobian (1: new in every
-    iteration, 2: in every second, …). """
+    iteration, 2: in every second, …)."""
 
     def __init__(self, plastic: bool, watched: bool) -> None:
         self.plastic, self._watched = plastic, watched

@@ -28,7 +28,7 @@ class BodyTerm:
     points (at first all of them on every rank), whose deformation is the state of the term.
 
     first: number of its first point; gravity: [m/s^2], shape (D,); body_force: None, or a function as of
-    ``MPM``. """
+    ``MPM``."""
 
     def __init__(self, body, first, gravity, body_force=None):
         x, volume = seed(body)

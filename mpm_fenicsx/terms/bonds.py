@@ -1,7 +1,7 @@
 """Bodies that share grid nodes move as one: they stick, and there is no contact between them.
 
 That is meant for layers of one soil, and wrong for bodies that only touch. Nobody else can tell, so a warning
-says it once for each pair, unless the scene says that it is ``bonded``. """
+says it once for each pair, unless the scene says that it is ``bonded``."""
 import warnings
 from itertools import combinations
 

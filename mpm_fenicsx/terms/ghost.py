@@ -9,7 +9,7 @@ gradient is kept together (as on the mass of cut finite elements in Sticko, Ludv
 
 [.] being the jump over the facet: the inertia of fields that are linear, rigid motions among them, stays what
 it is. Cells from which no chain of filled cells leads to a full one (drops, single fliers) get lumped
-inertia. """
+inertia."""
 import numpy as np
 from petsc4py import PETSc
 from scipy.sparse import coo_matrix

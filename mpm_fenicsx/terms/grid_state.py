@@ -18,7 +18,7 @@ class GridState(NamedTuple):
     active cells; ``finish(grid, trial, increment)`` makes the trial at the solution the state of the term's
     points and moves them. Those with points have a ``locate`` before ``begin``, for the basis at the points.
     A trial holds until the next one of its term. What a term has to say to others it returns: it changes
-    neither the step nor the grid. """
+    neither the step nor the grid."""
 
     time: float
     dt: float

@@ -4,7 +4,7 @@ of a scene.
 A load is constant over each step and explicit: its geometry is that of the middle of the step, predicted from
 velocity and acceleration of the grid at its start. It has no part in the tangent, which stays symmetric. The
 stiffness that a following load would have is p/h per length, small against the inertia rho h / dt^2 in all
-but near-static runs with a large step. """
+but near-static runs with a large step."""
 import numpy as np
 
 from ..collective import somewhere, total
@@ -50,7 +50,7 @@ class PointForces:
 
         A load that is constant over each step jumps between steps, and with it the acceleration of the nodes
         and of what moves with them: Newmark's method then does the work of the load and takes up its impulse,
-        step by step. """
+        step by step."""
         p, cells, force, jump = self.points, grid.active_cells, self.forces(grid), None
         jumps, acts = somewhere(cells.comm, (force != p.force).any(), force.any())
         if jumps:

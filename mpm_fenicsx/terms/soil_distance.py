@@ -1,7 +1,7 @@
 """How far the soil now near a wall is from it, measured from the material points.
 
 A gap that a particle of a wall adds up from the motion of the grid belongs to whatever soil was there when it
-opened. Other soil that comes may be nearer, and none of it says so to the grid's nodes; its points do. """
+opened. Other soil that comes may be nearer, and none of it says so to the grid's nodes; its points do."""
 from typing import NamedTuple
 
 import numpy as np

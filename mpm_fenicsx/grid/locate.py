@@ -36,9 +36,8 @@ class Neighbours(NamedTuple):
 
 
 @compiled
-def lattice_numbers(x, lattice, number):
-    """Number of the cell of ``lattice`` of each point into ``number``, NOWHERE outside."""
-    lower, h, counts, simplices, margin = lattice
+def lattice_numbers(x, lower, h, counts, simplices, margin, number):
+    """Number of the cell of a ``Lattice`` (its fields) of each point into ``number``, NOWHERE outside."""
     D = x.shape[1]
     f = np.zeros(3)
     for p in range(len(x)):

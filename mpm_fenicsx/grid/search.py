@@ -26,7 +26,7 @@ class LatticeSearch:
 
     def _numbers(self, x):
         number = np.empty(len(x), np.int64)
-        lattice_numbers(x, self._lattice, number)
+        lattice_numbers(x, *self._lattice, number)
         return number
 
     def locate(self, points, row):

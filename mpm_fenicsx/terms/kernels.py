@@ -3,7 +3,7 @@ from typing import Callable, NamedTuple
 
 from .. import laws
 from ..basis import shape
-from ..compiled import specialise
+from ..compiled import direct, specialise
 from ..laws.stress_state import point_functions
 from ..points import transfer
 from . import f_bar, weakform
@@ -55,10 +55,10 @@ def compile_body_kernels(body, background, consistent):
     point_stress, point_tangent = point_functions(law, body.stress_state, D)
     form = dict(**size, CONSISTENT=consistent, FBAR=body.f_bar)
     return BodyKernels(
-        mean_changes=specialise(f_bar.mean_changes, **size),
-        residual=specialise(weakform.residual, **form, point_stress=point_stress),
-        add_pressure=specialise(f_bar.add_pressure, D=D),
-        tangent=specialise(weakform.tangent, **form, point_tangent=point_tangent),
-        couple=specialise(f_bar.couple, D=D),
+        mean_changes=direct(specialise(f_bar.mean_changes, **size)),
+        residual=direct(specialise(weakform.residual, **form, point_stress=point_stress)),
+        add_pressure=direct(specialise(f_bar.add_pressure, D=D)),
+        tangent=direct(specialise(weakform.tangent, **form, point_tangent=point_tangent)),
+        couple=direct(specialise(f_bar.couple, D=D)),
         energies=specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D)),
         cauchy=specialise(weakform.cauchy, D=D, stress=stress))

@@ -29,7 +29,8 @@ IMPATIENT = 0.5  # [s] after an interrupt: mpirun kills the ranks a second after
 class Case:
     """The function ``main`` with its keys, see ``case``. ``keys``: name → ``Key``."""
 
-    def __init__(self, main, presets=None, counts=None):
+    def __init__(self, main: typing.Callable, presets: typing.Optional[dict] = None,
+                 counts: typing.Optional[dict] = None) -> None:
         functools.update_wrapper(self, main)
         self._main, self.presets = main, presets or {}
         self.keys, self._classes = keys_of(main)
@@ -43,15 +44,15 @@ class Case:
         for name in {*self._counts, *(key for preset in self.presets.values() for key in preset)} - set(self.keys):
             raise TypeError(f"{main.__name__} has no key {name}")
 
-    def __call__(self, **given):
+    def __call__(self, **given: typing.Any) -> typing.Any:
         """Run the case with these keys; returns the histories by back end."""
         return self.start(given, perf_counter())
 
-    def run(self):
+    def run(self) -> None:
         """Run it with the words of the command line: the script's last line, see ``cli.run``."""
         run(self)
 
-    def start(self, given, began):
+    def start(self, given: dict, began: float) -> typing.Any:
         """Run the case; began: the moment from which its start-up time counts."""
         for name in given:
             if name not in self.keys:
@@ -68,7 +69,7 @@ class Case:
         """Those of ``main``: keys of its own, and dataclasses of theirs."""
         arguments, fields = {}, {name: {} for name in self._classes}
         for name, key in self.keys.items():
-            (fields[key.argument] if key.argument in fields else arguments)[name] = values[name]
+            fields.get(key.argument, arguments)[name] = values[name]
         return {**arguments, **{name: self._classes[name](**given) for name, given in fields.items()}}
 
 
@@ -96,26 +97,26 @@ def case(main: typing.Optional[typing.Callable] = None, *, presets: typing.Optio
     return Case(main, presets, counts)
 
 
-def as_case(main, presets=None):
+def as_case(main: typing.Callable) -> Case:
     """A function as a case; a case as it is."""
-    return main if isinstance(main, Case) else Case(main, presets)
+    return main if isinstance(main, Case) else Case(main)
 
 
-def run(main, presets=None):
+def run(main: typing.Callable) -> None:
     """Call ``main``, a case or a function, with the words of the command line; the script's last line.
 
     An error ends the run on all ranks with one sentence on rank 0 and exit status 1 (2 for a wrong command line);
     warnings are one line. Signals end it like an interrupt, see ``signals``: the ranks get one when mpirun is
     interrupted or a queue's time is over.
     """
-    main, given = as_case(main, presets), sys.argv[1:]
+    this, given = as_case(main), sys.argv[1:]
     warnings.showwarning = _show
     if "--help" in given or "-h" in given:
         if MPI.COMM_WORLD.rank == 0:
-            tell(manual(main))
+            tell(manual(this))
         return
     with signals.like_interrupts():
-        _run(main, given)
+        _run(this, given)
 
 
 def _run(main, given):
@@ -164,18 +165,18 @@ def _all_arrive(comm, patience):
     return True
 
 
-def parse(main, given, presets=None):
+def parse(main: typing.Callable, given: typing.Sequence[str]) -> dict:
     """Keys of the case ``main`` from words such as ``dt=1e-6``, see ``words.parse``."""
-    main = as_case(main, presets)
-    return words.parse(given, {name: key.kind for name, key in main.keys.items()}, main.presets)
+    this = as_case(main)
+    return words.parse(given, {name: key.kind for name, key in this.keys.items()}, this.presets)
 
 
-def manual(main, presets=None):
+def manual(main: typing.Callable) -> str:
     """The case's manual: its docstring, and each key with default, meaning and choices."""
-    main = as_case(main, presets)
-    lines = [inspect.getdoc(main) or "", "", "keys (key=value), with defaults:"]
-    lines += [_line(name, key) for name, key in main.keys.items()]
-    for name, values in main.presets.items():
+    this = as_case(main)
+    lines = [inspect.getdoc(this) or "", "", "keys (key=value), with defaults:"]
+    lines += [_line(name, key) for name, key in this.keys.items()]
+    for name, values in this.presets.items():
         lines.append(f"  {f'preset={name}':26} " + " ".join(f"{k}={typed(v)}" for k, v in values.items()))
     lines += ["", "Options with a dash belong to PETSc: -mpm_snes_monitor, -mpm_snes_rtol 1e-8, -mpm_pc_type lu, …"]
     return "\n".join(lines)

@@ -21,10 +21,12 @@ class Key(typing.NamedTuple):
     argument: str
 
 
-def keys_of(main):
+def keys_of(main: typing.Callable) -> typing.Tuple[typing.Dict[str, Key], typing.Dict[str, type]]:
     """Name → ``Key`` of a function, in the order of its arguments, and argument → class of those that are dataclasses.
     TypeError for a name that is there twice."""
-    hints, meanings, keys, classes = typing.get_type_hints(main), comments(main, ARGUMENT), {}, {}
+    hints, meanings = typing.get_type_hints(main), comments(main, ARGUMENT)
+    keys: typing.Dict[str, Key] = {}
+    classes: typing.Dict[str, type] = {}
     for name, parameter in inspect.signature(main).parameters.items():
         kind, default = hints.get(name, str), parameter.default
         if dataclasses.is_dataclass(kind):
@@ -47,7 +49,7 @@ def _fields(kind, default, argument):
             for field in dataclasses.fields(kind)}
 
 
-def comments(thing, pattern):
+def comments(thing: typing.Any, pattern: re.Pattern) -> typing.Dict[str, str]:
     """Name → the comment behind it, of the arguments of a function or the fields of a class."""
     try:
         return dict(pattern.findall(inspect.getsource(thing)))
@@ -55,7 +57,7 @@ def comments(thing, pattern):
         return {}
 
 
-def refuse_without_effect(values, keys, counts):
+def refuse_without_effect(values: dict, keys: typing.Dict[str, Key], counts: dict) -> None:
     """ValueError for a key that was given, which is: has another value than its default, and would change nothing.
 
     values, keys: name → value, name → ``Key``; counts: name → (function of the values that tells whether it has an

@@ -13,7 +13,7 @@ from .loop.couple import couple
 from .maps.mapping import Mapping, copy, linear
 from .output import Output
 from .pictures.views import Animation, EndPicture
-from .records.record import Record
+from .records.record import Plan, Record
 from .scheme import Scheme, Steps
 from .started import IMPORTED
 
@@ -96,10 +96,8 @@ class Run:
         for observer in observers:
             columns.update(getattr(observer, "columns", dict)())
             pictures.update({labelled(name, label): draw for name, draw in getattr(observer, "pictures", dict)().items()})
-        gravity = 0.0 if grains is None else getattr(grains.scene, "gravity", 0.0)
-        with Record(self.name, parameters, self.output.out, solid, grains, windows=self.scheme.windows, columns=columns,
-                    gravity=gravity, paraview=self.output.paraview, label=label, closed=self.closed, pictures=pictures,
-                    began=began) as record:
+        plan = Plan(self.name, parameters, self.output, self.scheme, columns, pictures, label, self.closed, began)
+        with Record(plan, solid, grains) as record:
             self._loop(solid, grains, [*observers, record])
             histories[backend] = record.history
             for view in views:

@@ -3,6 +3,7 @@ import difflib
 import re
 import typing
 from pathlib import Path
+from typing import Any, Callable, Container, Dict, Sequence
 
 import mpm_dem_checks as check
 
@@ -14,7 +15,7 @@ class UsageError(ValueError):
     """The command line asks for something that does not exist or cannot be read."""
 
 
-def parse(words, kinds, presets):
+def parse(words: Sequence[str], kinds: Dict[str, Any], presets: Dict[str, dict]) -> Dict[str, Any]:
     """Values by key from ``words`` such as ``dt=1e-6``; kinds: key → annotation; presets: name → values by key, chosen by
     ``preset=NAME``. UsageError for an unknown or repeated key and a value that does not fit its type."""
     known = list(kinds)
@@ -43,7 +44,7 @@ def parse(words, kinds, presets):
     return {**preset, **given}
 
 
-def once(key, text, given):
+def once(key: str, text: str, given: Container[str]) -> None:
     """UsageError when the key is among those ``given`` before: which of two values counts is nothing to guess."""
     if key in given:
         raise UsageError(f"{key}={check.shown(text, plain=True)} repeats the key {key}: give it once")
@@ -55,7 +56,7 @@ def _unknown(key, known):
     return f"unknown key {key!r}{hint}; known keys: {', '.join(known)}"
 
 
-def convert(key, text, kind):
+def convert(key: str, text: str, kind: Any) -> Any:
     """The word ``text`` as a value of the annotation ``kind``; UsageError when it is none."""
     origin, args = typing.get_origin(kind), typing.get_args(kind)
     if origin is typing.Literal:
@@ -95,7 +96,7 @@ def _number(key, text, kind):
     return checked(check.finite, key, float(text))
 
 
-def checked(valid, key, value, **more):
+def checked(valid: Callable, key: str, value: Any, **more: Any) -> Any:
     """What the check ``valid`` makes of the value; UsageError for what it refuses."""
     try:
         return valid(key, value, **more)
@@ -113,7 +114,7 @@ def _kind_name(kind):
             Path: "a folder"}.get(kind, str(kind))
 
 
-def typed(value):
+def typed(value: Any) -> str:
     """A value as it is typed on the command line."""
     if isinstance(value, tuple):
         return ",".join(map(typed, value))

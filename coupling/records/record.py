@@ -1,21 +1,20 @@
-"""What a case leaves in its folder, history.csv, report.json, ParaView files, and shows: progress and summary."""
+"""What a run leaves in its folder, history.csv, report.json, ParaView files, and shows: progress and summary."""
 import time
 import warnings
-from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Optional, Sequence, Union
+from typing import Any, Callable, Dict, List, NamedTuple, Optional
 
-import numpy as np
 from mpi4py import MPI
 
 from .. import signals
-from ..ledger import exchange
-from ..ledger.departures import Departures
 from ..loop.window import Window
+from ..output import Output
 from ..protocols import RecordedGrains, RecordedSolid
+from ..scheme import Steps
 from ..started import IMPORTED
 from . import report
-from .history import Columns, History
+from .columns import RecordedColumns
+from .history import History
 from .paraview import ParaView, particles_and_wall
 from .progress import Progress
 from .results import Results
@@ -23,107 +22,90 @@ from .sharing import on_first
 from .writing import OutputError, tell, writing
 
 LOOK = 1.0  # [s] between two looks at whether the files are still there
-WINDOW = {  # name → (unit, meaning)
-    "newton": ("1", "Newton iterations of the MPM, in the last computation of the window"),
-    "window": ("s", "length of the window"),
-    "iterations": ("1", "computations of the window by both partitions until they agreed; 1 when weakly coupled"),
-    "retries": ("1", "attempts at the window that were given up"),
-}
+
+
+class Plan(NamedTuple):
+    """What is recorded of a run.
+
+    case: its name; parameters: of the report; columns: name → (unit, meaning, function of the ``Window``); pictures: file
+    name → function that draws it at a path, at the end, however the run ends; label: goes into the names of the other
+    files when a case runs more than once; closed: see ``RecordedColumns``; began: moment from which the start-up time counts.
+    """
+
+    case: str
+    parameters: Dict[str, Any]
+    output: Output
+    scheme: Steps
+    columns: Dict[str, tuple]
+    pictures: Dict[str, Callable]
+    label: str = ""
+    closed: bool = False
+    began: float = IMPORTED
 
 
 class Record:
     """Observer of a run: ``with Record(…) as record: couple(…, on_window=[record]); record.finish(…)``.
 
-    case, parameters: name and keyword arguments of the run; out: folder; grains: None for a solid alone (``march``),
-    which has no ledger; columns: name → (unit, meaning, function of the ``Window``) of the case's own quantities;
-    gravity: on the particles [m/s^2], upward (along y) or all components; paraview: every how many windows the state
-    is written, 0 for never; label: goes into the file names when a case runs more than once; closed: nothing but the
-    two exchanges energy, so that a run which gains some is stopped (``exchange.UnstableError``); pictures: name → function
-    that draws it into the file at a path, at the end, however the run ends. Collective; files are written by rank 0,
-    the ParaView files of points and grid by every rank. An error inside leaves the history so far and a report that
-    names it; before the first window is done, it leaves the results of an earlier run as they were, see ``results``.
-    Raises ValueError for a negative ``paraview`` and OSError when ``out`` cannot be written.
+    grains: None for a solid alone, which has no ledger. Collective; files are written by rank 0, the ParaView files of
+    points and grid by every rank. An error inside leaves the history so far and a report that names it; before the first
+    window is done, it leaves the results of an earlier run as they were, see ``results``. Raises OSError when the folder
+    cannot be written.
     """
 
-    def __init__(self, case: str, parameters: dict, out: Union[str, Path], solid: RecordedSolid,
-                 grains: Optional[RecordedGrains], *, windows: float, columns: Dict[str, tuple],
-                 gravity: Union[float, Sequence[float]] = 0.0, paraview: int = 0, label: str = "",
-                 closed: bool = False, pictures: Optional[Dict[str, Callable]] = None,
-                 began: float = IMPORTED) -> None:
-        if paraview < 0:
-            raise ValueError(f"paraview is {paraview}: give the number of windows from file to file, or 0 for none")
-        self.solid, self.grains, self.out = solid, grains, Path(out)
-        self._case, self._parameters, self._columns = case, parameters, columns
-        self._began = began
-        self._first, self._suffix = MPI.COMM_WORLD.rank == 0, f"_{label}" if label else ""
-        self._ledger = None if grains is None else exchange.Ledger(solid, grains, gravity)
-        self._newton, self._counts, self._substeps = 0, np.zeros(3, int), parameters.get("substeps", 1)
-        self._closed, self._every, self._total, self._looked = closed, paraview, windows, 0.0
+    def __init__(self, plan: Plan, solid: RecordedSolid, grains: Optional[RecordedGrains]) -> None:
+        self._plan, self.solid, self.grains, self.out = plan, solid, grains, Path(plan.output.out)
+        self._first, suffix = MPI.COMM_WORLD.rank == 0, f"_{plan.label}" if plan.label else ""
+        self._columns = RecordedColumns(plan.columns, solid, grains, plan.closed)
         self._progress: Optional[Progress] = None
-        self._complete = self._begun = False
-        self._pictures, self._departures = pictures or {}, Departures(solid, grains)
-        self._fine: Dict[str, Any] = {}
-        own = {**WINDOW, **(self._ledger.columns if self._ledger else {}), **self._departures.columns}
-        self._of_solid: Dict[str, tuple] = getattr(solid, "columns", dict)()
-        own |= {name: (unit, meaning) for name, (unit, meaning, _) in self._of_solid.items()}
-        self._figure, self._history, self._report = (f"{name}{self._suffix}.{kind}" for name, kind in (
-            (case, "png"), ("history", "csv"), ("report", "json")))
-        self.results = Results(out, case, repr(parameters), [self._history, self._report, self._figure, *self._pictures])
-        self._pieces = ParaView(self.results, self._suffix, MPI.COMM_WORLD)
-        columns = {"time": ("s", "end of the window"),
-                   **{name: (unit, meaning) for name, (unit, meaning, _) in columns.items()}, **own}
+        self._looked, self._complete, self._begun = 0.0, False, False
+        self._pictures = plan.pictures
+        self._resolution: Dict[str, Any] = {}
+        self._figure, self._history, self._report = (f"{name}{suffix}.{kind}" for name, kind in (
+            (plan.case, "png"), ("history", "csv"), ("report", "json")))
+        names = [self._history, self._report, self._figure, *self._pictures]
+        self.results = Results(self.out, plan.case, repr(plan.parameters), names)
+        self._pieces = ParaView(self.results, suffix, MPI.COMM_WORLD)
         try:
-            on_first(MPI.COMM_WORLD, partial(self._open, columns))
+            on_first(MPI.COMM_WORLD, self._open)
         except OSError:
             self.results.close()
             raise
         if not self._first:
-            self.history = History(None, columns)
+            self.history = History(None, self._columns.meanings)
 
-    def _open(self, columns: Columns) -> None:
+    def _open(self) -> None:
         """The history, whose file is rank 0's."""
         path = self.results.path(self._history)
-        notes = [self._case, " ".join(f"{k}={v}" for k, v in self._parameters.items())]
+        notes = [self._plan.case, " ".join(f"{k}={v}" for k, v in self._plan.parameters.items())]
         with writing(path):
-            self.history = History(path, columns, notes)
-
-    def path(self, name: str) -> Path:
-        """Where to write the file ``name``, which becomes one of the results of this run. On rank 0."""
-        return self.results.path(name)
+            self.history = History(path, self._columns.meanings, notes)
 
     def __enter__(self) -> "Record":
-        self._timing = report.Timing(self.solid, began=self._began)
+        self._timing = report.Timing(self.solid, began=self._plan.began)
         try:
             self._paraview(self.solid.time, None)
         except BaseException as error:
             self.__exit__(type(error), error, None)
             raise
-        self._timing = report.Timing(self.solid, self.results.folder if self._first else None, self._began)
+        self._timing = report.Timing(self.solid, self.results.folder if self._first else None, self._plan.began)
         return self
 
     def begin(self) -> None:
         """The loop has checked its keywords and begins: what the scene is like, on the terminal. Collective."""
         if self._begun:
             return
-        self._begun, self._fine = True, getattr(self.solid, "resolution", dict)()
+        self._begun, self._resolution = True, getattr(self.solid, "resolution", dict)()
         if self._first:
-            if self._fine:
-                tell(report.resolution(**self._fine))
-            self._progress = Progress(self._total)
+            if self._resolution:
+                tell(report.resolution(**self._resolution))
+            self._progress = Progress(self._plan.scheme.windows)
 
     def __call__(self, window: Window) -> None:
-        """A window has ended."""
-        self._last = self._coupling(window)
-        row = {"time": window.time, **{name: of(window) for name, (_, _, of) in self._columns.items()},
-               "newton": self.solid.iterations, **self._last, **self._departures.entries(),
-               **{name: value() for name, (_, _, value) in self._of_solid.items()}}
-        self._add(row)
-        self._newton += self.solid.iterations
-        if self._closed:
-            exchange.check_closed(self._last, window.time)
-        self._counts += window.iterations, window.failed, window.refused
+        """Record a window."""
+        self._add(self._columns(window))
+        self._columns.check(window.time)
         self._start()
-        if self._every and window.number % self._every == 0:
+        if self._plan.output.paraview and window.number % self._plan.output.paraview == 0:
             self._paraview(window.time, window)
         self.begin()
         if self._progress is not None:
@@ -161,13 +143,9 @@ class Record:
                 raise OutputError(f"{lost}: leave the results in place until the run has ended")
             self._looked = time.monotonic()
 
-    def _coupling(self, window: Window) -> Dict[str, float]:
-        return {"window": window.dt, "iterations": window.iterations, "retries": window.failed + window.refused,
-                **(self._ledger(window) if self._ledger else {})}
-
     def _paraview(self, time: float, window: Optional[Window]) -> None:
         """Points, grid and interface by the ranks that have them, wall and particles by rank 0, at one time [s]."""
-        if not self._every:
+        if not self._plan.output.paraview:
             return
         parts = self.solid.snapshot()  # collective
         if self.grains is not None:
@@ -241,28 +219,28 @@ class Record:
 
     def _write_report(self, peaks: List[float], more: dict) -> dict:
         windows = len(self.history)
-        entries = {"case": self._case, "parameters": self._parameters, "versions": report.versions(),
+        entries = {"case": self._plan.case, "parameters": self._plan.parameters, "versions": report.versions(),
                    "ranks": MPI.COMM_WORLD.size, "points": self.solid.count, "windows": windows,
-                   "substeps": self._substeps, **self._timing.figures(),
-                   "newton_mean": self._newton / max(windows, 1),
-                   "coupling_mean": self._counts[0] / max(windows, 1), "retries": int(self._counts[1:].sum()),
-                   "failed": int(self._counts[1]), "peak_mb": peaks, **self._fine,
-                   "options": getattr(self.solid, "options", dict)(), **more}
+                   "substeps": self._plan.scheme.substeps, **self._timing.figures(), **self._columns.means(windows),
+                   "peak_mb": peaks, **self._resolution, "options": getattr(self.solid, "options", dict)(), **more}
         if self._first:
             self.results.replace_text(self._report, report.text(entries))
         return entries
 
     def _summary(self, entries: dict) -> List[str]:
-        phases = ", ".join(f"{name} {ms:.2f}" for name, ms in entries["phases_ms"].items() if ms >= 0.005)
+        """Five lines for the terminal."""
         pace, coupled, figure = "steps", "", self.results.path(self._figure)
-        if self._ledger:
+        if self.grains is not None:
             pace = f"windows of {entries['substeps']} DEM steps"
-            coupled = f", {entries['coupling_mean']:.2f} of the coupling, energy {self.history['energy_error'][-1]:+.2e}"
-        return [f"{self._case}: {entries['points']} points, {entries['windows']} {pace}, "
+            energy = self.history["energy_error"][-1]
+            coupled = f", {entries['coupling_mean']:.2f} of the coupling, energy {energy:+.2e}"
+        phases = ", ".join(f"{name} {ms:.2f}" for name, ms in entries["phases_ms"].items() if ms >= 0.005)
+        errors = ", ".join(f"{name} {value:.3g}" for name, value in entries["errors"].items())
+        return [f"{entries['case']}: {entries['points']} points, {entries['windows']} {pace}, "
                 f"{entries['ranks']} rank(s): {self._timing.spent:.2f} s "
                 f"(and {entries['startup_s']:.2f} s to start)",
                 f"window {entries['window_ms']['median']:.2f} ms (median): {phases}",
-                "errors: " + ", ".join(f"{name} {value:.3g}" for name, value in entries["errors"].items()),
+                f"errors: {errors or 'nothing to compare with'}",
                 f"per window {entries['newton_mean']:.2f} Newton iterations{coupled}, memory "
                 f"{max(entries['peak_mb']):.0f} MB",
                 f"results in {self.out}" + (f", figure {figure}" if figure.exists() else "")]

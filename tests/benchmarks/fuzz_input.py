@@ -182,7 +182,7 @@ def judge(case, words, key, wrong):
     from coupling import cli
 
     module, kept = importlib.import_module(case), []
-    main = copy.copy(cli.as_case(module.main, getattr(module, "PRESETS", None)))
+    main = copy.copy(cli.as_case(module.main))
     start, main.start = main.start, lambda *arguments: kept.append(start(*arguments))
     out, err, status = io.StringIO(), io.StringIO(), 0
     sys.argv = [f"{case}.py", *words]

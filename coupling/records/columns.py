@@ -1,0 +1,56 @@
+"""The columns of history.csv, and their numbers after each window."""
+from typing import Any, Dict
+
+import numpy as np
+
+from ..ledger import exchange
+from ..ledger.departures import Departures
+
+WINDOW = {  # name → (unit, meaning)
+    "newton": ("1", "Newton iterations of the MPM, in the last computation of the window"),
+    "window": ("s", "length of the window"),
+    "iterations": ("1", "computations of the window by both partitions until they agreed; 1 when weakly coupled"),
+    "retries": ("1", "attempts at the window that were given up"),
+}
+
+
+class RecordedColumns:
+    """Of the case, name → (unit, meaning, function of the ``Window``); of the loop, the ledger and what has left, and of
+    the solid. closed: nothing but the two partitions exchanges energy. ``meanings``: name → (unit, meaning). Collective.
+    """
+
+    def __init__(self, of_case: Dict[str, tuple], solid: Any, grains: Any, closed: bool = False) -> None:
+        self._of_case, self._solid, self._closed = of_case, solid, closed
+        gravity = 0.0 if grains is None else getattr(grains.scene, "gravity", 0.0)
+        self.ledger = None if grains is None else exchange.Ledger(solid, grains, gravity)
+        self._departures, self._of_solid = Departures(solid, grains), getattr(solid, "columns", dict)()
+        self.meanings = {"time": ("s", "end of the window"), **_meanings(of_case), **WINDOW,
+                         **(self.ledger.columns if self.ledger else {}), **self._departures.columns,
+                         **_meanings(self._of_solid)}
+        self.newton, self.counts = 0, np.zeros(3, int)  # sums of iterations; computations, failed and refused attempts
+        self._last: Dict[str, float] = {}
+
+    def __call__(self, window: Any) -> Dict[str, float]:
+        """The row of a window, name → number."""
+        self._last = self.ledger(window) if self.ledger else {}
+        self.newton += self._solid.iterations
+        self.counts += window.iterations, window.failed, window.refused
+        return {"time": window.time, **{name: of(window) for name, (_, _, of) in self._of_case.items()},
+                "newton": self._solid.iterations, "window": window.dt, "iterations": window.iterations,
+                "retries": window.failed + window.refused, **self._last, **self._departures.entries(),
+                **{name: value() for name, (_, _, value) in self._of_solid.items()}}
+
+    def check(self, time: float) -> None:
+        """``exchange.UnstableError`` when a closed system has gained energy until ``time`` [s]."""
+        if self._closed:
+            exchange.check_closed(self._last, time)
+
+    def means(self, windows: int) -> Dict[str, float]:
+        """Entries of report.json, over so many windows."""
+        computed, failed, refused = self.counts.tolist()
+        return {"newton_mean": self.newton / max(windows, 1), "coupling_mean": computed / max(windows, 1),
+                "retries": failed + refused, "failed": failed}
+
+
+def _meanings(columns):
+    return {name: (unit, meaning) for name, (unit, meaning, _) in columns.items()}

@@ -1,5 +1,5 @@
 """Scenes of ``extreme.py``: body, grid, supports, interface and spheres."""
-from typing import Callable, List, Tuple, cast
+from typing import List, Tuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from studies.extreme_keys import ALONE, Extreme
 def make_solid(p: Extreme, interface: Interface) -> MPM:
     """Background grid, bodies and supports. The origin is in the middle of the body's upper side. p: in SI
     units."""
-    box, law = box_of(p), cast(Callable[..., Law], LAWS[p.block.law])
+    box, law = box_of(p), LAWS[p.block.law]
     (lower, upper), boxes, laws = (box.lower, box.upper), [box], [law(p.block.E, p.block.nu)]
     if p.scene == "layers":
         height = p.block.height

@@ -1,7 +1,7 @@
 """What ``granular_blocks`` tells of its blocks: columns of the history, events beside those of the paper,
 figure."""
 from pathlib import Path
-from typing import Any, Dict, Sequence, Tuple
+from typing import Any, Dict, Tuple
 
 import numpy as np
 from mpi4py import MPI
@@ -134,6 +134,5 @@ def draw(path: Path, histories: Dict[str, History], blocks: int) -> None:
     for time, angle in ((0.40, 90.0), (0.45, 180.0)):
         text = "paper: 90 degrees at 0.40 s, 180 at 0.45 s" if angle == 90.0 else None
         turns.append((np.array([-0.015, 0.015]) + time, np.array([angle, angle]), text, "reference"))
-    panels: Dict[str, Sequence[tuple]] = {
-        "rotation, clockwise [degrees]": turns, "left face, front [cm]": places, "energy [J]": energies}
+    panels = {"rotation, clockwise [degrees]": turns, "left face, front [cm]": places, "energy [J]": energies}
     figure.draw(path, "time [s]", panels)

@@ -116,9 +116,8 @@ def write(out: Path, title: str, swept: Dict[str, List[str]], results: List[swee
     if unknown := set(shown) - set(names):
         raise cli.UsageError(f"show={','.join(sorted(unknown))}: the case has the errors {', '.join(names)}")
     (out / "work_precision.md").write_text(markdown(swept, results, others, shown if show else names), encoding="utf-8")
-    panels: Dict[str, Sequence[tuple]] = {
-        f"error: {name}": [series for label, rows in _series(title, good, others, swept)
-                           if (series := _points(label, rows, name))] for name in shown[:3]}
+    panels = {f"error: {name}": [series for label, rows in _series(title, good, others, swept)
+                                 if (series := _points(label, rows, name))] for name in shown[:3]}
     figure.draw_work(out / "work_precision.png", "time in coupling windows [s]", panels)
 
 

@@ -65,9 +65,10 @@ class Case:
         result = self._main(**self._arguments(values))
         return result.go(values, began) if isinstance(result, Run) else result
 
-    def _arguments(self, values):
+    def _arguments(self, values: dict) -> dict:
         """Those of ``main``: keys of its own, and dataclasses of theirs."""
-        arguments, fields = {}, {name: {} for name in self._classes}
+        arguments: dict = {}
+        fields: typing.Dict[str, dict] = {name: {} for name in self._classes}
         for name, key in self.keys.items():
             fields.get(key.argument, arguments)[name] = values[name]
         return {**arguments, **{name: self._classes[name](**given) for name, given in fields.items()}}
@@ -119,7 +120,7 @@ def run(main: typing.Callable) -> None:
         _run(this, given)
 
 
-def _run(main, given):
+def _run(main: Case, given: typing.Sequence[str]) -> None:
     try:
         main.start(parse(main, given), IMPORTED)
     except UsageError as error:
@@ -134,12 +135,13 @@ def _run(main, given):
         _stop("this is a bug in the program: please report the lines above", 1)
 
 
-def _show(message, category, filename, lineno, file=None, line=None):
+def _show(message: typing.Any, category: typing.Any, filename: str, lineno: int, file: typing.Any = None,
+          line: typing.Optional[str] = None) -> None:
     if MPI.COMM_WORLD.rank == 0:
         tell(f"warning: {message}", sys.stderr)
 
 
-def _stop(message, status, patience=None):
+def _stop(message: object, status: int, patience: typing.Optional[float] = None) -> None:
     """End all ranks; those that do not share the error wait somewhere for this one and are aborted after
     ``patience``."""
     comm, sentence = MPI.COMM_WORLD, " ".join(str(message).split())
@@ -156,7 +158,7 @@ def _stop(message, status, patience=None):
     sys.exit(status)
 
 
-def _all_arrive(comm, patience):
+def _all_arrive(comm: MPI.Comm, patience: float) -> bool:
     request, end = comm.Ibarrier(), time.monotonic() + patience
     while not request.Test():
         if time.monotonic() > end:

@@ -26,9 +26,10 @@ def keys_of(main: typing.Callable) -> typing.Tuple[typing.Dict[str, Key], typing
     TypeError for a name that is there twice."""
     hints, meanings = typing.get_type_hints(main), comments(main, ARGUMENT)
     keys: typing.Dict[str, Key] = {}
-    classes: typing.Dict[str, type] = {}
+    classes: typing.Dict[str, typing.Any] = {}
     for name, parameter in inspect.signature(main).parameters.items():
-        kind, default = hints.get(name, str), parameter.default
+        kind: typing.Any = hints.get(name, str)
+        default: typing.Any = parameter.default
         if dataclasses.is_dataclass(kind):
             classes[name] = type(default) if dataclasses.is_dataclass(default) else kind
             found = _fields(classes[name], default, name)
@@ -40,8 +41,9 @@ def keys_of(main: typing.Callable) -> typing.Tuple[typing.Dict[str, Key], typing
     return keys, classes
 
 
-def _fields(kind, default, argument):
-    hints, meanings = typing.get_type_hints(kind), {}
+def _fields(kind: type, default: typing.Any, argument: str) -> typing.Dict[str, Key]:
+    hints = typing.get_type_hints(kind)
+    meanings: typing.Dict[str, str] = {}
     for one in reversed(kind.__mro__):
         meanings.update(comments(one, FIELD) if dataclasses.is_dataclass(one) else {})
     return {field.name: Key(hints[field.name], field.default if default is REQUIRED else getattr(default, field.name),

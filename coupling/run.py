@@ -4,7 +4,7 @@ from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional
 
 import numpy as np
 from mpi4py import MPI
@@ -72,22 +72,24 @@ class Run:
         what the partitions and the loop raise; see ``Record`` for what is left then.
         """
         histories: dict = {}
-        back_ends = (ALONE,) if self.grains is None else self.scheme.back_ends
+        coupled = self.scheme if isinstance(self.scheme, Scheme) and self.grains is not None else None
+        back_ends = coupled.back_ends if coupled else (ALONE,)
         for backend in back_ends:
             solid = self.solid.anew() if histories else self.solid
-            grains = None if self.grains is None else self.grains.open(backend, self.scheme.inner)
+            grains = self.grains.open(backend, coupled.inner) if coupled else None
             label = backend if len(back_ends) > 1 and backend == "liggghts" else ""
             with closing(solid, grains):
                 self._one(backend, label, solid, grains, histories, self._parameters(parameters), began)
             began = perf_counter()
         return histories
 
-    def _parameters(self, given):
+    def _parameters(self, given: Optional[dict]) -> dict:
         """All keys as the run has them: what a case leaves open, as its window, is in the scheme."""
         own = {**asdict(self.scheme), **asdict(self.output)}
         return own if given is None else {name: own.get(name, value) for name, value in given.items()}
 
-    def _one(self, backend, label, solid, grains, histories, parameters, began):
+    def _one(self, backend: str, label: str, solid: Any, grains: Any, histories: dict, parameters: dict,
+             began: float) -> None:
         """The run with one back end."""
         observers = list(self.observe(solid, grains)) if self.observe else []
         views = self._views(solid, grains, observers)
@@ -102,15 +104,15 @@ class Run:
             histories[backend] = record.history
             for view in views:
                 getattr(view, "take", int)()
-            more = {}
+            more: Dict[str, Any] = {}
             for observer in observers:
                 more.update(getattr(observer, "entries", lambda history: {})(record.history))
             record.finish(self.errors(histories) if self.errors else {},
                           partial(self.figure, histories=histories) if self.figure else None, **more)
 
-    def _views(self, solid, grains, observers):
+    def _views(self, solid: Any, grains: Any, observers: list) -> list:
         """Observers that make the general pictures."""
-        views = []
+        views: List[Any] = []
         if self.output.picture:
             views.append(EndPicture(self.name, self.output.picture, solid, grains))
         if self.output.animation:
@@ -118,11 +120,11 @@ class Run:
             views.append(Animation(self.name, self.output.animation, solid, grains, *shapes[:1]))
         return views
 
-    def _loop(self, solid, grains, on_window):
+    def _loop(self, solid: Any, grains: Any, on_window: list) -> None:
         mapping = None if grains is None else self._mapping(solid)
         couple(solid, grains, mapping, self.scheme, on_window)
 
-    def _mapping(self, solid):
+    def _mapping(self, solid: Any) -> Mapping:
         if self.mapping is not None:
             return self.mapping
         interface, nodes = solid.interface, self.grains.wall.nodes
@@ -140,7 +142,7 @@ def labelled(name: str, label: str) -> str:
 
 
 @contextmanager
-def closing(*partitions):
+def closing(*partitions: Any) -> Iterator[None]:
     """Closes them at the end; after an error, which on several ranks may be one of a single rank, only when alone."""
     try:
         yield
@@ -151,7 +153,7 @@ def closing(*partitions):
     _close(partitions)
 
 
-def _close(partitions):
+def _close(partitions: Iterable) -> None:
     for partition in partitions:
         if partition is not None:
             partition.close()

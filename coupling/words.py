@@ -3,7 +3,7 @@ import difflib
 import re
 import typing
 from pathlib import Path
-from typing import Any, Callable, Container, Dict, Sequence
+from typing import Any, Callable, Container, Dict, List, Sequence
 
 import mpm_dem_checks as check
 
@@ -19,7 +19,9 @@ def parse(words: Sequence[str], kinds: Dict[str, Any], presets: Dict[str, dict])
     """Values by key from ``words`` such as ``dt=1e-6``; kinds: key → annotation; presets: name → values by key, chosen by
     ``preset=NAME``. UsageError for an unknown or repeated key and a value that does not fit its type."""
     known = list(kinds)
-    preset, given, after_option = {}, {}, False
+    preset: Dict[str, Any] = {}
+    given: Dict[str, Any] = {}
+    after_option = False
     for word in words:
         key, equals, text = word.partition("=")
         if word.startswith("-"):
@@ -50,7 +52,7 @@ def once(key: str, text: str, given: Container[str]) -> None:
         raise UsageError(f"{key}={check.shown(text, plain=True)} repeats the key {key}: give it once")
 
 
-def _unknown(key, known):
+def _unknown(key: str, known: List[str]) -> str:
     close = difflib.get_close_matches(key, known, 1)
     hint = f" (did you mean {close[0]}?)" if close else ""
     return f"unknown key {key!r}{hint}; known keys: {', '.join(known)}"
@@ -87,7 +89,7 @@ def convert(key: str, text: str, kind: Any) -> Any:
     return checked(check.path, key, text) if kind is Path else kind(text)
 
 
-def _number(key, text, kind):
+def _number(key: str, text: str, kind: type) -> float:
     """ValueError unless the text is a number in plain digits, for int a whole one such as 20 or 1e9."""
     if not NUMBERS[kind].fullmatch(text):
         raise ValueError
@@ -104,7 +106,7 @@ def checked(valid: Callable, key: str, value: Any, **more: Any) -> Any:
         raise UsageError(str(error)) from None
 
 
-def _kind_name(kind):
+def _kind_name(kind: Any) -> str:
     args = typing.get_args(kind)
     if typing.get_origin(kind) is tuple:
         if args[-1] is Ellipsis:

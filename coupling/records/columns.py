@@ -1,5 +1,5 @@
 """The columns of history.csv, and their numbers after each window."""
-from typing import Any, Dict
+from typing import Any, Dict, Tuple
 
 import numpy as np
 
@@ -23,7 +23,8 @@ class RecordedColumns:
         self._of_case, self._solid, self._closed = of_case, solid, closed
         gravity = 0.0 if grains is None else getattr(grains.scene, "gravity", 0.0)
         self.ledger = None if grains is None else exchange.Ledger(solid, grains, gravity)
-        self._departures, self._of_solid = Departures(solid, grains), getattr(solid, "columns", dict)()
+        self._departures = Departures(solid, grains)
+        self._of_solid: Dict[str, tuple] = getattr(solid, "columns", dict)()
         self.meanings = {"time": ("s", "end of the window"), **_meanings(of_case), **WINDOW,
                          **(self.ledger.columns if self.ledger else {}), **self._departures.columns,
                          **_meanings(self._of_solid)}
@@ -52,5 +53,5 @@ class RecordedColumns:
                 "retries": failed + refused, "failed": failed}
 
 
-def _meanings(columns):
+def _meanings(columns: Dict[str, tuple]) -> Dict[str, Tuple[str, str]]:
     return {name: (unit, meaning) for name, (unit, meaning, _) in columns.items()}

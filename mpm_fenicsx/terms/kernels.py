@@ -60,5 +60,5 @@ def compile_body_kernels(body, background, consistent):
         add_pressure=direct(specialise(f_bar.add_pressure, D=D)),
         tangent=direct(specialise(weakform.tangent, **form, point_tangent=point_tangent)),
         couple=direct(specialise(f_bar.couple, D=D)),
-        energies=specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D)),
+        energies=direct(specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D))),
         cauchy=specialise(weakform.cauchy, D=D, stress=stress))

@@ -1,8 +1,7 @@
 """Checks of what a user gives: one function per kind of value, the same for keys, fields of scenes and files.
 
-Each returns the value as the program uses it, or raises ValueError with one sentence: the name of the key or field, the
-value, and what is allowed. ``rule`` replaces the general words for what is allowed. The packages ``mpm_fenicsx``,
-``dem_liggghts`` and ``coupling`` do not know each other; this module knows none of them, so all may use it.
+Each returns the value as the program uses it, or raises ValueError with one sentence: name of the key or
+field, value, and what is allowed, in the words of ``rule`` where that is given. All packages may use it.
 """
 import math
 import os
@@ -13,7 +12,7 @@ from typing import NoReturn
 import numpy as np
 
 MOST, LEAST = 1e30, 1e-30  # SI units: beyond them products of a few quantities leave the range of a double
-COUNT = 2**31 - 1  # most of anything that is counted: numbers of nodes and steps have 32 bits in PETSc and LIGGGHTS
+COUNT = 2**31 - 1  # most of anything that is counted: numbers have 32 bits in PETSc and LIGGGHTS
 WORK = 1e12  # operations of a window or of the start, some twenty minutes: for more nobody waits
 SHOWN = 80  # characters of a value
 
@@ -25,8 +24,8 @@ def refuse(name: str, value: object, rule: str, unit: str = "") -> NoReturn:
 
 def shown(value, plain=False):
     """A value in one line and not too long; plain: a text without quotes."""
-    text = getattr(value, "__name__", None) or (str(value) if plain or not isinstance(value, (str, bytes))
-                                                else repr(value))
+    quoted = isinstance(value, (str, bytes)) and not plain
+    text = getattr(value, "__name__", None) or (repr(value) if quoted else str(value))
     text = " ".join(text.encode(errors="backslashreplace").decode().split())
     return text if len(text) <= SHOWN or isinstance(value, Path) else text[:SHOWN] + " …"
 
@@ -57,9 +56,9 @@ def not_negative(name, value, unit="", rule="give 0 or a positive number"):
 
 
 def between(name, value, low, high, unit="", rule=None, ends="[]"):
-    """A number from ``low`` to ``high``, as float; ends: "(]" leaves out ``low``, "[)" ``high``, "()" both."""
-    without = [str(end) for end, bracket in ((low, ends[0] == "("), (high, ends[1] == ")")) if bracket]
-    rule = rule or f"give a number from {low} to {high}" + (f" without {' and '.join(without)}" if without else "")
+    """A number from ``low`` to ``high`` as float; ends: "(]" is without ``low``, "[)" ``high``, "()" both."""
+    out = " and ".join(str(end) for end, left in ((low, ends[0] == "("), (high, ends[1] == ")")) if left)
+    rule = rule or f"give a number from {low} to {high}" + (f" without {out}" if out else "")
     number = finite(name, value, unit, rule)
     if not low <= number <= high or (number == low and ends[0] == "(") or (number == high and ends[1] == ")"):
         refuse(name, value, rule, unit)
@@ -115,7 +114,7 @@ def _listed(value):
 
 
 def array(name, value, *shapes, unit=""):
-    """Finite numbers of one of the ``shapes``, tuples in which a text such as "n" is any length, as array of float."""
+    """Finite numbers of one of the ``shapes``, tuples in which a text as "n" is any length, as floats."""
     result = shaped(name, value, *shapes)
     bad = ~(np.abs(result) <= MOST)
     if bad.any():
@@ -131,8 +130,8 @@ def indices(name, value, end, columns, of):
     if result.size and not (result % 1.0 == 0.0).all():
         refuse(name, value, f"give whole numbers, those of {of}")
     if result.size and not 0 <= result.min() <= result.max() < end:
-        raise ValueError(f"{name} name {of} {result.min():.0f}..{result.max():.0f}, there are {end}: give numbers from "
-                         f"0 to {end - 1}")
+        raise ValueError(f"{name} name {of} {result.min():.0f}..{result.max():.0f}, there are {end}: "
+                         f"give numbers from 0 to {end - 1}")
     return result.astype(np.int64)
 
 
@@ -144,8 +143,8 @@ def shaped(name, value, *shapes):
         result = None
     if result is None or result.dtype.kind not in "iuf":  # texts, truth values and objects are no numbers
         refuse(name, value, f"give numbers of shape {_shapes(shapes)}")
-    if not any(len(shape) == result.ndim and all(isinstance(n, str) or n == m for n, m in zip(shape, result.shape))
-               for shape in shapes):
+    if not any(len(shape) == result.ndim and all(
+            isinstance(n, str) or n == m for n, m in zip(shape, result.shape)) for shape in shapes):
         given = f"is {shown(value)}" if result.size < 7 else f"has shape {result.shape}"
         raise ValueError(f"{name} {given}: give numbers of shape {_shapes(shapes)}")
     return result.astype(float)
@@ -157,10 +156,8 @@ def _shapes(shapes):
 
 def choice(name, value, choices):
     """One of the ``choices``."""
-    for known in choices:
-        if type(value) is type(known) and value == known:
-            return known
-    return refuse(name, value, f"choose one of {', '.join(map(str, choices))}")
+    found = [known for known in choices if type(value) is type(known) and value == known]
+    return found[0] if found else refuse(name, value, f"choose one of {', '.join(map(str, choices))}")
 
 
 def truth(name, value):
@@ -195,7 +192,8 @@ def _called(name, given, *arguments):
         return given(*arguments)
     except Exception as error:
         of = ", ".join(f"shape {np.shape(a)}" if np.ndim(a) else str(a) for a in arguments)
-        raise ValueError(f"{name} fails for {of} ({type(error).__name__}: {error}): look at this function") from error
+        said = f"{name} fails for {of} ({type(error).__name__}: {error}): look at this function"
+        raise ValueError(said) from error
 
 
 def record(name, value, *kinds):
@@ -219,7 +217,7 @@ def _either(kinds):
 
 def path(name, value):
     """A path, ~ as the home folder."""
-    text = value if isinstance(value, (str, Path)) else refuse(name, value, "give the name of a file or folder")
+    text = value if isinstance(value, (str, Path)) else ""
     if not str(text) or "\0" in str(text):
         refuse(name, value, "give the name of a file or folder")
     try:
@@ -236,7 +234,8 @@ def file(name, value):
         refuse(name, found, "this file does not exist, look at its name")
     if not found.is_file():
         refuse(name, found, "this is a folder, pipe or device, give a file")
-    return found if os.access(found, os.R_OK) else refuse(name, found, "this file cannot be read, look at its owner")
+    readable = os.access(found, os.R_OK)
+    return found if readable else refuse(name, found, "this file cannot be read, look at its owner")
 
 
 def memory():
@@ -250,8 +249,8 @@ def memory():
 def check_memory(what, need, remedy):
     """ValueError when ``what``, such as "9e9 cells of the grid", needs more memory [bytes] than there is."""
     if need > memory():
-        raise ValueError(f"{what} need about {need / 1e9:.3g} GB of memory, and there are {memory() / 1e9:.3g} "
-                         f"GB for each process: {remedy}")
+        raise ValueError(f"{what} need about {need / 1e9:.3g} GB of memory, and there are "
+                         f"{memory() / 1e9:.3g} GB for each process: {remedy}")
 
 
 def check_work(what, operations, remedy):

@@ -19,9 +19,9 @@ from .scene.sizes import check_size
 from .scene.spheres import Spheres
 from .scene.walls import Wall
 
-__all__ = ["BODY", "Cluster", "DEM", "Interaction", "Material", "PARTICLE", "Scene", "Spheres", "Wall", "check_size",
-           "check_start", "contact_energy", "critical_step", "kinetic_energy", "longest_window", "open_dem",
-           "potential_energy", "quaternion", "warn_if_window_too_long"]
+__all__ = ["BODY", "Cluster", "DEM", "Interaction", "Material", "PARTICLE", "Scene", "Spheres", "Wall",
+           "check_size", "check_start", "contact_energy", "critical_step", "kinetic_energy", "longest_window",
+           "open_dem", "potential_energy", "quaternion", "warn_if_window_too_long"]
 
 
 def open_dem(backend: str, scene: SceneData, dt: float, comm: Any = None) -> DEM:

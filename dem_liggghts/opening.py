@@ -13,12 +13,12 @@ class Scene(SceneData):
     """Everything a DEM back end needs to start. Lengths in m, gravity [m/s^2], (dim,).
 
     spheres and clusters: what moves, either may be missing. wall: the interface that is moved from outside;
-    walls: further ones at rest (a floor). Materials have names: ``material`` is "spheres", ``wall_material`` is
-    "wall", ``materials`` holds others. ``interactions``: (name, name) → Interaction in either order; ``between`` is
-    that of "spheres" with themselves, ``at_wall`` that of "spheres" with "wall". domain: lower and upper corner [m],
-    (dim,) each; outflow: what happens to that which leaves it, "stop", "hold" or "remove" for all sides, or by side,
-    such as {"+x": "remove"}, whose other sides stop; without a domain nothing ever leaves. Raises ValueError for
-    what does not fit.
+    walls: further ones at rest (a floor). Materials have names: ``material`` is "spheres", ``wall_material``
+    is "wall", ``materials`` holds others. ``interactions``: (name, name) → Interaction in either order;
+    ``between`` is that of "spheres" with themselves, ``at_wall`` that of "spheres" with "wall". domain: lower
+    and upper corner [m], (dim,) each; outflow: what happens to that which leaves it, "stop", "hold" or
+    "remove" for all sides, or by side, such as {"+x": "remove"}, whose other sides stop; without a domain
+    nothing ever leaves. Raises ValueError for what does not fit.
 
     >>> sphere = Spheres(x=[[0.0, 0.0201]], v=[[0.0, -0.1]], radius=0.02, rho=7800.0)
     >>> floor = Wall(nodes=[[-1.0, 0.0], [1.0, 0.0]], elements=[[0, 1]])
@@ -33,9 +33,9 @@ class Scene(SceneData):
     def open(self, backend: str, dt: float, comm: Any = None) -> DEM:
         """The partition (`protocol.DEM`) that computes this scene with the time step ``dt`` [s].
 
-        backend: "reference" or "liggghts". Raises ValueError for an unknown back end, for spheres that overlap or lie
-        inside the body at the start and for a cluster in two pieces; warns when the step is too long for the contact.
-        Collective on ``comm`` (default: all ranks).
+        backend: "reference" or "liggghts". Raises ValueError for an unknown back end, for spheres that
+        overlap or lie inside the body at the start and for a cluster in two pieces; warns when the step is
+        too long for the contact. Collective on ``comm`` (default: all ranks).
         """
         return open_scene(self, backend, dt, comm)
 

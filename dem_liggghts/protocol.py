@@ -6,11 +6,11 @@ import numpy as np
 from .scene.scene import SceneData
 from .scene.walls import Wall
 
-PARTICLE = np.dtype([("id", np.int64), ("body", np.int64), ("x", float, 3), ("v", float, 3), ("omega", float, 3),
-                     ("radius", float), ("mass", float)])
+PARTICLE = np.dtype([("id", np.int64), ("body", np.int64), ("x", float, 3), ("v", float, 3),
+                     ("omega", float, 3), ("radius", float), ("mass", float)])
 
-BODY = np.dtype([("id", np.int64), ("x", float, 3), ("quaternion", float, 4), ("v", float, 3), ("omega", float, 3),
-                 ("mass", float)])
+BODY = np.dtype([("id", np.int64), ("x", float, 3), ("quaternion", float, 4), ("v", float, 3),
+                 ("omega", float, 3), ("mass", float)])
 
 
 class DEM(Protocol):
@@ -27,20 +27,22 @@ class DEM(Protocol):
 
     scene: SceneData  # its wall is the one of now
     dt: float  # DEM time step [s]
-    origin: np.ndarray  # of the frame it computes in [m], shape (3,), see `frame`: zero but for coordinates as in maps
+    origin: np.ndarray  # of the frame it computes in [m], shape (3,), see `frame`: else zero
 
     def advance(self, steps: int, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Advance ``steps`` DEM steps while wall node i moves along x_i + v_i t, t from 0 to steps * dt.
 
-        x, v: wall nodes at the start of the window [m], [m/s], shape (n, dim). Returns the mean force on the wall
-        nodes over the window [N], shape (n, dim): impulse / (steps dt), where the impulse is the sum of velocity
-        Verlet's own half kicks, so that it is minus the change of the particles' momentum to round-off.
+        x, v: wall nodes at the start of the window [m], [m/s], shape (n, dim). Returns the mean force on the
+        wall nodes over the window [N], shape (n, dim): impulse / (steps dt), where the impulse is the sum of
+        velocity Verlet's own half kicks, so that it is minus the change of the particles' momentum to
+        round-off.
         """
 
     def replace_wall(self, wall: Wall) -> None:
-        """Go on with ``wall`` in the place of the moving one, at the time of now: it may have other
-        nodes and elements. What is remembered of a contact goes to the element closest to where it was, the force of
-        the last step, half of which acts in the next one, from each node to the closest place of the new wall."""
+        """Go on with ``wall`` in the place of the moving one, at the time of now: it may have other nodes and
+        elements. What is remembered of a contact goes to the element closest to where it was, the force of
+        the last step, half of which acts in the next one, from each node to the closest place of the new
+        wall."""
 
     @property
     def time(self) -> float:
@@ -48,32 +50,33 @@ class DEM(Protocol):
 
     @property
     def removed(self) -> Dict[str, Any]:
-        """What has left the domain, held or removed by ``Scene.outflow``, since the start: "count", "mass" [kg],
-        "momentum" [kg m/s], shape (dim,), "energy" [J] by which that of what is left has fallen; the same on every
-        rank."""
+        """What has left the domain, held or removed by ``Scene.outflow``, since the start: "count", "mass"
+        [kg], "momentum" [kg m/s], shape (dim,), "energy" [J] by which that of what is left has fallen; the
+        same on every rank."""
 
     def particles(self) -> np.ndarray:
-        """Copy of the spheres sorted by id, dtype ``PARTICLE``, shape (n,): SI units, three components always. body: id
-        of the cluster it belongs to, 0 for a single sphere. A sphere of a cluster has its share, by volume, of the
-        cluster's mass. What has left the domain keeps its row, at rest and with a mass of 0: where it left, with a
-        radius of 0, when it was removed, at the edge when it is held."""
+        """Copy of the spheres sorted by id, dtype ``PARTICLE``, shape (n,): SI units, three components
+        always. body: id of the cluster it belongs to, 0 for a single sphere. A sphere of a cluster has its
+        share, by volume, of the cluster's mass. What has left the domain keeps its row, at rest and with a
+        mass of 0: where it left, with a radius of 0, when it was removed, at the edge when it is held."""
 
     def bodies(self) -> np.ndarray:
-        """Copy of the clusters sorted by id, which counts from 1 in the order of the scene; dtype ``BODY``. x, v: of
-        the centre of mass; quaternion (w, x, y, z): from the cluster's own frame to space (`quaternion.angle` in a
-        plane). What has left the domain: as in ``particles``."""
+        """Copy of the clusters sorted by id, which counts from 1 in the order of the scene; dtype ``BODY``.
+        x, v: of the centre of mass; quaternion (w, x, y, z): from the cluster's own frame to space
+        (`quaternion.angle` in a plane). What has left the domain: as in ``particles``."""
 
     def contact_at_wall(self, force: float) -> np.ndarray:
-        """Tangent stiffness [N/m], damping [kg/s] and mass [kg] in the contact of each sphere with the moving wall
-        under ``force`` [N], shape (3, n), whether it touches it or not."""
+        """Tangent stiffness [N/m], damping [kg/s] and mass [kg] in the contact of each sphere with the moving
+        wall under ``force`` [N], shape (3, n), whether it touches it or not."""
 
     def energy(self) -> Dict[str, float]:
         """``kinetic`` (translation and spin), ``contact`` (potential energy of normal forces and adhesion),
         ``potential`` (in gravity, zero at ``origin``) [J]."""
 
     def get_state(self) -> Dict[str, np.ndarray]:
-        """Everything that decides the future (positions, orientations, velocities, forces, tangential history, time,
-        wall), as name → array copies. Its positions are those in the frame whose ``origin`` [m] is in it."""
+        """Everything that decides the future (positions, orientations, velocities, forces, tangential
+        history, time, wall), as name → array copies. Its positions are those in the frame whose ``origin``
+        [m] is in it."""
 
     def set_state(self, state: Dict[str, Any]) -> None:
         """Go back to ``state``: the run continues bit for bit as it did from there."""

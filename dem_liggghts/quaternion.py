@@ -8,8 +8,8 @@ def of_angle(angle):
 
 
 def angle(q):
-    """Angle [rad] in (-2 pi, 2 pi] of rotations about the third axis, shape of q less its last axis; it goes on
-    without a jump over one turn in either direction."""
+    """Angle [rad] in (-2 pi, 2 pi] of rotations about the third axis, shape of q less its last axis; it goes
+    on without a jump over one turn in either direction."""
     q = np.asarray(q)
     return 2.0 * np.arctan2(q[..., 3], q[..., 0])
 
@@ -35,8 +35,8 @@ def matrix(q):
 
 
 def of_matrix(R):
-    """Quaternion of a rotation matrix: the eigenvector of the largest eigenvalue of Bar-Itzhack's matrix (J. Guid.
-    Control Dyn. 23 (2000) 1085-1087), with w >= 0."""
+    """Quaternion of a rotation matrix: the eigenvector of the largest eigenvalue of Bar-Itzhack's matrix (J.
+    Guid. Control Dyn. 23 (2000) 1085-1087), with w >= 0."""
     K = np.array([[R[0, 0] + R[1, 1] + R[2, 2], 0, 0, 0],
                   [R[2, 1] - R[1, 2], R[0, 0] - R[1, 1] - R[2, 2], 0, 0],
                   [R[0, 2] - R[2, 0], R[0, 1] + R[1, 0], R[1, 1] - R[0, 0] - R[2, 2], 0],

@@ -1,4 +1,5 @@
-"""What can be wrong with a scene before the first step, and with its numbers after one; for both back ends."""
+"""What can be wrong with a scene before the first step, and with its numbers after one; for both back
+ends."""
 from typing import Dict, List, Tuple, Union
 
 import numpy as np
@@ -14,14 +15,15 @@ from ..search.elements import at_rest, distance_and_side
 from ..search.neighbours import near_spheres, no_neighbours
 
 TOUCHING = 1e-9  # overlap at the start, as a fraction of the radius, that still counts as touching
-GONE = ("is going through the wall: Hertz's law does not stop it before its centre is there; take a stiffer contact "
-        "(E), a smaller speed, more substeps, or a wall with a depth, which pushes outwards on both sides")  # also wall.h
+GONE = ("is going through the wall: Hertz's law does not stop it before its centre is there; take a stiffer "
+        "contact (E), a smaller speed, more substeps, or a wall with a depth, which pushes outwards on both "
+        "sides")  # also in wall.h
 CONNECTED = 1e-6  # gap, as a fraction of the radius, over which the spheres of a cluster still hang together
 
 
 def check_start(scene: SceneData) -> None:
-    """Raise ValueError unless every sphere starts outside the body and free of overlap, touching is fine, and every
-    cluster is in one piece.
+    """Raise ValueError unless every sphere starts outside the body and free of overlap, touching is fine, and
+    every cluster is in one piece.
 
     >>> from dem_liggghts import Material, Scene, Spheres
     >>> close = Spheres(x=[[0.0, 0.0], [0.015, 0.0]], v=[[0.0, 0.0]] * 2, radius=0.01, rho=7800.0)
@@ -35,8 +37,8 @@ def check_start(scene: SceneData) -> None:
     spheres = sphere_table(scene)
     if scene.dim == 2 and spheres.omega[:, :2].any():
         bad = int(np.flatnonzero(spheres.omega[:, :2].any(axis=1))[0])
-        raise ValueError(f"sphere {bad + 1} of a plane scene has spin {spheres.omega[bad]} rad/s: only the third "
-                         "component may differ from zero")
+        raise ValueError(f"sphere {bad + 1} of a plane scene has spin {spheres.omega[bad]} rad/s: only the "
+                         "third component may differ from zero")
     _check_inside_domain(scene, origin)
     for number, cluster in enumerate(scene.clusters):
         _check_one_piece(cluster, number)
@@ -56,8 +58,8 @@ def _check_inside_domain(scene: SceneData, origin: np.ndarray) -> None:
         for k, x in enumerate(places):
             x = x + origin[:scene.dim]
             if not ((lower <= x) & (x <= upper)).all():
-                raise ValueError(f"{what} {k + 1} at {x} m starts outside the domain, {lower} to {upper} m: move it "
-                                 "inside or enlarge the domain")
+                raise ValueError(f"{what} {k + 1} at {x} m starts outside the domain, {lower} to {upper} m: "
+                                 "move it inside or enlarge the domain")
 
 
 def _name(spheres: SphereTable, i: int) -> str:
@@ -70,7 +72,8 @@ def _name(spheres: SphereTable, i: int) -> str:
 
 def _check_one_piece(cluster: Cluster, number: int) -> None:
     x, n = cluster.arms(), len(cluster.radii)
-    near = near_spheres(x, np.array(cluster.radii), np.full(n, -1), CONNECTED * cluster.radii.min(), no_neighbours(n), False)
+    gap = CONNECTED * cluster.radii.min()
+    near = near_spheres(x, np.array(cluster.radii), np.full(n, -1), gap, no_neighbours(n), False)
     reached, follow = {0}, [0]
     neighbours: Dict[int, List[int]] = {i: [] for i in range(n)}
     for i in range(n):
@@ -84,17 +87,20 @@ def _check_one_piece(cluster: Cluster, number: int) -> None:
                 follow.append(j)
     if len(reached) < n:
         apart = min(set(range(n)) - reached)
-        raise ValueError(f"cluster {number + 1} is in two pieces: its sphere {apart + 1} at {cluster.centres[apart]} m "
-                         "does not hang together with its sphere 1 over touching spheres: use larger or more spheres")
+        raise ValueError(f"cluster {number + 1} is in two pieces: its sphere {apart + 1} at "
+                         f"{cluster.centres[apart]} m does not hang together with its sphere 1 over touching "
+                         "spheres: use larger or more spheres")
 
 
 def _check_apart(spheres: SphereTable, slack: float) -> None:
     near = near_spheres(spheres.x, spheres.radius, spheres.cluster, 0.0, no_neighbours(len(spheres.x)), False)
     for i in range(len(spheres.x)):
         for j in near.partner[near.start[i]:near.start[i + 1]]:
-            overlap = spheres.radius[i] + spheres.radius[j] - np.sqrt(((spheres.x[j] - spheres.x[i]) ** 2).sum())
+            distance = np.sqrt(((spheres.x[j] - spheres.x[i]) ** 2).sum())
+            overlap = spheres.radius[i] + spheres.radius[j] - distance
             if overlap > TOUCHING * spheres.radius[i] + slack:
-                both = f"spheres {i + 1} and {j + 1}" if max(spheres.cluster[i], spheres.cluster[j]) < 0 else \
+                single = max(spheres.cluster[i], spheres.cluster[j]) < 0
+                both = f"spheres {i + 1} and {j + 1}" if single else \
                     f"{_name(spheres, i)} and {_name(spheres, j)}"
                 raise ValueError(f"{both} overlap by {overlap:.3g} m at the start: "
                                  "move them apart by at least that much")
@@ -104,8 +110,9 @@ def _check_adhesion(scene: SceneData, spheres: SphereTable, wall: Wall) -> None:
     smallest = spheres.radius.min(initial=np.inf)
     sticky = [a for a, b in scene.wall_pairs() if b == wall.material and scene.interaction(a, b).adhesion > 0]
     if wall.depth is not None and wall.depth > smallest and sticky:
-        raise ValueError(f"the wall of material {wall.material!r} has adhesion and a depth of {wall.depth} m: with "
-                         f"adhesion give at most the smallest radius, {smallest:.3g} m, where the area of contact ends")
+        raise ValueError(f"the wall of material {wall.material!r} has adhesion and a depth of {wall.depth} "
+                         f"m: with adhesion give at most the smallest radius, {smallest:.3g} m, where the "
+                         "area of contact ends")
 
 
 def _check_outside(scene: SceneData, spheres: SphereTable, named: Tuple[Wall, str], slack: float,
@@ -120,29 +127,30 @@ def _check_outside(scene: SceneData, spheres: SphereTable, named: Tuple[Wall, st
         if outside < -slack and not at_rim.any():
             place = (spheres.x[i] + origin)[:scene.dim]
             raise ValueError(f"{_name(spheres, i)} at {place} m lies inside the body, {distance:.3g} m "
-                             "below its surface: move it out, or reverse the wall elements (outside is left of a "
-                             "segment)")
+                             "below its surface: move it out, or reverse the wall elements (outside is left "
+                             "of a segment)")
         if radius - distance > TOUCHING * radius + slack:
-            raise ValueError(f"{_name(spheres, i)} overlaps {what} by {radius - distance:.3g} m at the start: "
-                             "move it away from the wall by at least that much")
+            raise ValueError(f"{_name(spheres, i)} overlaps {what} by {radius - distance:.3g} m at the "
+                             "start: move it away from the wall by at least that much")
 
 
 def check_window(steps: int, x: np.ndarray, v: np.ndarray, scene: SceneData) -> int:
     """``steps`` as int; ValueError unless the arguments of `protocol.DEM.advance` make sense."""
     shape = scene.wall.nodes.shape
     if not all(isinstance(a, np.ndarray) and a.shape == shape for a in (x, v)):
-        x, v = (check.shaped(f"{name} of the wall nodes", value, shape) for name, value in (("x", x), ("v", v)))
+        for name, value in (("x", x), ("v", v)):
+            check.shaped(f"{name} of the wall nodes", value, shape)
     return check.count("steps", steps, rule="a window has at least one DEM step, give a whole number of them")
 
 
 def check_finite(x: np.ndarray, time: float, origin: Union[float, np.ndarray] = 0.0) -> None:
-    """Raise FloatingPointError, naming the particle and the time [s], unless all positions x [m] from ``origin`` [m]
-    are finite."""
+    """Raise FloatingPointError, naming the particle and the time [s], unless all positions x [m] from
+    ``origin`` [m] are finite."""
     if not np.isfinite(x.sum()):
         bad = int(np.flatnonzero(~np.isfinite(x).all(axis=1))[0])
-        raise FloatingPointError(f"particle {bad + 1} is at {x[bad] + origin} m at t = {time:.6g} s: its contact is too "
-                                 "stiff for the DEM time step, or the wall passed through it; use more substeps per "
-                                 "window")
+        raise FloatingPointError(f"particle {bad + 1} is at {x[bad] + origin} m at t = {time:.6g} s: its "
+                                 "contact is too stiff for the DEM time step, or the wall passed through it; "
+                                 "use more substeps per window")
 
 
 class PerforatedError(RuntimeError):

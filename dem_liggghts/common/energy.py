@@ -66,7 +66,8 @@ def energy_of_contacts(spheres, wall, laws):
     x, radius, none, energy = spheres.x, spheres.radius, no_neighbours(len(spheres.x)), 0.0
     history = len(x) < 0  # no; for the word False numba would compile the searches once more
     if len(x) > 1:
-        energy += _of_pairs(spheres, near_spheres(x, radius, spheres.cluster, 0.0, none, history), laws.between)
+        pairs = near_spheres(x, radius, spheres.cluster, 0.0, none, history)
+        energy += _of_pairs(spheres, pairs, laws.between)
     near = near_elements(x, radius, 0.0, wall, 0.0, none, history)
     return energy + _at_walls(spheres, near, wall, laws.at_wall)
 
@@ -77,11 +78,11 @@ def select_shapes(table: SphereTable, x: np.ndarray, present: Any) -> Shapes:
 
 
 def contact_energy(scene: SceneData, x: Any, nodes: Any, present: Any = slice(None)) -> float:
-    """Potential energy of all contacts [J]: 2/5 k d^2.5 each, the integral of Hertz' force over the overlap d, less
-    what adhesion has done on the way in.
+    """Potential energy of all contacts [J]: 2/5 k d^2.5 each, the integral of Hertz' force over the overlap
+    d, less what adhesion has done on the way in.
 
-    x: centres of the spheres of ``scene`` [m], shape (n, dim) or (n, 3); nodes: nodes of the moving wall [m], the
-    same; present: which of the spheres of the scene these are.
+    x: centres of the spheres of ``scene`` [m], shape (n, dim) or (n, 3); nodes: nodes of the moving wall [m],
+    the same; present: which of the spheres of the scene these are.
 
     >>> from dem_liggghts import Material, Scene, Spheres, Wall
     >>> steel, wall = Material(2.1e11, 0.3), Wall([[-1.0, 0.0], [1.0, 0.0]], [[0, 1]])
@@ -92,13 +93,14 @@ def contact_energy(scene: SceneData, x: Any, nodes: Any, present: Any = slice(No
     """
     spheres, table = sphere_table(scene), wall_table(scene)
     table.x[table.moving[0]:] = in_space(nodes)
-    return energy_of_contacts(select_shapes(spheres, in_space(x), present), at_rest(table, table.x), laws_of(scene))
+    shapes = select_shapes(spheres, in_space(x), present)
+    return energy_of_contacts(shapes, at_rest(table, table.x), laws_of(scene))
 
 
 def kinetic_energy(particles: np.ndarray, bodies: Any = (), inertia: Any = (), turn: Any = ()) -> float:
-    """Energy of translation and spin [J]: of single ``particles`` (dtype PARTICLE) with I = 2/5 m R^2, of ``bodies``
-    (dtype BODY) with their principal moments ``inertia`` [kg m^2], (n, 3), about axes that ``turn``, (n, 4), brings to
-    theirs.
+    """Energy of translation and spin [J]: of single ``particles`` (dtype PARTICLE) with I = 2/5 m R^2, of
+    ``bodies`` (dtype BODY) with their principal moments ``inertia`` [kg m^2], (n, 3), about axes that
+    ``turn``, (n, 4), brings to theirs.
 
     >>> from dem_liggghts import PARTICLE
     >>> particle = np.zeros(1, PARTICLE)

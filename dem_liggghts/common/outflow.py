@@ -1,9 +1,9 @@
-"""What has left the domain of a scene: it ends the run, stays at the edge at rest, or is removed; in either case it is
-counted.
+"""What has left the domain of a scene: it ends the run, stays at the edge at rest, or is removed; in either
+case it is counted.
 
-A single sphere leaves with its centre, a cluster with its centre of mass; looked for at the end of every window. Held
-or removed it takes part no more: nothing touches it, and the sums have its mass, momentum and energy, so that what is
-left plus what has left is what was there.
+A single sphere leaves with its centre, a cluster with its centre of mass; looked for at the end of every
+window. Held or removed it takes part no more: nothing touches it, and the sums have its mass, momentum and
+energy, so that what is left plus what has left is what was there.
 """
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
@@ -32,8 +32,9 @@ class Leaving(NamedTuple):
 class Outflow:
     """For a ``scene``, with or without a domain.
 
-    cluster: number of the cluster of each sphere, -1 for none. out, out_clusters: which spheres, shape (n,), and
-    clusters have been held or removed; the others, so many spheres as ``present`` says, are in the calculation.
+    cluster: number of the cluster of each sphere, -1 for none. out, out_clusters: which spheres, shape (n,),
+    and clusters have been held or removed; the others, so many spheres as ``present`` says, are in the
+    calculation.
     """
 
     def __init__(self, scene: SceneData, cluster: np.ndarray):
@@ -45,7 +46,7 @@ class Outflow:
         for table in (self._particles, self._bodies):
             table["id"] = 1 + np.arange(len(table))
         self._particles["body"] = cluster + 1
-        self.out, self.out_clusters = np.zeros(len(cluster), np.bool_), np.zeros(len(scene.clusters), np.bool_)
+        self.out, self.out_clusters = (np.zeros(n, np.bool_) for n in (len(cluster), len(scene.clusters)))
         self._sums = np.zeros(3 + scene.dim)  # count, mass, energy, momentum
 
     @property
@@ -88,7 +89,8 @@ class Outflow:
         self._sums[2] += energy
 
     def _outside(self, table: np.ndarray, present: np.ndarray) -> Tuple[np.ndarray, List[str]]:
-        """Numbers of the rows that are outside, and what happens to each, by the side beyond which it is farthest."""
+        """Numbers of the rows that are outside, and what happens to each, by the side beyond which it is
+        farthest."""
         x, (lower, upper) = table["x"][:, :self._dim], self._domain
         beyond = np.stack([lower - x, x - upper], axis=2).reshape(len(x), 2 * self._dim)
         rows = np.flatnonzero(present & (beyond > 0.0).any(axis=1))
@@ -99,8 +101,8 @@ class Outflow:
             if way == "stop":
                 lower, upper = self._domain
                 raise LeftDomain(f"{what} {row + 1} has left the domain, {lower} to {upper} m, and is at "
-                                 f"{table['x'][row, :self._dim]} m at t = {time:.6g} s: enlarge the domain, or let go "
-                                 "what leaves with outflow=hold or outflow=remove")
+                                 f"{table['x'][row, :self._dim]} m at t = {time:.6g} s: enlarge the domain, "
+                                 "or let go what leaves with outflow=hold or outflow=remove")
 
     def _count(self, rows: np.ndarray) -> None:
         self._sums[0] += len(rows)
@@ -136,13 +138,15 @@ class Outflow:
             return {}
         return dict(removed=self._sums.copy(), out=self.out.copy(), out_clusters=self.out_clusters.copy(),
                     out_x=self._particles["x"].copy(), out_radius=self._particles["radius"].copy(),
-                    out_body_x=self._bodies["x"].copy(), out_body_quaternion=self._bodies["quaternion"].copy())
+                    out_body_x=self._bodies["x"].copy(),
+                    out_body_quaternion=self._bodies["quaternion"].copy())
 
     def set_state(self, state: Dict[str, Any]) -> None:
         """Go back to ``state``."""
         if not self.active:
             return
-        self._sums, self.out, self.out_clusters = (np.array(state[name]) for name in ("removed", "out", "out_clusters"))
+        self._sums, self.out = np.array(state["removed"]), np.array(state["out"])
+        self.out_clusters = np.array(state["out_clusters"])
         self.present = int(np.count_nonzero(~self.out))
         self._particles["x"], self._particles["radius"] = state["out_x"], state["out_radius"]
         self._bodies["x"], self._bodies["quaternion"] = state["out_body_x"], state["out_body_quaternion"]

@@ -8,19 +8,20 @@ from ..scene.domain import read_ways
 from ..scene.scene import SceneData
 from ..scene.tables import cluster_table, sphere_table
 
-WHAT = ("dimension", "time step", "number of spheres", "number of clusters", "radii", "masses", "materials", "clusters",
-        "fixed walls", "springs of friction", "domain and outflow")
+WHAT = ("dimension", "time step", "number of spheres", "number of clusters", "radii", "masses", "materials",
+        "clusters", "fixed walls", "springs of friction", "domain and outflow")
 SHOWN = 4  # of the first so many the values say more than that they differ
 
 
 def fingerprint(scene: SceneData, dt: float) -> np.ndarray:
-    """Numbers of ``WHAT``, float: checksums where there are many values. The moving wall is not among them, since it
-    may be replaced, nor is what a state itself holds."""
+    """Numbers of ``WHAT``, float: checksums where there are many values. The moving wall is not among them,
+    since it may be replaced, nor is what a state itself holds."""
     spheres, clusters = sphere_table(scene), cluster_table(scene)
     fixed = [array for wall in scene.walls for array in (wall.nodes, wall.elements)]
     rough = [any(scene.interaction(*pair).friction > 0 for pair in pairs)
              for pairs in (scene.pairs(), scene.wall_pairs())]
-    ways = np.array(read_ways(scene.outflow, scene.dim)), np.zeros(0) if scene.domain is None else scene.domain
+    domain = np.zeros(0) if scene.domain is None else scene.domain
+    ways = np.array(read_ways(scene.outflow, scene.dim)), domain
     return np.array([scene.dim, dt, len(spheres.x), len(clusters.mass), _checksum(spheres.radius),
                      _checksum(spheres.mass, clusters.mass), _checksum(spheres.material),
                      _checksum(spheres.cluster, spheres.arm, clusters.inertia, clusters.turn, clusters.free),
@@ -32,11 +33,13 @@ def _checksum(*arrays: Any) -> int:
 
 
 def check_state(state: Dict[str, Any], names: Sequence[str], own: np.ndarray) -> None:
-    """Raise ValueError unless ``state`` has the ``names`` and is one of the scene with the fingerprint ``own``."""
+    """Raise ValueError unless ``state`` has the ``names`` and is one of the scene with the fingerprint
+    ``own``."""
     missing = [name for name in ("scene", *names) if name not in state]
     if missing:
         raise ValueError(f"the state has no {missing[0]!r}: give one that this back end has made")
     for k, (what, theirs, ours) in enumerate(zip(WHAT, np.asarray(state["scene"]), own)):
         if theirs != ours:
-            differs = f"{what} is {theirs:g}, here it is {ours:g}" if k < SHOWN else f"{what} differ from those here"
-            raise ValueError(f"the state belongs to another scene: its {differs}; give a state of this scene")
+            differs = f"is {theirs:g}, here it is {ours:g}" if k < SHOWN else "differ from those here"
+            raise ValueError(f"the state belongs to another scene: its {what} {differs}; give a state of this "
+                             "scene")

@@ -16,14 +16,15 @@ def with_wall(scene: SceneData, wall: Wall) -> SceneData:
     if wall.dim != scene.dim:
         raise ValueError(f"the new wall is {wall.dim}D, the scene {scene.dim}D: use one dimension")
     if len(wall.elements) and wall.material not in scene.materials:
-        raise ValueError(f"there is no material {wall.material!r} in the scene: it has {sorted(scene.materials)}")
+        raise ValueError(f"there is no material {wall.material!r} in the scene: it has "
+                         f"{sorted(scene.materials)}")
     return replace(scene, wall=wall)
 
 
 def redistribute(old: np.ndarray, force: np.ndarray, scene: SceneData) -> np.ndarray:
-    """Nodal ``force`` [N] at the ``old`` nodes [m] as one on the nodes of the moving wall of ``scene``, all (n, dim):
-    each goes to the closest place of the wall, so that the sum stays and so does what acts on a node that is still
-    there."""
+    """Nodal ``force`` [N] at the ``old`` nodes [m] as one on the nodes of the moving wall of ``scene``, all
+    (n, dim): each goes to the closest place of the wall, so that the sum stays and so does what acts on a
+    node that is still there."""
     out = np.zeros((len(scene.wall.nodes), 3))
     table = wall_table(scene)
     nodes, elements = table.moving

@@ -23,12 +23,12 @@ class CriticalStep(NamedTuple):
 def critical_step(scene: SceneData) -> CriticalStep:
     """Longest sensible time steps of ``scene`` [s].
 
-    ``rayleigh``: 0.2 of the time a surface wave needs around the smallest sphere, pi R sqrt(rho/G) / (0.163 nu +
-    0.8766) (Thornton and Randall 1988; Li, Xu and Thornton 2005). ``hertz``: 1/20 of the shortest elastic contact,
-    2.87 (m*^2 / (R* E*^2 v))^(1/5) at the largest speed at the start (Johnson 1985), or a twentieth of the smallest
-    radius at that speed, so that no sphere jumps over a wall; infinite at rest. With a damping ratio z beyond 2.7 it is
-    1/(7.4 z), mass over damping m* / gamma_n at the largest overlap. A sphere of a cluster counts with its share of
-    the mass.
+    ``rayleigh``: 0.2 of the time a surface wave needs around the smallest sphere, pi R sqrt(rho/G) / (0.163
+    nu + 0.8766) (Thornton and Randall 1988; Li, Xu and Thornton 2005). ``hertz``: 1/20 of the shortest
+    elastic contact, 2.87 (m*^2 / (R* E*^2 v))^(1/5) at the largest speed at the start (Johnson 1985), or a
+    twentieth of the smallest radius at that speed, so that no sphere jumps over a wall; infinite at rest.
+    With a damping ratio z beyond 2.7 it is 1/(7.4 z), mass over damping m* / gamma_n at the largest overlap.
+    A sphere of a cluster counts with its share of the mass.
 
     >>> from dem_liggghts import Material, Scene, Spheres
     >>> sphere = Spheres(x=[[0.0, 0.0]], v=[[0.0, 0.0]], radius=0.01, rho=7800.0)
@@ -60,13 +60,16 @@ def critical_step(scene: SceneData) -> CriticalStep:
 
 
 def warn_if_too_long(scene: SceneData, dt: float) -> None:
-    """One warning when the time step ``dt`` [s] exceeds the critical one; ValueError unless it is positive."""
+    """One warning when the time step ``dt`` [s] exceeds the critical one; ValueError unless it is
+    positive."""
     check.positive("dt", dt, "s", "the DEM time step must be positive")
     limit = critical_step(scene)
     if dt > HOPELESS * min(limit):
-        raise ValueError(f"DEM time step is {dt:.3g} s, {dt / min(limit):.3g} times the limit of {min(limit):.3g} s, "
-                         "beyond which contacts make energy: use more substeps per window or a smaller window (dt)")
+        raise ValueError(f"DEM time step is {dt:.3g} s, {dt / min(limit):.3g} times the limit of "
+                         f"{min(limit):.3g} s, beyond which contacts make energy: use more substeps per "
+                         "window or a smaller window (dt)")
     if dt > min(limit):
-        warnings.warn(f"DEM time step {dt:.3g} s exceeds the limit {min(limit):.3g} s (Rayleigh {limit.rayleigh:.3g} "
-                      f"s, Hertz {limit.hertz:.3g} s): use more substeps per window or a smaller window",
+        warnings.warn(f"DEM time step {dt:.3g} s exceeds the limit {min(limit):.3g} s (Rayleigh "
+                      f"{limit.rayleigh:.3g} s, Hertz {limit.hertz:.3g} s): use more substeps per window or "
+                      "a smaller window",
                       stacklevel=4)

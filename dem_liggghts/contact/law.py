@@ -1,9 +1,10 @@
 """Hertz-Mindlin contact with damping and adhesion: constants of a pair of materials, force on a sphere.
 
-The formulas are those of LIGGGHTS 3.8 `model hertz tangential history cohesion sjkr` (files surface_model_default.h,
-normal_model_hertz.h, tangential_model_history.h, cohesion_model_sjkr.h, global_properties.cpp), with three changes that
-liggghts/shim/models.h makes there too: the damping ratio is given, the normal force of a contact that does not pull is cut at
-zero, and Coulomb's limit holds for spring and damper together.
+The formulas are those of LIGGGHTS 3.8 `model hertz tangential history cohesion sjkr` (files
+surface_model_default.h, normal_model_hertz.h, tangential_model_history.h, cohesion_model_sjkr.h,
+global_properties.cpp), with three changes that liggghts/shim/models.h makes there too: the damping ratio is
+given, the normal force of a contact that does not pull is cut at zero, and Coulomb's limit holds for spring
+and damper together.
 """
 from typing import List, NamedTuple, Tuple
 
@@ -43,7 +44,8 @@ class Touch(NamedTuple):
 
 
 class Vectors(NamedTuple):
-    """Vectors of one contact, shape (3,) each: room that is used again for every contact, so that none is allocated."""
+    """Vectors of one contact, shape (3,) each: room that is used again for every contact, so that none is
+    allocated."""
 
     n: np.ndarray  # unit normal towards the sphere
     v: np.ndarray  # velocity relative to the partner [m/s]
@@ -54,8 +56,8 @@ class Vectors(NamedTuple):
 
 
 def law(a: Material, b: Material, between: Interaction) -> Law:
-    """Effective constants of materials ``a`` and ``b``: 1/E* = sum (1 - nu^2)/E, 1/G* = sum 2 (2 - nu)(1 + nu)/E
-    (Johnson, Contact Mechanics, 1985; Mindlin 1949), beta = -`damping_ratio`."""
+    """Effective constants of materials ``a`` and ``b``: 1/E* = sum (1 - nu^2)/E, 1/G* = sum 2 (2 - nu)(1 +
+    nu)/E (Johnson, Contact Mechanics, 1985; Mindlin 1949), beta = -`damping_ratio`."""
     E = 1.0 / ((1.0 - a.nu**2) / a.E + (1.0 - b.nu**2) / b.E)
     G = 1.0 / (2.0 * (2.0 - a.nu) * (1.0 + a.nu) / a.E + 2.0 * (2.0 - b.nu) * (1.0 + b.nu) / b.E)
     beta = -damping_ratio(between.restitution, between.pulls)
@@ -63,8 +65,9 @@ def law(a: Material, b: Material, between: Interaction) -> Law:
 
 
 def law_table(scene: SceneData, pairs: List[Tuple[str, str]]) -> np.ndarray:
-    """The laws of the ``pairs`` (name, name) of materials, shape (materials, materials, fields of `Law`): one array
-    costs a call of compiled code less than five. NaN where none is needed, no friction and no adhesion there."""
+    """The laws of the ``pairs`` (name, name) of materials, shape (materials, materials, fields of `Law`): one
+    array costs a call of compiled code less than five. NaN where none is needed, no friction and no adhesion
+    there."""
     number = {name: k for k, name in enumerate(scene.names)}
     out = np.full((len(number), len(number), len(Law._fields)), [np.nan, np.nan, np.nan, 0.0, 0.0, 0.0])
     for a, b in pairs:
@@ -104,7 +107,8 @@ def area_at_wall(r, radius):
 
 @compiled
 def radius_at_wall(radius, disc):
-    """Effective radius [m] of a sphere at a wall, or at one of its discs of radius ``disc`` [m], 0 for none."""
+    """Effective radius [m] of a sphere at a wall, or at one of its discs of radius ``disc`` [m], 0 for
+    none."""
     return radius * disc / (radius + disc) if disc > 0.0 else radius
 
 
@@ -112,9 +116,9 @@ def radius_at_wall(radius, disc):
 def normal_force(touch, vn, law):
     """Normal force [N], tangential stiffness k_t [N/m] and damping gamma_t [kg/s] (normal_model_hertz.h).
 
-    vn: normal velocity [m/s], negative when approaching. k_n = 4/3 E* sqrt(R* d), k_t = 8 G* sqrt(R* d), gamma = -2
-    sqrt(5/6) beta sqrt(S m*) with S_n = 2 E* sqrt(R* d) and S_t = k_t; F_n = k_n d - gamma_n vn. At the end of the
-    contact the damper would pull: without law.attraction F_n is zero then.
+    vn: normal velocity [m/s], negative when approaching. k_n = 4/3 E* sqrt(R* d), k_t = 8 G* sqrt(R* d),
+    gamma = -2 sqrt(5/6) beta sqrt(S m*) with S_n = 2 E* sqrt(R* d) and S_t = k_t; F_n = k_n d - gamma_n vn.
+    At the end of the contact the damper would pull: without law.attraction F_n is zero then.
     """
     root = np.sqrt(touch.radius * touch.overlap)
     damping = -2.0 * np.sqrt(5.0 / 6.0) * law.beta * np.sqrt(touch.mass)
@@ -130,8 +134,9 @@ def tangential_force(vectors, shear, stiffness, damping, limit, dt):
     """Tangential force [N] into ``vectors.force``; updates the displacement ``shear`` [m]
     (tangential_model_history.h).
 
-    It grows by vt dt and is projected on the tangent plane of the unit normal. Beyond Coulomb's ``limit`` [N] it is
-    cut back and slides without damping; below, damping is added as far as the whole stays within the limit.
+    It grows by vt dt and is projected on the tangent plane of the unit normal. Beyond Coulomb's ``limit`` [N]
+    it is cut back and slides without damping; below, damping is added as far as the whole stays within the
+    limit.
     """
     n, vt, force = vectors.n, vectors.vt, vectors.force
     along, size2, whole2 = 0.0, 0.0, 0.0
@@ -157,9 +162,9 @@ def tangential_force(vectors, shear, stiffness, damping, limit, dt):
 def contact_force(vectors, shear, touch, law, dt, history):
     """Force on a sphere [N] from one contact, into ``vectors.force``, from their normal, velocity and spin.
 
-    Adhesion pulls with law.adhesion times the area and has no part in Coulomb's limit: friction times the normal
-    force, none when that pulls. ``history``: whether there is friction; shear: tangential displacement so far [m],
-    (3,), brought up to date.
+    Adhesion pulls with law.adhesion times the area and has no part in Coulomb's limit: friction times the
+    normal force, none when that pulls. ``history``: whether there is friction; shear: tangential displacement
+    so far [m], (3,), brought up to date.
     """
     n, v, spin, vt, force = vectors.n, vectors.v, vectors.spin, vectors.vt, vectors.force
     vn = v[0] * n[0] + v[1] * n[1] + v[2] * n[2]

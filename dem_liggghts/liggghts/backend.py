@@ -31,12 +31,12 @@ NAMES = "origin", "particles", "bodies", "wall", "wall_elements", "wall_force", 
 
 
 class LiggghtsDEM:
-    """The protocol of `protocol.DEM` for ``scene``, time step ``dt`` [s], on the ranks of the mpi4py communicator
-    ``comm`` (default: all).
+    """The protocol of `protocol.DEM` for ``scene``, time step ``dt`` [s], on the ranks of the mpi4py
+    communicator ``comm`` (default: all).
 
-    Raises MissingLiggghts when LIGGGHTS or the shim is not installed, LiggghtsError with LIGGGHTS' own text, ValueError
-    for a negative Poisson's ratio. An instance that raised LiggghtsError is lost; the process and other instances go
-    on. An error on some of several ranks ends all.
+    Raises MissingLiggghts when LIGGGHTS or the shim is not installed, LiggghtsError with LIGGGHTS' own text,
+    ValueError for a negative Poisson's ratio. An instance that raised LiggghtsError is lost; the process and
+    other instances go on. An error on some of several ranks ends all.
     """
 
     def __init__(self, scene: SceneData, dt: float, comm: Any = None):
@@ -52,7 +52,8 @@ class LiggghtsDEM:
         for line in script:
             self._instance.command(line)
         s = self._spheres
-        data = np.column_stack([s.x, s.v, s.omega, s.radius, s.contact_mass, s.material + 1, s.cluster + 1, s.arm])
+        data = np.column_stack([s.x, s.v, s.omega, s.radius, s.contact_mass, s.material + 1, s.cluster + 1,
+                                s.arm])
         self._instance.call("dem_add_spheres", len(data), pointer(data))
         if scene.clusters:
             data = np.hstack([self._constant, initial_rows(self._clusters)])
@@ -68,7 +69,8 @@ class LiggghtsDEM:
         data[:, :dim], data[:, 3:] = s.elements, s.traits
         data[:, dim:3] = s.elements[:, :3 - dim]  # a segment names its first node twice
         data[:, 3] += 1  # atom types count from 1
-        self._instance.call("dem_set_wall", dim, len(s.x), len(s.elements), *s.moving, pointer(data), pointer(s.x), keep)
+        self._instance.call("dem_set_wall", dim, len(s.x), len(s.elements), *s.moving, pointer(data),
+                            pointer(s.x), keep)
 
     @property
     def time(self) -> float:
@@ -125,8 +127,8 @@ class LiggghtsDEM:
 
     def _lose(self, what: str, out: np.ndarray, found: np.ndarray) -> None:
         lost = sorted(set((1 + np.flatnonzero(~out)).tolist()) - set(found.astype(int).tolist()))
-        raise LiggghtsError(f"{what} {lost} were lost at t = {self.time:.6g} s: they flew across a whole rank between "
-                            "two neighbour lists; use fewer ranks")
+        raise LiggghtsError(f"{what} {lost} were lost at t = {self.time:.6g} s: they flew across a whole "
+                            "rank between two neighbour lists; use fewer ranks")
 
     def replace_wall(self, wall: Wall) -> None:
         """See `protocol.DEM.replace_wall`."""
@@ -143,14 +145,17 @@ class LiggghtsDEM:
         self._instance.call("dem_set_wall_force", scene.dim, pointer(force))
 
     def particles(self) -> np.ndarray:
-        """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres first."""
+        """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres
+        first."""
         return self._outflow.all_particles(to_true_positions(self._own_particles(), self.origin))
 
     def _own_particles(self) -> np.ndarray:
         table = self._table("dem_count", "dem_particles", 12)
         out, index = np.empty(len(table), PARTICLE), table[:, 0].astype(int) - 1
-        out["id"], out["x"], out["v"], out["omega"] = table[:, 0], table[:, 1:4], table[:, 4:7], table[:, 7:10]
-        out["body"], out["radius"], out["mass"] = self._spheres.cluster[index] + 1, table[:, 10], self._spheres.mass[index]
+        out["id"], out["x"], out["v"] = table[:, 0], table[:, 1:4], table[:, 4:7]
+        out["omega"] = table[:, 7:10]
+        out["body"], out["mass"] = self._spheres.cluster[index] + 1, self._spheres.mass[index]
+        out["radius"] = table[:, 10]
         return out
 
     def bodies(self) -> np.ndarray:
@@ -198,8 +203,8 @@ class LiggghtsDEM:
                     contact=energy_of_contacts(shapes, at_rest(surface, nodes), self._laws))
 
     def get_state(self) -> Dict[str, np.ndarray]:
-        """See `protocol.DEM.get_state`. LIGGGHTS makes its neighbour lists anew here as in `set_state`, so that both
-        go on with the same order of summation."""
+        """See `protocol.DEM.get_state`. LIGGGHTS makes its neighbour lists anew here as in `set_state`, so
+        that both go on with the same order of summation."""
         state = self._read()()
         self.set_state(state)
         return state
@@ -210,7 +215,8 @@ class LiggghtsDEM:
         return lambda: self.set_state(state())
 
     def _read(self) -> Callable[[], Dict[str, np.ndarray]]:
-        """What a state consists of, as it is now: a function that makes the state of it. Both are collective."""
+        """What a state consists of, as it is now: a function that makes the state of it. Both are
+        collective."""
         records, count, (wall, force) = ctypes.c_void_p(), ctypes.c_int(), np.empty((2, *self._nodes.shape))
         if self._instance.call("dem_get_state", self.scene.dim, ctypes.byref(records), ctypes.byref(count),
                                pointer(wall), pointer(force)):
@@ -219,10 +225,12 @@ class LiggghtsDEM:
         kept = dict(scene=self._fingerprint, origin=self.origin.copy(), bodies=self._changing(), wall=wall,
                     wall_elements=np.array(self.scene.wall.elements), steps=np.array(self._steps),
                     **self._outflow.get_state())
-        return lambda: dict(kept, particles=sorted_by_tag(gathered(self.comm, mine), out), wall_force=self._sum(force))
+        return lambda: dict(kept, particles=sorted_by_tag(gathered(self.comm, mine), out),
+                            wall_force=self._sum(force))
 
     def set_state(self, state: Dict[str, Any]) -> None:
-        """See `protocol.DEM.set_state`. The state may come from another instance of the same scene, on any ranks."""
+        """See `protocol.DEM.set_state`. The state may come from another instance of the same scene, on any
+        ranks."""
         check_state(state, NAMES + self._outflow.names, self._fingerprint)
         self._outflow.set_state(state)
         wall, old, there = np.array(state["wall"]), self.scene.wall, np.array(state["origin"])
@@ -233,13 +241,13 @@ class LiggghtsDEM:
         self._restore(state, keep=1)
 
     def _restore(self, state: Dict[str, Any], keep: int) -> None:
-        """Particles, bodies and wall of the state, with its forces when ``keep``, else those of the contacts now."""
+        """Particles, bodies and wall of the state, with its forces when ``keep``, else those of the contacts
+        now."""
         particles, wall = np.array(state["particles"], float), np.array(state["wall"])
         force = np.array(state["wall_force"]) if self.comm.rank == 0 else np.zeros(wall.shape)
         bodies = np.hstack([self._constant[~self._outflow.out_clusters], state["bodies"]])
-        code = self._instance.call("dem_set_state", self.scene.dim, len(particles), pointer(particles), len(bodies),
-                          pointer(bodies), pointer(wall), pointer(force), keep)
-        if code:
+        if self._instance.call("dem_set_state", self.scene.dim, len(particles), pointer(particles),
+                               len(bodies), pointer(bodies), pointer(wall), pointer(force), keep):
             self._report()
         self._steps, self._nodes = int(state["steps"]), wall
 

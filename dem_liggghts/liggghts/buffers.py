@@ -1,4 +1,5 @@
-"""Arrays that LIGGGHTS and its shim understand: records of particles, rows of clusters, which are its bodies."""
+"""Arrays that LIGGGHTS and its shim understand: records of particles, rows of clusters, which are its
+bodies."""
 import ctypes
 
 import numpy as np
@@ -32,13 +33,15 @@ def gathered(comm: MPI.Comm, mine: np.ndarray) -> np.ndarray:
 
 
 def sorted_by_tag(records: np.ndarray, out: np.ndarray) -> np.ndarray:
-    """The records in the order of their second number, the tag from 1 on, without those that are ``out``, (n,) bool."""
+    """The records in the order of their second number, the tag from 1 on, without those that are ``out``,
+    (n,) bool."""
     first = record_starts(records)
     tag = records[first[:-1] + 1].astype(int)
     order = np.argsort(tag, kind="stable")
     order = order[~out[tag[order] - 1]]
     lengths = np.diff(first)[order]
-    shift = first[order] - np.concatenate([[0], np.cumsum(lengths)[:-1]])  # where a record comes from and goes to
+    # where a record comes from, less where it goes to
+    shift = first[order] - np.concatenate([[0], np.cumsum(lengths)[:-1]])
     return records[np.repeat(shift, lengths) + np.arange(lengths.sum())]
 
 
@@ -49,7 +52,8 @@ def constant_rows(clusters: ClusterTable, spheres: SphereTable) -> np.ndarray:
         arm = spheres.arm[start:stop]
         middle = arm.mean(axis=0)
         bound = (np.sqrt(((arm - middle) ** 2).sum(axis=1)) + spheres.radius[start:stop]).max()
-        out[b] = b + 1, clusters.mass[b], stop - start, *clusters.inertia[b], *clusters.free[b], bound, *middle
+        out[b] = (b + 1, clusters.mass[b], stop - start, *clusters.inertia[b], *clusters.free[b], bound,
+                  *middle)
     return out
 
 
@@ -58,4 +62,5 @@ def initial_rows(clusters: ClusterTable) -> np.ndarray:
     spin = np.empty((len(clusters.mass), 3))
     for b, axes in enumerate(map(quaternion.matrix, clusters.q)):
         spin[b] = axes @ (clusters.inertia[b] * (axes.T @ clusters.omega[b]))
-    return np.column_stack([clusters.x, clusters.v, clusters.omega, spin, clusters.q, np.zeros((len(spin), 6))])
+    return np.column_stack([clusters.x, clusters.v, clusters.omega, spin, clusters.q,
+                            np.zeros((len(spin), 6))])

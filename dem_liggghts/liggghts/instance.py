@@ -14,7 +14,8 @@ def pointer(array: np.ndarray) -> int:
 
 
 class Instance:
-    """LIGGGHTS on the ranks of ``comm``, through the shim ``library``. One that raised LiggghtsError is lost."""
+    """LIGGGHTS on the ranks of ``comm``, through the shim ``library``. One that raised LiggghtsError is
+    lost."""
 
     def __init__(self, library: ctypes.CDLL, comm: MPI.Comm):
         self._library = library
@@ -24,8 +25,8 @@ class Instance:
             self._check(library.dem_open(len(ARGUMENTS), arguments, Comm.from_address(MPI._addressof(comm)),
                                          ctypes.byref(handle)))
         if not library.dem_same_layout(handle):
-            raise LiggghtsError("the shim was compiled for another version of LIGGGHTS than the one installed: "
-                                "reinstall this package, or use dem=reference")
+            raise LiggghtsError("the shim was compiled for another version of LIGGGHTS than the one "
+                                "installed: reinstall this package, or use dem=reference")
         self._handle: Any = handle
 
     @property
@@ -42,7 +43,8 @@ class Instance:
     def call(self, name: str, *arguments: Any) -> int:
         """What the shim's function ``name`` returns. Raises LiggghtsError with LIGGGHTS' own text."""
         if not self.alive:
-            raise LiggghtsError("this LIGGGHTS instance is closed, or was lost in an error before: make a new one")
+            raise LiggghtsError("this LIGGGHTS instance is closed, or was lost in an error before: make a "
+                                "new one")
         check_sizes(name, arguments)
         return self._check(getattr(self._library, name)(self._handle, *arguments))
 

@@ -1,4 +1,5 @@
-"""The LIGGGHTS library in this process: the project's own shim (``shim/shim.cpp``), found, checked and loaded."""
+"""The LIGGGHTS library in this process: the project's own shim (``shim/shim.cpp``), found, checked and
+loaded."""
 import ctypes
 import os
 import zlib
@@ -12,7 +13,8 @@ import mpm_dem_checks as check
 
 SHIM = Path(__file__).with_name("libdemshim.so")
 SOURCE = Path(__file__).with_name("shim")  # there when the package is used from its source tree
-ARGUMENTS = ("liggghts", "-screen", "/dev/null", "-log", "none", "-nocite")  # with "-screen none" it may crash
+# with "-screen none" it may crash
+ARGUMENTS = ("liggghts", "-screen", "/dev/null", "-log", "none", "-nocite")
 
 Comm = ctypes.c_void_p if MPI._sizeof(MPI.Comm) == ctypes.sizeof(ctypes.c_void_p) else ctypes.c_int
 _SIGNATURES = {
@@ -30,10 +32,10 @@ _SIGNATURES = {
     "dem_advance": (ctypes.c_void_p, *[ctypes.c_int] * 4, *[ctypes.c_void_p] * 3),
     "dem_count": (ctypes.c_void_p,),
     "dem_particles": (ctypes.c_void_p, ctypes.c_void_p),
-    "dem_get_state": (ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(ctypes.c_void_p), ctypes.POINTER(ctypes.c_int),
-                      ctypes.c_void_p, ctypes.c_void_p),
-    "dem_set_state": (ctypes.c_void_p, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p,
-                      ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int),
+    "dem_get_state": (ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(ctypes.c_void_p),
+                      ctypes.POINTER(ctypes.c_int), ctypes.c_void_p, ctypes.c_void_p),
+    "dem_set_state": (ctypes.c_void_p, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, ctypes.c_int,
+                      ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int),
 }
 
 
@@ -50,29 +52,30 @@ class LiggghtsError(RuntimeError):
 
 
 def check_sizes(name, arguments):
-    """ValueError unless the shim's function ``name`` gets whole numbers of 32 bits: ctypes cuts off what is beyond."""
+    """ValueError unless the shim's function ``name`` gets whole numbers of 32 bits: ctypes cuts off what is
+    beyond."""
     for i in INTEGERS[name]:
         if not -check.COUNT <= arguments[i] <= check.COUNT:
-            raise ValueError(f"{arguments[i]} is too large for LIGGGHTS, which counts to {check.COUNT}: take fewer "
-                             "steps per window, spheres or wall elements, or use dem=reference")
+            raise ValueError(f"{arguments[i]} is too large for LIGGGHTS, which counts to {check.COUNT}: take "
+                             "fewer steps per window, spheres or wall elements, or use dem=reference")
 
 
 @lru_cache(maxsize=None)
 def load(path):
-    """The shim at ``path``. It must come into the process before libliggghts, whose error handling it replaces:
-    it brings the library along. Raises MissingLiggghts."""
+    """The shim at ``path``. It must come into the process before libliggghts, whose error handling it
+    replaces: it brings the library along. Raises MissingLiggghts."""
     try:
         library = ctypes.CDLL(str(path))
     except OSError as error:
         raise MissingLiggghts(
-            "LIGGGHTS is not available: install it with `apt install liggghts libliggghts-dev libopenmpi-dev` and "
-            "reinstall this package to compile its shim, or use dem=reference, which works without "
-            f"({error})") from None
+            "LIGGGHTS is not available: install it with `apt install liggghts libliggghts-dev "
+            "libopenmpi-dev` and reinstall this package to compile its shim, or use dem=reference, which "
+            f"works without ({error})") from None
     library.dem_last_error.restype, library.dem_source.restype = ctypes.c_char_p, ctypes.c_uint
     source = [file.read_bytes() for file in sorted(SOURCE.glob("*")) if file.suffix in (".cpp", ".h")]
     if source and library.dem_source() != zlib.crc32(b"".join(source)):
-        raise MissingLiggghts(f"the LIGGGHTS shim {path} is older than its source: reinstall this package to compile "
-                              "it, or use dem=reference, which works without")
+        raise MissingLiggghts(f"the LIGGGHTS shim {path} is older than its source: reinstall this package to "
+                              "compile it, or use dem=reference, which works without")
     for name, arguments in _SIGNATURES.items():
         getattr(library, name).argtypes = arguments
     return library

@@ -18,12 +18,15 @@ PARTNERS = 2000  # of one sphere, for which LIGGGHTS has room without being aske
 
 
 def commands(scene: SceneData, dt: float) -> List[str]:
-    """LIGGGHTS commands that prepare ``scene`` for steps of ``dt`` [s]; spheres and walls are added afterwards.
+    """LIGGGHTS commands that prepare ``scene`` for steps of ``dt`` [s]; spheres and walls are added
+    afterwards.
 
-    Atom types are the materials in the order of ``scene.names``, from 1 on. The fix "wall" is the shim's; its type and
-    its zplane are placeholders. Raises ValueError for a negative Poisson's ratio, which LIGGGHTS does not know.
+    Atom types are the materials in the order of ``scene.names``, from 1 on. The fix "wall" is the shim's; its
+    type and its zplane are placeholders. Raises ValueError for a negative Poisson's ratio, which LIGGGHTS
+    does not know.
     """
-    between, at_wall = ([scene.interaction(*pair) for pair in pairs] for pairs in (scene.pairs(), scene.wall_pairs()))
+    between, at_wall = ([scene.interaction(*pair) for pair in pairs]
+                        for pairs in (scene.pairs(), scene.wall_pairs()))
     radius = sphere_table(scene).radius
     return [
         "units si",
@@ -36,9 +39,12 @@ def commands(scene: SceneData, dt: float) -> List[str]:
         f"region box block {_box(scene)} units box",
         f"create_box {len(scene.names)} box",
         f"neighbor {0.2 * radius.min():.17g} {'nsq' if len(radius) <= FEW else 'bin'}",
-        *(["fix bins all neighbor/bins"] if len(radius) > FEW else []),  # the shim's: so many as there is use for
-        # LIGGGHTS forgets the tangential spring of two spheres only in a gap it looks at, which by default is none
-        "neigh_modify delay 0" + (" contact_distance_factor 1.01" if _any(between, "friction") else "") + _room(radius),
+        # the shim's: so many as there is use for
+        *(["fix bins all neighbor/bins"] if len(radius) > FEW else []),
+        # LIGGGHTS forgets the tangential spring of two spheres only in a gap it looks at, which by default is
+        # none
+        "neigh_modify delay 0" + (" contact_distance_factor 1.01" if _any(between, "friction") else "") +
+        _room(radius),
         *_materials(scene),
         f"pair_style gran {_model(between)}",
         "pair_coeff * *",
@@ -68,8 +74,8 @@ def _motion(scene):
 
 
 def _room(radius):
-    """For the partners of the largest sphere: no more than there are spheres, nor than have their volume, at the
-    smallest radius, between it and the farthest place that counts as near."""
+    """For the partners of the largest sphere: no more than there are spheres, nor than have their volume, at
+    the smallest radius, between it and the farthest place that counts as near."""
     large, small = radius.max(), radius.min()
     near = 1.01 * (large + small) + 0.2 * small + small
     partners = int(min(len(radius), (near**3 - (large - small) ** 3) / small**3))
@@ -86,7 +92,8 @@ def _box(scene):
 def _materials(scene):
     moduli, ratios = zip(*((m.E, m.nu) for m in scene.materials.values()))
     if min(ratios) < 0:
-        raise ValueError(f"nu is {min(ratios)}: LIGGGHTS takes Poisson's ratios from 0 to 0.5; use dem=reference")
+        raise ValueError(f"nu is {min(ratios)}: LIGGGHTS takes Poisson's ratios from 0 to 0.5; use "
+                         "dem=reference")
     table = [_interaction(scene, a, b) for a in scene.names for b in scene.names]
 
     def per_pair(name, values):
@@ -100,7 +107,8 @@ def _materials(scene):
         per_pair("dampingRatio", (damping_ratio(i.restitution, i.pulls) for i in table)),
         per_pair("attraction", (i.pulls for i in table)),
         per_pair("coefficientFriction", (i.friction for i in table)),
-        *([per_pair("cohesionEnergyDensity", (i.adhesion for i in table))] if _any(table, "adhesion") else []),
+        *([per_pair("cohesionEnergyDensity", (i.adhesion for i in table))]
+          if _any(table, "adhesion") else []),
     ]
 
 

@@ -1,4 +1,5 @@
-"""The built-in DEM: spheres and rigid clusters, Hertz-Mindlin contact, velocity Verlet; the same on every rank."""
+"""The built-in DEM: spheres and rigid clusters, Hertz-Mindlin contact, velocity Verlet; the same on every
+rank."""
 from dataclasses import replace
 from typing import Any, Dict
 
@@ -11,7 +12,7 @@ from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy
 from ..common.outflow import Outflow
 from ..common.states import check_state, fingerprint
 from ..common.wall_change import redistribute, with_wall
-from ..contact.law import Vectors, constant, laws_of
+from ..contact.law import constant, laws_of
 from ..contact.window import contact_at_wall
 from ..protocol import BODY, PARTICLE
 from ..scene.arrays import in_space
@@ -19,9 +20,10 @@ from ..scene.frame import find_origin, to_true_positions, translated, translated
 from ..scene.scene import SceneData
 from ..scene.tables import cluster_table, sphere_table, wall_table
 from ..scene.walls import Wall
-from ..search.elements import COLUMNS, MovingWall, at_rest
-from ..search.neighbours import NeighbourList, NeighbourLists, no_neighbours, on_new_wall
-from .forces import Moment, Scratch, SphereState, WallForce, forces
+from ..search.elements import MovingWall, at_rest
+from ..search.history import on_new_wall
+from ..search.neighbours import NeighbourList, NeighbourLists, no_neighbours
+from .forces import Moment, SphereState, WallForce, forces, new_scratch
 from .rigid import cluster_state
 from .selection import select_clusters, select_neighbours, select_spheres
 from .verlet import Span, build_lists, run
@@ -30,13 +32,13 @@ LARGE = 2000  # elements of a wall
 MOVING = ("x", "v", "omega", "force", "torque")  # what changes of the spheres, and of the clusters
 CLUSTER_MOVING = ("x", "v", "omega", "spin", "force", "torque", "q", "axes")
 LISTS = [(f"near_{of}_{name}", of, name) for of in ("spheres", "elements") for name in NeighbourList._fields]
-NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_force", "near_x", "near_wall", "skin",  # of a state
-         *(name for name, _, _ in LISTS))
+NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_force",  # of a state
+         "near_x", "near_wall", "skin", *(name for name, _, _ in LISTS))
 
 
 class ReferenceDEM:
-    """The protocol of `protocol.DEM` for ``scene`` and the time step ``dt`` [s]. ``comm`` is not used: the work is
-    repeated on every rank, with the same result."""
+    """The protocol of `protocol.DEM` for ``scene`` and the time step ``dt`` [s]. ``comm`` is not used: the
+    work is repeated on every rank, with the same result."""
 
     def __init__(self, scene: SceneData, dt: float, comm: Any = None):
         self.dt, self._steps, self._closed, self._chunks = float(dt), 0, False, Chunks()
@@ -57,17 +59,18 @@ class ReferenceDEM:
         self._ids, self._cluster_ids = 1 + np.flatnonzero(present), 1 + np.flatnonzero(clusters)
         self._table = s = select_spheres(self._all_spheres, present, clusters)
         self._cluster_table = c = select_clusters(self._all_clusters, present, clusters)
-        self._spheres = SphereState(s.x.copy(), s.v.copy(), s.omega.copy(), np.zeros_like(s.x), np.zeros_like(s.x),
-                                    s.radius, s.contact_mass, s.material, in_space([self.scene.gravity])[0],
-                                    int(c.first[0]))
+        self._spheres = SphereState(s.x.copy(), s.v.copy(), s.omega.copy(), np.zeros_like(s.x),
+                                    np.zeros_like(s.x), s.radius, s.contact_mass, s.material,
+                                    in_space([self.scene.gravity])[0], int(c.first[0]))
         self._clusters = cluster_state(c, s.arm) if len(c.mass) else None
 
     def _begin(self) -> None:
         """Lists and forces of now."""
         self._build_lists(self._wall, 0.0)
         self._on_wall.force[:] = 0.0
-        forces(self._spheres, self._clusters, self._wall, self._lists, self._laws, Moment(0.0, 0.0, 0.0, True),
-               self._on_wall, self._scratch)
+        now = Moment(0.0, 0.0, 0.0, True)
+        forces(self._spheres, self._clusters, self._wall, self._lists, self._laws, now, self._on_wall,
+               self._scratch)
 
     def _use(self, scene: SceneData) -> None:
         """Take the walls of ``scene``, where they are; no force on them."""
@@ -76,8 +79,7 @@ class ReferenceDEM:
         self._fixed = self._surface.moving[0]  # nodes at rest
         self._wall = at_rest(self._surface, self._surface.x)
         self._on_wall = WallForce(np.zeros_like(self._wall.x), np.zeros_like(self._wall.x))
-        self._scratch = Scratch(np.empty((len(self._wall.elements) + 1, COLUMNS)), np.empty((3, 3)),
-                                Vectors(*np.zeros((6, 3))))
+        self._scratch = new_scratch(len(self._wall.elements))
 
     @property
     def time(self) -> float:
@@ -88,8 +90,8 @@ class ReferenceDEM:
         return np.concatenate([fixed, in_space(own)]) if self._fixed else in_space(own)
 
     def _build_lists(self, wall: MovingWall, t: float) -> None:
-        """The skin is a tenth of the smallest radius, or what lasts some ten steps at the speeds of now, some fifty
-        where the wall is large and new lists are dear."""
+        """The skin is a tenth of the smallest radius, or what lasts some ten steps at the speeds of now, some
+        fifty where the wall is large and new lists are dear."""
         speed = sum(np.sqrt((v**2).sum(axis=1).max(initial=0.0)) for v in (self._spheres.v, wall.v))
         steps = 20.0 if len(wall.elements) < LARGE else 100.0
         skin = max(0.1 * self._spheres.radius.min(initial=np.inf), steps * self.dt * speed)
@@ -165,14 +167,16 @@ class ReferenceDEM:
         self._on_wall.force[fixed:] = in_space(force)
         near = self._lists.elements
         if len(near.shear):
-            near = near._replace(partner=on_new_wall(near, self._spheres.x, old, self._surface.moving[1], self._wall))
+            first = self._surface.moving[1]
+            near = near._replace(partner=on_new_wall(near, self._spheres.x, old, first, self._wall))
         else:
             near = no_neighbours(len(self._spheres.x))
         self._lists = self._lists._replace(elements=near)
         self._build_lists(self._wall, 0.0)
 
     def particles(self) -> np.ndarray:
-        """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres first."""
+        """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres
+        first."""
         return self._outflow.all_particles(to_true_positions(self._own_particles(), self.origin))
 
     def _own_particles(self) -> np.ndarray:
@@ -195,7 +199,8 @@ class ReferenceDEM:
             out["id"] = self._cluster_ids
             for name in ("x", "v", "omega", "mass"):
                 out[name] = getattr(self._clusters, name)
-            out["quaternion"] = quaternion.product(self._clusters.q, quaternion.inverse(self._cluster_table.turn))
+            turn_back = quaternion.inverse(self._cluster_table.turn)
+            out["quaternion"] = quaternion.product(self._clusters.q, turn_back)
         return out
 
     def contact_at_wall(self, force: float) -> np.ndarray:
@@ -211,7 +216,8 @@ class ReferenceDEM:
                     contact=energy_of_contacts(shapes, self._wall, self._laws))
 
     def get_state(self) -> Dict[str, np.ndarray]:
-        """See `protocol.DEM.get_state`. The neighbour lists belong to it: they hold the tangential history."""
+        """See `protocol.DEM.get_state`. The neighbour lists belong to it: they hold the tangential
+        history."""
         self._need_open()
         state = {name: getattr(self._spheres, name).copy() for name in MOVING}
         if self._clusters is not None:

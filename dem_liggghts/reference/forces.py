@@ -14,13 +14,14 @@ from ..contact.law import (
     radius_at_wall,
 )
 from ..scene.tables import DEPTH, MATERIAL, RADIUS
-from ..search.elements import DISTANCE, NEAREST, PAIR, POINT, SHARE, WEIGHT
-from ..search.neighbours import Query, transfer_history
+from ..search.elements import COLUMNS, DISTANCE, NEAREST, PAIR, POINT, SHARE, WEIGHT
+from ..search.history import transfer_history
+from ..search.neighbours import Query
 from ..search.wall_contacts import find_contacts
 from .rigid import gather_forces
 
-# Distance of a centre from a wall with two sides, as a fraction of the radius, at which the force of now must be enough
-# to stop it before the wall
+# Distance of a centre from a wall with two sides, as a fraction of the radius, at which the force of now must
+# be enough to stop it before the wall
 THROUGH = 0.05
 
 
@@ -52,6 +53,11 @@ class Scratch(NamedTuple):
     found: np.ndarray  # as in `neighbours.Query`
     corner: np.ndarray
     vectors: Vectors
+
+
+def new_scratch(elements: int) -> Scratch:
+    """Room for walls of so many elements."""
+    return Scratch(np.empty((elements + 1, COLUMNS)), np.empty((3, 3)), Vectors(*np.zeros((6, 3))))
 
 
 class Moment(NamedTuple):
@@ -88,7 +94,8 @@ def add_sphere_forces(spheres, near, laws, dt, vectors):
             touch = Touch(overlap, b.radius[i] * b.radius[j] / (b.radius[i] + b.radius[j]),
                           b.mass[i] * b.mass[j] / (b.mass[i] + b.mass[j]),
                           area_of_spheres(r, b.radius[i], b.radius[j]))
-            contact_force(vectors, shear, touch, pair_law(laws.between, b.material[i], b.material[j]), dt, history)
+            law = pair_law(laws.between, b.material[i], b.material[j])
+            contact_force(vectors, shear, touch, law, dt, history)
             for k in range(3):
                 torque = n[(k + 1) % 3] * force[(k + 2) % 3] - n[(k + 2) % 3] * force[(k + 1) % 3]
                 b.force[i, k] += force[k]
@@ -100,8 +107,8 @@ def add_sphere_forces(spheres, near, laws, dt, vectors):
 @compiled
 def add_wall_forces(spheres, query, laws, moment, on_wall, vectors):
     """Add force and torque of the walls; their nodes collect ``moment.weight`` [s] times minus the force in
-    ``on_wall.impulse``, and in the last step minus the force itself. Returns the number of a sphere, from 1, whose
-    centre is about to go through a wall, or 0."""
+    ``on_wall.impulse``, and in the last step minus the force itself. Returns the number of a sphere, from 1,
+    whose centre is about to go through a wall, or 0."""
     b, near, wall, found, through = spheres, query.near, query.wall, query.found, 0
     n, v, spin, force, shear = vectors.n, vectors.v, vectors.spin, vectors.force, vectors.unused
     history = len(near.shear) > 0
@@ -136,7 +143,8 @@ def add_wall_forces(spheres, query, laws, moment, on_wall, vectors):
                 force[k] *= found[c, SHARE]
             for k in range(3):
                 b.force[i, k] += force[k]
-                b.torque[i, k] -= arm * (n[(k + 1) % 3] * force[(k + 2) % 3] - n[(k + 2) % 3] * force[(k + 1) % 3])
+                k1, k2 = (k + 1) % 3, (k + 2) % 3
+                b.torque[i, k] -= arm * (n[k1] * force[k2] - n[k2] * force[k1])
                 for a in range(len(nodes)):
                     on_wall.impulse[nodes[a], k] -= moment.weight * found[c, WEIGHT + a] * force[k]
                     if moment.last:

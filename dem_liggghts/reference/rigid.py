@@ -1,7 +1,8 @@
 """Motion of clusters, rigid bodies of spheres: velocity Verlet with quaternions; all compiled.
 
-The order of operations follows fix_multisphere.cpp of LIGGGHTS 3.8, but for the free rotation in a step, where both
-back ends have their own (`rotate`; liggghts/shim/rotation.h): Richardson's extrapolation there loses energy in every step.
+The order of operations follows fix_multisphere.cpp of LIGGGHTS 3.8, but for the free rotation in a step,
+where both back ends have their own (`rotate`; liggghts/shim/rotation.h): Richardson's extrapolation there
+loses energy in every step.
 """
 from typing import NamedTuple
 
@@ -34,9 +35,12 @@ class ClusterState(NamedTuple):
 def turn_axes(q, axes):
     """Rotation matrix of a quaternion, into axes (3, 3)."""
     w, x, y, z = q[0], q[1], q[2], q[3]
-    axes[0, 0], axes[1, 0], axes[2, 0] = w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)
-    axes[0, 1], axes[1, 1], axes[2, 1] = 2.0 * (x * y - w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z + w * x)
-    axes[0, 2], axes[1, 2], axes[2, 2] = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z
+    axes[0, 0] = w * w + x * x - y * y - z * z
+    axes[1, 0], axes[2, 0] = 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)
+    axes[1, 1] = w * w - x * x + y * y - z * z
+    axes[0, 1], axes[2, 1] = 2.0 * (x * y - w * z), 2.0 * (y * z + w * x)
+    axes[2, 2] = w * w - x * x - y * y + z * z
+    axes[0, 2], axes[1, 2] = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x)
 
 
 @compiled
@@ -90,8 +94,8 @@ def _turn_about_spin(q, spin, factor):
 
 @compiled
 def _turn_about_axis(q, own, k, factor):
-    """Turn q about the principal axis k by ``factor`` times own[k] [rad]; own, (3,): the angular momentum along the
-    principal axes, which turn against it."""
+    """Turn q about the principal axis k by ``factor`` times own[k] [rad]; own, (3,): the angular momentum
+    along the principal axes, which turn against it."""
     i, j, half = (k + 1) % 3, (k + 2) % 3, 0.5 * factor * own[k]
     c, s = np.cos(half), np.sin(half)
     w, qi, qj, qk = q[0], q[1 + i], q[1 + j], q[1 + k]
@@ -102,15 +106,15 @@ def _turn_about_axis(q, own, k, factor):
 
 @compiled
 def rotate(q, spin, inertia, dt, omega, axes, own):
-    """Turn the quaternion q (4,) over the step dt [s] with the constant angular momentum ``spin``; omega [rad/s] ends
-    as that of the half step, axes as those of the new q. own: scratch (3,).
+    """Turn the quaternion q (4,) over the step dt [s] with the constant angular momentum ``spin``; omega
+    [rad/s] ends as that of the half step, axes as those of the new q. own: scratch (3,).
 
-    With a, i, j the middle axis and the others, the energy of rotation is L^2 / 2 I_a, which alone turns the cluster
-    about L, plus (1/I_i - 1/I_a) L_i^2 / 2 and the same of j, each of which alone turns it about that axis. Their exact
-    rotations follow each other, there and back: a symplectic map, symmetric in time, so that the energy swings within
-    the second order of the step and does not drift, and the angular momentum stays. Splitting of the rigid body:
-    Dullweber, Leimkuhler and McLachlan, J. Chem. Phys. 107 (1997) 5840-5851; Fasso, J. Comput. Phys. 189 (2003)
-    527-538.
+    With a, i, j the middle axis and the others, the energy of rotation is L^2 / 2 I_a, which alone turns the
+    cluster about L, plus (1/I_i - 1/I_a) L_i^2 / 2 and the same of j, each of which alone turns it about that
+    axis. Their exact rotations follow each other, there and back: a symplectic map, symmetric in time, so
+    that the energy swings within the second order of the step and does not drift, and the angular momentum
+    stays. Splitting of the rigid body: Dullweber, Leimkuhler and McLachlan, J. Chem. Phys. 107 (1997)
+    5840-5851; Fasso, J. Comput. Phys. 189 (2003) 527-538.
     """
     for k in range(3):
         own[k] = spin[0] * axes[0, k] + spin[1] * axes[1, k] + spin[2] * axes[2, k]
@@ -131,7 +135,8 @@ def rotate(q, spin, inertia, dt, omega, axes, own):
 
 @compiled
 def drift_clusters(r, dt, own):
-    """Half a kick, then positions and orientations over the step dt [s]; velocities end as those of the half step."""
+    """Half a kick, then positions and orientations over the step dt [s]; velocities end as those of the half
+    step."""
     for b in range(len(r.x)):
         for k in range(3):
             if r.free[b, k]:
@@ -212,5 +217,5 @@ def cluster_state(table: ClusterTable, arm: np.ndarray) -> ClusterState:
         turn_axes(table.q[b], axes[b])
         omega_to_spin(table.omega[b], axes[b], table.inertia[b], spin[b])
     extent = np.maximum.reduceat(np.sqrt((arm**2).sum(axis=1)), table.first[:-1])
-    return ClusterState(table.x.copy(), table.v.copy(), table.omega.copy(), spin, zeros(), zeros(), table.q.copy(),
-                        axes, table.mass, table.inertia, table.free, table.first, arm, extent)
+    return ClusterState(table.x.copy(), table.v.copy(), table.omega.copy(), spin, zeros(), zeros(),
+                        table.q.copy(), axes, table.mass, table.inertia, table.free, table.first, arm, extent)

@@ -10,7 +10,8 @@ from .rigid import drift_clusters, kick_clusters, move_spheres, speed_bound
 
 
 class Span(NamedTuple):
-    """Steps of a window to be done: from ``begin`` to ``end`` of ``steps``, with lists in use since ``first``."""
+    """Steps of a window to be done: from ``begin`` to ``end`` of ``steps``, with lists in use since
+    ``first``."""
 
     first: int
     begin: int
@@ -52,7 +53,8 @@ def last_kick(b, clusters, half):
 
 @compiled
 def wall_travel(wall, built, t):
-    """Largest distance of a wall node at time t [s] from where it was when the lists were built, ``built`` [m], and largest speed of a node [m/s]; NaN when a node is."""
+    """Largest distance of a wall node at time t [s] from where it was when the lists were built, ``built``
+    [m], and largest speed of a node [m/s]; NaN when a node is."""
     distance2, speed2, total = 0.0, 0.0, 0.0
     for i in range(len(wall.x)):
         a2 = s2 = 0.0
@@ -91,9 +93,9 @@ def run(span, spheres, clusters, wall, lists, laws, on_wall, scratch):
     """Velocity Verlet over the steps of ``span``, in the order of LIGGGHTS: half kick, drift, forces with the
     velocities of the half step, half kick.
 
-    ``clusters`` is None in a scene without them, which compiles to a loop without them. Returns the number of steps
-    done: fewer when the lists became too old (at least one when they are fresh), -1 when the wall holds NaN, -1 - i
-    when sphere i is about to go through a wall.
+    ``clusters`` is None in a scene without them, which compiles to a loop without them. Returns the number of
+    steps done: fewer when the lists became too old (at least one when they are fresh), -1 when the wall holds
+    NaN, -1 - i when sphere i is about to go through a wall.
     """
     first, dt = span.first, span.dt
     node, node_speed = wall_travel(wall, lists.wall, first * dt)
@@ -116,11 +118,12 @@ def run(span, spheres, clusters, wall, lists, laws, on_wall, scratch):
 
 @compiled
 def build_lists(spheres, cluster, wall, t, skin, old, keep):
-    """Neighbour lists for spheres of different ``cluster`` and walls as they are at time t [s] of the window. keep:
-    whether those of spheres, of walls remember the history of the ``old`` ones."""
+    """Neighbour lists for spheres of different ``cluster`` and walls as they are at time t [s] of the window.
+    keep: whether those of spheres, of walls remember the history of the ``old`` ones."""
     x, radius, nodes = spheres.x, spheres.radius, np.empty_like(wall.x)
     for i in range(len(nodes)):
         for k in range(3):
             nodes[i, k] = wall.x[i, k] + wall.v[i, k] * t
-    return NeighbourLists(near_spheres(x, radius, cluster, skin, old.spheres, keep[0]),
-                          near_elements(x, radius, skin, wall, t, old.elements, keep[1]), x.copy(), nodes, skin)
+    among_spheres = near_spheres(x, radius, cluster, skin, old.spheres, keep[0])
+    elements = near_elements(x, radius, skin, wall, t, old.elements, keep[1])
+    return NeighbourLists(among_spheres, elements, x.copy(), nodes, skin)

@@ -1,2 +1,2 @@
-"""What a user states: spheres, clusters, walls, materials and the scene of them, as frozen data in SI units; and the
-same as arrays."""
+"""What a user states: spheres, clusters, walls, materials and the scene of them, as frozen data in SI units;
+and the same as arrays."""

@@ -17,7 +17,8 @@ def finite(value: Any, name: str, columns: Tuple[int, ...]) -> np.ndarray:
     if not np.isfinite(array).all():
         raise ValueError(f"{name} contains NaN or infinity: give finite numbers")
     if array.size and np.abs(array).max() > check.MOST:
-        raise ValueError(f"{name} contains {np.abs(array).max():g}: give numbers of at most {check.MOST:g} in size")
+        raise ValueError(f"{name} contains {np.abs(array).max():g}: give numbers of at most {check.MOST:g} "
+                         "in size")
     array.flags.writeable = False
     return array
 
@@ -61,12 +62,14 @@ def in_space(array: Any) -> np.ndarray:
 
 
 def pair(key: Any, known: Set[str]) -> FrozenSet[str]:
-    """A key of ``Scene.interactions``, two names of materials out of ``known`` or a set of them, as frozenset."""
+    """A key of ``Scene.interactions``, two names of materials out of ``known`` or a set of them, as
+    frozenset."""
     names: Any = key if isinstance(key, (tuple, frozenset)) else ()
     right = len(names) == 2 or (len(names) == 1 and isinstance(names, frozenset))
     if not right or not all(isinstance(name, str) for name in names):
-        check.refuse("a key of interactions", key, "give a pair of names of materials, such as ('wood', 'spheres')")
+        check.refuse("a key of interactions", key, "give a pair of names of materials, such as ('wood', "
+                                                   "'spheres')")
     for name in sorted(set(names) - known):
-        raise ValueError(f"interactions say how {' and '.join(sorted(names))} meet, and the scene has no material "
-                         f"{name!r}: give names out of {', '.join(sorted(known))}")
+        raise ValueError(f"interactions say how {' and '.join(sorted(names))} meet, and the scene has no "
+                         f"material {name!r}: give names out of {', '.join(sorted(known))}")
     return frozenset(names)

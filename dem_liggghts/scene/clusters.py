@@ -18,14 +18,14 @@ from .sizes import check_size
 class Cluster:
     """One rigid body of n spheres, in dim 2 or 3.
 
-    centres [m], shape (n, dim), and radii [m], scalar or (n,): the spheres in the cluster's own frame.
-    x [m], (dim,): where the centre of mass is at the start; centre [m], (dim,): where it is in the cluster's frame.
-    mass [kg]; inertia about the centre of mass in the cluster's frame [kg m^2]: a number in a plane, a tensor (3, 3)
-    or its diagonal (3,) in space.
-    v [m/s], (dim,). In a plane angle [rad] and omega [rad/s] are numbers; in space the orientation is a quaternion
-    (w, x, y, z) from the cluster's frame to space, and omega has shape (3,).
-    free: one truth value for all degrees of freedom, or one each: x, y, angle in a plane; x, y, z and the rotations
-    about the axes of space in space. One that is not free keeps its velocity, whatever pushes.
+    centres [m], shape (n, dim), and radii [m], scalar or (n,): the spheres in the cluster's own frame. x [m],
+    (dim,): where the centre of mass is at the start; centre [m], (dim,): where it is in the cluster's frame.
+    mass [kg]; inertia about the centre of mass in the cluster's frame [kg m^2]: a number in a plane, a tensor
+    (3, 3) or its diagonal (3,) in space. v [m/s], (dim,). In a plane angle [rad] and omega [rad/s] are
+    numbers; in space the orientation is a quaternion (w, x, y, z) from the cluster's frame to space, and
+    omega has shape (3,). free: one truth value for all degrees of freedom, or one each: x, y, angle in a
+    plane; x, y, z and the rotations about the axes of space in space. One that is not free keeps its
+    velocity, whatever pushes.
 
     >>> block = Cluster.box(size=(0.02, 0.018), n=(8, 8), x=(0.31, 0.009), rho=500.0, depth=0.198)
     >>> len(block.radii), round(block.mass, 5), block.free
@@ -83,19 +83,20 @@ class Cluster:
             return quaternion.of_angle(check.finite("angle of the cluster", self.angle, "rad"))
         q = check.array("quaternion of the cluster", self.quaternion, (4,))
         if self.dim == 2 or self.angle:
-            raise ValueError("the cluster has a quaternion and lies in a plane or has an angle: give angle in a plane, "
-                             "quaternion in space")
+            raise ValueError("the cluster has a quaternion and lies in a plane or has an angle: give angle "
+                             "in a plane, quaternion in space")
         if q.shape != (4,) or not abs(np.sqrt(q @ q) - 1.0) < 1e-6:
-            raise ValueError(f"quaternion of the cluster is {self.quaternion}: give four numbers (w, x, y, z) of "
-                             "norm 1")
+            raise ValueError(f"quaternion of the cluster is {self.quaternion}: give four numbers (w, x, y, "
+                             "z) of norm 1")
         return q / np.sqrt(q @ q)
 
     def _tensor(self) -> np.ndarray:
         inertia = check.array("inertia of the cluster", self.inertia, (), (1,), (3,), (3, 3), unit="kg m^2")
         if self.dim == 2 and inertia.size != 1 or self.dim == 3 and inertia.shape not in ((3,), (3, 3)):
-            raise ValueError(f"inertia of the cluster has shape {inertia.shape}: give a number in a plane, (3, 3) or "
-                             "(3,) in space")
-        tensor = inertia.item() * np.eye(3) if self.dim == 2 else np.diag(inertia) if inertia.ndim == 1 else inertia
+            raise ValueError(f"inertia of the cluster has shape {inertia.shape}: give a number in a plane, "
+                             "(3, 3) or (3,) in space")
+        tensor = np.diag(inertia) if inertia.ndim == 1 else inertia
+        tensor = inertia.item() * np.eye(3) if self.dim == 2 else tensor
         if not (np.isfinite(tensor).all() and np.array_equal(tensor, tensor.T) and
                 np.linalg.eigvalsh(tensor).min() >= check.LEAST):
             raise ValueError(f"inertia of the cluster is {self.inertia}: it must be symmetric and positive")
@@ -125,14 +126,15 @@ class Cluster:
         return self.arms(quaternion.matrix(self.quaternion)) + np.pad(self.x, (0, 3 - self.dim))
 
     def arms(self, axes: Optional[np.ndarray] = None) -> np.ndarray:
-        """From the centre of mass to the spheres in the cluster's frame, or in space with its ``axes`` [m], (n, 3)."""
+        """From the centre of mass to the spheres in the cluster's frame, or in space with its ``axes`` [m],
+        (n, 3)."""
         arms = np.zeros((len(self.centres), 3))
         arms[:, :self.dim] = self.centres - self.centre
         return arms if axes is None else arms @ axes.T
 
     def principal(self) -> Tuple[np.ndarray, np.ndarray]:
-        """Principal moments of inertia [kg m^2], shape (3,), and the quaternion from their axes to the cluster's
-        frame: no rotation when the tensor is diagonal."""
+        """Principal moments of inertia [kg m^2], shape (3,), and the quaternion from their axes to the
+        cluster's frame: no rotation when the tensor is diagonal."""
         diagonal = np.diag(self.inertia).copy()
         if np.array_equal(self.inertia, np.diag(diagonal)):
             return diagonal, quaternion.of_angle(0.0)
@@ -141,8 +143,8 @@ class Cluster:
 
     @classmethod
     def of_spheres(cls, centres: Array, radii: Array, rho: Array, x: Array, **more: Any) -> "Cluster":
-        """Mass, centre and inertia are those of the balls of density rho [kg/m^3]; where balls overlap, both count.
-        ``more``: orientation, motion, freedom and material as in the class."""
+        """Mass, centre and inertia are those of the balls of density rho [kg/m^3]; where balls overlap, both
+        count. ``more``: orientation, motion, freedom and material as in the class."""
         centres = finite(centres, "centres of the cluster", (2, 3))
         radii = per_sphere(radii, "radii of the cluster", len(centres))
         mass = per_sphere(rho, "rho (density of the cluster)", len(centres)) * 4.0 / 3.0 * np.pi * radii**3
@@ -157,19 +159,21 @@ class Cluster:
 
     @classmethod
     def box(cls, size: Array, n: Array, x: Array, rho: float, depth: Optional[float] = None,
-            mass_of: str = "solid", rim: bool = False, radius: Optional[float] = None, **more: Any) -> "Cluster":
-        """A box of ``size`` [m], (dim,), filled with n[0] x n[1] (x n[2]) spheres whose outer ones touch its faces.
+            mass_of: str = "solid", rim: bool = False, radius: Optional[float] = None,
+            **more: Any) -> "Cluster":
+        """A box of ``size`` [m], (dim,), filled with n[0] x n[1] (x n[2]) spheres whose outer ones touch its
+        faces.
 
-        rho: density [kg/m^3]; depth: of the solid in a plane scene [m]. mass_of: "solid" (the box) or "spheres" (their
-        balls). rim: only spheres at the faces. radius [m]: else half of the widest spacing, so that neighbours touch.
-        ``more``: as in ``of_spheres``.
+        rho: density [kg/m^3]; depth: of the solid in a plane scene [m]. mass_of: "solid" (the box) or
+        "spheres" (their balls). rim: only spheres at the faces. radius [m]: else half of the widest spacing,
+        so that neighbours touch. ``more``: as in ``of_spheres``.
         """
         size, n = _check_box(size, n)
         rho, rim = check.positive("rho", rho, "kg/m^3"), check.truth("rim", rim)
         radius = 0.5 * (size / n).max() if radius is None else check.positive("radius", radius, "m")
         if not 0 < 2 * radius <= size.min():
-            raise ValueError(f"spheres of radius {radius} m do not fit into a box of {size} m: use more or smaller "
-                             "ones")
+            raise ValueError(f"spheres of radius {radius} m do not fit into a box of {size} m: use more or "
+                             "smaller ones")
         centres = _lattice(size, n, radius, rim)
         if check.choice("mass_of", mass_of, ("solid", "spheres")) == "spheres":
             return cls.of_spheres(centres, radius, rho, x, **more)
@@ -187,8 +191,8 @@ def _check_box(size: Array, n: Array) -> Tuple[np.ndarray, np.ndarray]:
     n = check.array("n of the cluster", n, (2,), (3,))
     if size.shape not in ((2,), (3,)) or n.shape != size.shape or not ((n >= 2) & (n % 1 == 0)).all() or \
             not ((size > 0) & (size < np.inf)).all():
-        raise ValueError(f"a box of size {size} m with {n} spheres: give 2 or 3 positive lengths and at least two "
-                         "spheres along each")
+        raise ValueError(f"a box of size {size} m with {n} spheres: give 2 or 3 positive lengths and at "
+                         "least two spheres along each")
     check_size(float(n.prod()), f"{check.shown(n)} in a cluster")
     return size, n.astype(int)
 

@@ -22,8 +22,8 @@ def read_domain(domain: Any, dim: int) -> np.ndarray:
 
 
 def read_ways(outflow: Any, dim: int) -> List[str]:
-    """Ways in the order of ``sides_of``, of a word for all sides or a dict by side, such as {"+x": "remove"}, whose
-    other sides stop. Raises ValueError for another word or side."""
+    """Ways in the order of ``sides_of``, of a word for all sides or a dict by side, such as {"+x": "remove"},
+    whose other sides stop. Raises ValueError for another word or side."""
     sides = sides_of(dim)
     given = outflow if isinstance(outflow, dict) else dict.fromkeys(sides, outflow)
     for side, way in given.items():

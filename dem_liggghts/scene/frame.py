@@ -1,8 +1,9 @@
-"""The frame in which a back end computes: coordinates as in maps keep few digits, so its origin lies near the scene.
+"""The frame in which a back end computes: coordinates as in maps keep few digits, so its origin lies near the
+scene.
 
-At 5e6 m two doubles are 1e-9 m apart, as much as an overlap, and a sphere that creeps less than that in a step stands
-still. The scene is translated when it is taken over and what is given out is translated back. Only a state stays in
-the frame, whose ``origin`` is in it: else it would lose the digits it is there to keep.
+At 5e6 m two doubles are 1e-9 m apart, as much as an overlap, and a sphere that creeps less than that in a
+step stands still. The scene is translated when it is taken over and what is given out is translated back.
+Only a state stays in the frame, whose ``origin`` is in it: else it would lose the digits it is there to keep.
 """
 import copy
 from typing import Any, List, Tuple
@@ -48,7 +49,8 @@ def translated(scene: SceneData, by: np.ndarray) -> SceneData:
     if not np.any(by):
         return scene
     by = by[:scene.dim]
-    return _with(scene, spheres=_with(scene.spheres, x=scene.spheres.x + by), wall=_translated_wall(scene.wall, by),
+    return _with(scene, spheres=_with(scene.spheres, x=scene.spheres.x + by),
+                 wall=_translated_wall(scene.wall, by),
                  clusters=tuple(_with(cluster, x=cluster.x + by) for cluster in scene.clusters),
                  walls=tuple(_translated_wall(wall, by) for wall in scene.walls))
 
@@ -58,7 +60,8 @@ def _translated_wall(wall: Wall, by: np.ndarray) -> Wall:
 
 
 def _with(frozen: Any, **fields: Any) -> Any:
-    """A frozen member of a scene with other arrays; not made anew, since nothing that was checked has changed."""
+    """A frozen member of a scene with other arrays; not made anew, since nothing that was checked has
+    changed."""
     other = copy.copy(frozen)
     for name, value in fields.items():
         if isinstance(value, np.ndarray):

@@ -25,14 +25,14 @@ class Material:
 
 @dataclass(frozen=True)
 class Interaction:
-    """Contact constants of two materials: coefficient of restitution (0 to 1), Coulomb's coefficient of friction
-    [-], adhesion [Pa], which pulls with that stress on the area where the two overlap.
+    """Contact constants of two materials: coefficient of restitution (0 to 1), Coulomb's coefficient of
+    friction [-], adhesion [Pa], which pulls with that stress on the area where the two overlap.
 
-    attraction: whether the damper may pull at the end of a contact, by default only where there is adhesion. Either
-    way the damping is chosen such that a sphere that hits and leaves has the given restitution; without attraction
-    this takes more of it (1.2 times as much at a restitution of 0.5, 2.8 times at 0.05), and a restitution below
-    0.01 is met as 0.01. Friction and damping along the surface together never exceed ``friction`` times the normal
-    force.
+    attraction: whether the damper may pull at the end of a contact, by default only where there is adhesion.
+    Either way the damping is chosen such that a sphere that hits and leaves has the given restitution;
+    without attraction this takes more of it (1.2 times as much at a restitution of 0.5, 2.8 times at 0.05),
+    and a restitution below 0.01 is met as 0.01. Friction and damping along the surface together never exceed
+    ``friction`` times the normal force.
 
     >>> Interaction(restitution=0.8, friction=0.3).pulls
     False

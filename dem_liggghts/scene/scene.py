@@ -35,16 +35,18 @@ class SceneData:
         put = partial(object.__setattr__, self)  # the class is frozen
         put("clusters", check.records("clusters", self.clusters, Cluster))
         put("walls", check.records("walls", self.walls, Wall))
-        kinds: Dict[str, type] = {"spheres": Spheres, "wall": Wall, "material": Material, "wall_material": Material}
+        kinds: Dict[str, type] = {"spheres": Spheres, "wall": Wall, "material": Material,
+                                  "wall_material": Material}
         for name, kind in kinds.items():
             check.record(name, getattr(self, name), kind, type(None))
         for name, kind in (("materials", Material), ("interactions", Interaction)):
             check.records(name, check.record(name, getattr(self, name), dict).values(), kind)
         check.records("between and at_wall", (self.between, self.at_wall), Interaction)
-        members: List[Any] = [m for m in (self.spheres, self.wall, *self.clusters, *self.walls) if m is not None]
-        dims = sorted({member.dim for member in members})
+        members: Tuple[Any, ...] = (self.spheres, self.wall, *self.clusters, *self.walls)
+        dims = sorted({member.dim for member in members if member is not None})
         if len(dims) != 1:
-            raise ValueError(f"the parts of the scene have dimensions {dims}: use one dimension, 2 or 3, for all")
+            raise ValueError(f"the parts of the scene have dimensions {dims}: use one dimension, 2 or 3, for "
+                             "all")
         put("spheres", Spheres.none(dims[0]) if self.spheres is None else self.spheres)
         put("wall", Wall.none(dims[0]) if self.wall is None else self.wall)
         put("gravity", check.numbers("gravity", (0.0,) * self.dim if self.gravity is None else self.gravity,
@@ -58,8 +60,8 @@ class SceneData:
         if self.domain is not None:
             object.__setattr__(self, "domain", read_domain(self.domain, self.dim))
         elif set(ways) != {"stop"}:
-            raise ValueError(f"outflow is {self.outflow!r} without a domain to leave: give domain=(lower, upper), "
-                             "its corners [m]")
+            raise ValueError(f"outflow is {self.outflow!r} without a domain to leave: give domain=(lower, "
+                             "upper), its corners [m]")
 
     def _all_materials(self) -> Dict[str, Material]:
         own = {name: m for name, m in ((SPHERES, self.material), (WALL, self.wall_material)) if m is not None}
@@ -87,7 +89,8 @@ class SceneData:
 
     def wall_pairs(self) -> List[Tuple[str, str]]:
         """Pairs (material of spheres, material of a wall) that may meet, sorted."""
-        moving = {c.material for c in self.clusters} | ({self.spheres.material} if len(self.spheres.x) else set())
+        moving = {c.material for c in self.clusters}
+        moving |= {self.spheres.material} if len(self.spheres.x) else set()
         walls = {w.material for w in (self.wall, *self.walls) if len(w.elements)}
         return sorted((a, b) for a in moving for b in walls)
 

@@ -10,9 +10,9 @@ from .materials import SPHERES
 
 @dataclass(frozen=True)
 class Spheres:
-    """Single spheres: centres x [m] and velocities v [m/s], shape (n, dim) with dim 2 or 3; radius [m] and density
-    rho [kg/m^3], scalars or shape (n,); angular velocity omega [rad/s], shape (n, 3); name of the material. A plane
-    scene (dim 2) keeps the true mass of the sphere and confines it to the plane z = 0.
+    """Single spheres: centres x [m] and velocities v [m/s], shape (n, dim) with dim 2 or 3; radius [m] and
+    density rho [kg/m^3], scalars or shape (n,); angular velocity omega [rad/s], shape (n, 3); name of the
+    material. A plane scene (dim 2) keeps the true mass of the sphere and confines it to the plane z = 0.
 
     >>> pair = Spheres(x=[[0.0, 0.01], [0.03, 0.01]], v=np.zeros((2, 2)), radius=0.01, rho=7800.0)
     >>> pair.dim, pair.mass.round(4)

@@ -1,4 +1,5 @@
-"""A scene as arrays: tables of its spheres, single ones first, of its clusters, and of its walls as one surface."""
+"""A scene as arrays: tables of its spheres, single ones first, of its clusters, and of its walls as one
+surface."""
 from itertools import combinations
 from typing import Dict, NamedTuple, Tuple
 
@@ -8,9 +9,9 @@ from .. import quaternion
 from .arrays import in_space
 from .scene import SceneData
 
-# Columns of WallTable.traits: number of the material, of the wall; depth as in `walls.Wall` or -1 [m]; radius of a
-# disc or 0 [m]; three truth values: in a plane which node is a free end, in space opposite to which node the edge is
-# free; for each of its nodes the first one of the wall in the same place
+# Columns of WallTable.traits: number of the material, of the wall; depth as in `walls.Wall` or -1 [m]; radius
+# of a disc or 0 [m]; three truth values: in a plane which node is a free end, in space opposite to which node
+# the edge is free; for each of its nodes the first one of the wall in the same place
 MATERIAL, GROUP, DEPTH, RADIUS, RIM, JOINT, TRAITS = 0, 1, 2, 3, 4, 7, 10
 
 IMMOVABLE = 1e12  # mass in a contact, as a multiple of its own, of a cluster that does not give way
@@ -24,7 +25,7 @@ class SphereTable(NamedTuple):
     omega: np.ndarray  # (n, 3)
     radius: np.ndarray  # (n,)
     mass: np.ndarray  # of a sphere of a cluster: its share of the cluster's, by volume, (n,)
-    contact_mass: np.ndarray  # the one that counts in a contact: of a sphere of a cluster the whole cluster's, (n,)
+    contact_mass: np.ndarray  # the one that counts in a contact: of a cluster's sphere the cluster's, (n,)
     material: np.ndarray  # number in Scene.names, (n,)
     cluster: np.ndarray  # number of the cluster, -1 for a single sphere, (n,)
     arm: np.ndarray  # from the cluster's centre of mass, along its principal axes [m], (n, 3)
@@ -58,7 +59,8 @@ def sphere_table(scene: SceneData) -> SphereTable:
     single, number = scene.spheres, {name: k for k, name in enumerate(scene.names)}
     n = len(single.x)
     tables = [SphereTable(in_space(single.x), in_space(single.v), single.omega, single.radius, single.mass,
-                          single.mass, np.full(n, number.get(single.material, 0)), np.full(n, -1), np.zeros((n, 3)))]
+                          single.mass, np.full(n, number.get(single.material, 0)), np.full(n, -1),
+                          np.zeros((n, 3)))]
     for b, (c, v, omega) in enumerate((c, np.pad(c.v, (0, 3 - c.dim)), c.omega) for c in scene.clusters):
         n, x, turn = len(c.radii), c.places, c.principal()[1]
         arms = c.arms(quaternion.matrix(c.quaternion))
@@ -78,8 +80,9 @@ def cluster_table(scene: SceneData) -> ClusterTable:
     q = [quaternion.product(c.quaternion, turn) for c, (_, turn) in zip(clusters, principal)]
     first = len(scene.spheres.x) + np.cumsum([0] + [len(c.radii) for c in clusters])
     rows = lambda values, width: np.array(values, float).reshape(len(clusters), width)  # noqa: E731
-    return ClusterTable(in_space(rows([c.x for c in clusters], dim)), in_space(rows([c.v for c in clusters], dim)),
-                        rows([c.omega for c in clusters], 3), rows(q, 4), rows([turn for _, turn in principal], 4),
+    x, v = (in_space(rows([getattr(c, name) for c in clusters], dim)) for name in ("x", "v"))
+    return ClusterTable(x, v, rows([c.omega for c in clusters], 3), rows(q, 4),
+                        rows([turn for _, turn in principal], 4),
                         np.array([c.mass for c in clusters]), rows([moments for moments, _ in principal], 3),
                         np.array([c.flags for c in clusters]).reshape(len(clusters), 6), first)
 
@@ -95,7 +98,8 @@ def wall_table(scene: SceneData) -> WallTable:
     depth = [-1.0 if w.depth is None else w.depth for w in walls]
     material, radius = [number.get(w.material, 0) for w in walls], [w.radius or 0.0 for w in walls]
     per_wall = np.column_stack([material, range(len(walls)), depth, radius])
-    traits[:, [MATERIAL, GROUP, DEPTH, RADIUS]] = np.repeat(per_wall, [len(w.elements) for w in walls], axis=0)
+    counts = [len(w.elements) for w in walls]
+    traits[:, [MATERIAL, GROUP, DEPTH, RADIUS]] = np.repeat(per_wall, counts, axis=0)
     joint = [w.elements if w.radius else _same_place(w.nodes)[w.elements] for w in walls]
     traits[:, RIM:RIM + scene.dim] = np.concatenate([_rim(e, scene.dim) for e in joint])
     traits[:, JOINT:JOINT + scene.dim] = np.concatenate([np.repeat(e, scene.dim // e.shape[1], axis=1) + start
@@ -105,20 +109,21 @@ def wall_table(scene: SceneData) -> WallTable:
 
 
 def _same_place(nodes: np.ndarray) -> np.ndarray:
-    """For each of the ``nodes`` [m] of a wall the first one that lies in the same place, up to 1e-9 of the wall's
-    size: elements are neighbours where they meet, whether or not they name the same nodes there (as those of an STL
-    file)."""
+    """For each of the ``nodes`` [m] of a wall the first one that lies in the same place, up to 1e-9 of the
+    wall's size: elements are neighbours where they meet, whether or not they name the same nodes there (as
+    those of an STL file)."""
     if not len(nodes):
         return np.zeros(0, np.int64)
-    cell = 1.2345e-9 * max(np.ptp(nodes, axis=0).max(), np.finfo(float).tiny)  # places are seldom multiples of it
+    # places are seldom multiples of it
+    cell = 1.2345e-9 * max(np.ptp(nodes, axis=0).max(), np.finfo(float).tiny)
     _, first, number = np.unique(np.rint((nodes - nodes.min(axis=0)) / cell), axis=0, return_index=True,
                                  return_inverse=True)
     return first[number.ravel()]
 
 
 def _rim(elements: np.ndarray, dim: int) -> np.ndarray:
-    """Which node is a free end, in a wall of segments; opposite to which node the edge is free, of triangles. Beyond
-    them an open wall has no inside. Discs have none of both."""
+    """Which node is a free end, in a wall of segments; opposite to which node the edge is free, of triangles.
+    Beyond them an open wall has no inside. Discs have none of both."""
     if elements.shape[1] == 1:
         return np.zeros((len(elements), dim), np.bool_)
     facets = lambda element: combinations(sorted(element), len(element) - 1)  # noqa: E731

@@ -1,1 +1,2 @@
-"""Which spheres touch which spheres and walls: closest points, neighbour lists, contacts with walls. Geometry only."""
+"""Which spheres touch which spheres and walls: closest points, neighbour lists, contacts with walls. Geometry
+only."""

@@ -9,10 +9,11 @@ import numpy as np
 from ..compiled import compiled
 from ..scene.tables import WallTable
 
-# Columns of a row of `Query.found`: from the centre to the closest point [m], its weights on the nodes, distance [m]
-# (negative behind a one-sided wall or in a disc), feature (0 inside, 1 on an edge, 2 at a vertex), position in the
-# neighbour list, of one-sided walls how far the centre is outside of the element's plane [m rad]; share of the force
-# that the nearest of the contacts that share it would have alone, and the distance of that one [m].
+# Columns of a row of `Query.found`: from the centre to the closest point [m], its weights on the nodes,
+# distance [m] (negative behind a one-sided wall or in a disc), feature (0 inside, 1 on an edge, 2 at a
+# vertex), position in the neighbour list, of one-sided walls how far the centre is outside of the element's
+# plane [m rad]; share of the force that the nearest of the contacts that share it would have alone, and the
+# distance of that one [m].
 POINT, WEIGHT, DISTANCE, FEATURE, PAIR, SIDE, SHARE, NEAREST, COLUMNS = 0, 3, 6, 7, 8, 9, 10, 11, 12
 
 
@@ -41,8 +42,8 @@ def corners_of(wall, e, t, corner):
 
 @compiled
 def closest_on_segment(corner, p, weight):
-    """Weights of the point of a segment closest to p; returns the feature (an end counts as an edge: the segment is
-    the cut through a strip)."""
+    """Weights of the point of a segment closest to p; returns the feature (an end counts as an edge: the
+    segment is the cut through a strip)."""
     along, length2 = 0.0, 0.0
     for k in range(3):
         ab = corner[1, k] - corner[0, k]
@@ -61,8 +62,8 @@ def _weights(weight, a, b, c, feature):
 
 @compiled
 def closest_on_triangle(corner, p, weight):
-    """Weights of the point of a triangle closest to p; returns the feature. Ericson, Real-Time Collision Detection
-    (2005), section 5.1.5."""
+    """Weights of the point of a triangle closest to p; returns the feature. Ericson, Real-Time Collision
+    Detection (2005), section 5.1.5."""
     d1 = d2 = d3 = d4 = d5 = d6 = 0.0
     for k in range(3):
         ab, ac = corner[1, k] - corner[0, k], corner[2, k] - corner[0, k]
@@ -96,7 +97,8 @@ def closest_on_triangle(corner, p, weight):
 
 @compiled
 def closest(corner, nodes, p, weight, point):
-    """Closest point of an element with 2 or 3 nodes, as a vector from p [m]; returns (distance [m], feature)."""
+    """Closest point of an element with 2 or 3 nodes, as a vector from p [m]; returns (distance [m],
+    feature)."""
     if nodes == 2:
         feature = closest_on_segment(corner, p, weight)
     else:
@@ -112,8 +114,8 @@ def closest(corner, nodes, p, weight, point):
 
 @compiled
 def normal_and_angle(corner, nodes, weight):
-    """Unit normal of an element to the outside and the angle the element fills at the point with these weights
-    [rad]."""
+    """Unit normal of an element to the outside and the angle the element fills at the point with these
+    weights [rad]."""
     ax, ay, az = corner[1, 0] - corner[0, 0], corner[1, 1] - corner[0, 1], corner[1, 2] - corner[0, 2]
     if nodes == 2:
         length = np.sqrt(ax * ax + ay * ay)
@@ -140,12 +142,12 @@ def _angle(corner, a):
 
 @compiled
 def distance_and_side(p, wall, tolerance):
-    """Distance [m] of p from the wall (of a disc: from its centre), its side (positive outside, negative inside, NaN
-    of discs), the closest element and the weights of the closest point on its nodes.
+    """Distance [m] of p from the wall (of a disc: from its centre), its side (positive outside, negative
+    inside, NaN of discs), the closest element and the weights of the closest point on its nodes.
 
-    The side is taken from the sum of the normals of all elements that hold the closest point (within ``tolerance``
-    [m]), in space weighted with their angles there, which makes it right at edges and vertices too (Baerentzen and
-    Aanaes, IEEE TVCG 11 (2005) 243-253).
+    The side is taken from the sum of the normals of all elements that hold the closest point (within
+    ``tolerance`` [m]), in space weighted with their angles there, which makes it right at edges and vertices
+    too (Baerentzen and Aanaes, IEEE TVCG 11 (2005) 243-253).
     """
     corner, weight, point = np.zeros((3, 3)), np.zeros(3), np.empty(3)
     nodes, nearest, shortest = wall.elements.shape[1], 0, np.inf

@@ -1,5 +1,5 @@
-"""Which candidates are contacts of a sphere with a wall: the double hierarchy, one-sided walls; how contacts share a
-force.
+"""Which candidates are contacts of a sphere with a wall: the double hierarchy, one-sided walls; how contacts
+share a force.
 
 Geometry only, no contact law. The candidates are rows of `Query.found`.
 """
@@ -28,17 +28,18 @@ DROPPED = -1.0  # feature of a candidate that is none
 
 @compiled
 def drop_shared(query, first, end, radius):
-    """Of the candidates ``first``..``end`` drop those whose closest point lies on an element that comes nearer
-    elsewhere: the surface goes on towards the sphere there. Returns the end of those kept.
+    """Of the candidates ``first``..``end`` drop those whose closest point lies on an element that comes
+    nearer elsewhere: the surface goes on towards the sphere there. Returns the end of those kept.
 
-    Without this a large overlap with a surface that is bent inwards ever so little, as below a sphere that presses on
-    it, would make a contact of every vertex in reach.
+    Without this a large overlap with a surface that is bent inwards ever so little, as below a sphere that
+    presses on it, would make a contact of every vertex in reach.
     """
     found, partner = query.found, query.near.partner
     for q in range(first, end):
         for g in range(first, end):
-            if found[g, DISTANCE] < found[q, DISTANCE] - 1e-12 * radius and found[q, FEATURE] != 0.0 and _contains(
-                    query, partner[int(found[g, PAIR])], partner[int(found[q, PAIR])], found[q], radius):
+            nearer = found[g, DISTANCE] < found[q, DISTANCE] - 1e-12 * radius and found[q, FEATURE] != 0.0
+            other, e = partner[int(found[g, PAIR])], partner[int(found[q, PAIR])]
+            if nearer and _contains(query, other, e, found[q], radius):
                 found[q, FEATURE] = DROPPED
     return without_dropped(found, first, end)
 
@@ -58,12 +59,12 @@ def without_dropped(found, first, end):
 @compiled
 def _contains(query, other, e, row, radius):
     """Whether the element ``other`` contains the closest point ``row`` of the element e."""
-    wall = query.wall
+    wall, tolerance = query.wall, JOINED * (radius - row[DISTANCE])
     for a in range(wall.elements.shape[1]):
         if row[WEIGHT + a] != 0.0:
             shared = False
             for b in range(wall.elements.shape[1]):
-                shared = shared or _one_place(wall, query.t, other, b, e, a, JOINED * (radius - row[DISTANCE]))
+                shared = shared or _one_place(wall, query.t, other, b, e, a, tolerance)
             if not shared:
                 return False
     return True
@@ -71,8 +72,8 @@ def _contains(query, other, e, row, radius):
 
 @compiled
 def _one_place(wall, t, e, a, f, b, tolerance):
-    """Whether the node a of the element e and b of f are the same, or were at the start and are still no farther apart
-    than ``tolerance`` [m]."""
+    """Whether the node a of the element e and b of f are the same, or were at the start and are still no
+    farther apart than ``tolerance`` [m]."""
     i, j, distance2 = wall.elements[e, a], wall.elements[f, b], 0.0
     if i == j or wall.traits[e, JOINT + a] != wall.traits[f, JOINT + b]:
         return i == j
@@ -83,8 +84,8 @@ def _one_place(wall, t, e, a, f, b, tolerance):
 
 @compiled
 def outside(row, traits, corner, nodes, radius):
-    """How far the centre is outside of the plane of an element, times the angle the element fills at the closest point
-    [m rad]; infinite at a free end or edge. A centre on the element is put a little outside."""
+    """How far the centre is outside of the plane of an element, times the angle the element fills at the
+    closest point [m rad]; infinite at a free end or edge. A centre on the element is put a little outside."""
     for k in range(nodes):
         if traits[RIM + k] > 0.0 and row[WEIGHT + k] == (1.0 if nodes == 2 else 0.0):
             return np.inf
@@ -97,13 +98,13 @@ def outside(row, traits, corner, nodes, radius):
 
 @compiled
 def one_sided(found, first, end, radius, depth):
-    """Of the candidates ``first``..``end`` keep what a wall that pushes outwards only makes of them; returns the end of
-    those kept.
+    """Of the candidates ``first``..``end`` keep what a wall that pushes outwards only makes of them; returns
+    the end of those kept.
 
     The centre is outside when the elements that contain the closest point say so together (as in
-    `elements.distance_and_side`). Then
-    those behind which it lies, on the far side of a finger, are dropped. Inside, the closest point alone pushes, from
-    the centre towards itself, down to ``depth`` [m]; on the surface too, where the others have no direction.
+    `elements.distance_and_side`). Then those behind which it lies, on the far side of a finger, are dropped.
+    Inside, the closest point alone pushes, from the centre towards itself, down to ``depth`` [m]; on the
+    surface too, where the others have no direction.
     """
     if first == end:
         return first
@@ -135,13 +136,13 @@ def _copy(found, source, target):
 
 @compiled
 def double_hierarchy(found, first, end, radius):
-    """Of the candidates ``first``..``end`` keep the nearest, drop what it makes redundant, go on with the rest; returns
-    the end of those kept.
+    """Of the candidates ``first``..``end`` keep the nearest, drop what it makes redundant, go on with the
+    rest; returns the end of those kept.
 
-    A candidate is redundant when its point lies on or beyond the tangent plane of a nearer contact (a shared edge or
-    vertex, the far side of a ridge). One in nearly the same direction (`COPLANAR`) is the same contact: it follows the
-    nearer one, with which `share_force` lets it share. After the double hierarchy of Santasusana et al., Comput. Part.
-    Mech. 3 (2016) 407-428.
+    A candidate is redundant when its point lies on or beyond the tangent plane of a nearer contact (a shared
+    edge or vertex, the far side of a ridge). One in nearly the same direction (`COPLANAR`) is the same
+    contact: it follows the nearer one, with which `share_force` lets it share. After the double hierarchy of
+    Santasusana et al., Comput. Part. Mech. 3 (2016) 407-428.
     """
     kept = first
     while True:
@@ -177,14 +178,15 @@ def _dot(found, g, q):
 
 @compiled
 def follow(found, g, q, first, end, radius):
-    """Let the candidate q follow the contact g in the same direction, or drop it when its point is not above the
-    tangent plane of g or of another one of the rows ``first``..``end`` that follows g; or drop that one, when its point
-    is not above the plane of q."""
+    """Let the candidate q follow the contact g in the same direction, or drop it when its point is not above
+    the tangent plane of g or of another one of the rows ``first``..``end`` that follows g; or drop that one,
+    when its point is not above the plane of q."""
     mark, flat = -1.0 - found[g, PAIR], 1e-12 * radius
     if not height(found, q, g) > flat:
         found[q, FEATURE] = DROPPED
     for o in range(first, end):
-        if o != q and found[o, SHARE] == mark and found[o, FEATURE] != DROPPED and found[q, FEATURE] != DROPPED:
+        if o != q and found[o, SHARE] == mark and found[o, FEATURE] != DROPPED and \
+                found[q, FEATURE] != DROPPED:
             if not height(found, q, o) > flat:
                 found[q, FEATURE] = DROPPED
             elif not height(found, o, q) > flat:
@@ -203,9 +205,9 @@ def height(found, q, g):
 def share_force(found, end):
     """Contacts that follow another one share its force with it.
 
-    In a valley as flat as `COPLANAR` each side bears in proportion to the height of its point above the planes of the
-    others: half at the bottom, and nothing where the point reaches the bottom, so that the force does not jump from
-    side to side when a sphere goes across. The overlap is that of the nearest.
+    In a valley as flat as `COPLANAR` each side bears in proportion to the height of its point above the
+    planes of the others: half at the bottom, and nothing where the point reaches the bottom, so that the
+    force does not jump from side to side when a sphere goes across. The overlap is that of the nearest.
     """
     alone = True
     for q in range(end):
@@ -233,7 +235,8 @@ def share_force(found, end):
 @compiled
 def before(found, a, b, radius):
     """Order of the hierarchy: nearer first; at equal distance the face before the edge before the vertex."""
-    if abs(found[a, DISTANCE] - found[b, DISTANCE]) < 1e-12 * radius and found[a, FEATURE] != found[b, FEATURE]:
+    equal = abs(found[a, DISTANCE] - found[b, DISTANCE]) < 1e-12 * radius
+    if equal and found[a, FEATURE] != found[b, FEATURE]:
         return found[a, FEATURE] < found[b, FEATURE]
     if found[a, DISTANCE] != found[b, DISTANCE]:
         return found[a, DISTANCE] < found[b, DISTANCE]

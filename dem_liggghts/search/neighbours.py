@@ -1,13 +1,12 @@
-"""Neighbour lists: spheres near each other, wall elements near spheres; the history of their contacts."""
+"""Neighbour lists: spheres near each other, wall elements near spheres."""
 from typing import NamedTuple
 
 import numpy as np
 
 from ..compiled import compiled
 from ..scene.tables import DEPTH, RADIUS
-from .elements import PAIR, POINT, SHARE, WEIGHT, MovingWall, closest, corners_of
+from .elements import MovingWall, closest, corners_of
 
-CLOSE = 0.1  # distance, as a fraction of the radius, within which a contact goes on: twice the way of the longest step
 FEW = 32  # up to so many spheres all pairs are looked at: sorting them into cells would cost more
 
 
@@ -43,13 +42,14 @@ class Query(NamedTuple):
 @compiled
 def no_neighbours(spheres):
     """A list without partners."""
-    return NeighbourList(np.zeros(spheres + 1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.bool_), np.zeros((0, 3)))
+    return NeighbourList(np.zeros(spheres + 1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.bool_),
+                         np.zeros((0, 3)))
 
 
 @compiled
 def sort_into_cells(x, size):
-    """Cells no smaller than ``size`` [m] and not many more than spheres: cell of each centre (n, 3), number of cells
-    per axis (3,), first sphere of each cell, next sphere in the same cell (-1: none)."""
+    """Cells no smaller than ``size`` [m] and not many more than spheres: cell of each centre (n, 3), number
+    of cells per axis (3,), first sphere of each cell, next sphere in the same cell (-1: none)."""
     n, shape, at = len(x), np.ones(3, np.int64), np.zeros((len(x), 3), np.int64)
     for k in range(3):
         low, high = x[:, k].min(), x[:, k].max()
@@ -78,8 +78,8 @@ def _sort(partner, first, end):
 
 @compiled
 def near_spheres(x, radius, cluster, skin, old, history):
-    """List of the partners j > i of each sphere whose gap is less than ``skin`` [m], none of the same ``cluster``;
-    history: whether it keeps that of the ``old`` list."""
+    """List of the partners j > i of each sphere whose gap is less than ``skin`` [m], none of the same
+    ``cluster``; history: whether it keeps that of the ``old`` list."""
     n, count = len(x), 0
     start, partner = np.zeros(n + 1, np.int64), np.empty(64, np.int64)
     if n > 1:
@@ -105,8 +105,8 @@ def near_spheres(x, radius, cluster, skin, old, history):
 
 @compiled
 def near_elements(x, radius, skin, wall, t, old, history):
-    """List of the elements that each sphere (centres x [m], shape (n, 3)) may touch after a way of ``skin`` [m]: those
-    nearer than its radius, or than the depth of a one-sided wall."""
+    """List of the elements that each sphere (centres x [m], shape (n, 3)) may touch after a way of ``skin``
+    [m]: those nearer than its radius, or than the depth of a one-sided wall."""
     low, high = boxes(wall, t)
     start, partner, count = np.zeros(len(x) + 1, np.int64), np.empty(64, np.int64), 0
     deepest, disc = (wall.traits[:, DEPTH].max(), wall.traits[:, RADIUS].max()) if len(low) else (0.0, 0.0)
@@ -122,8 +122,10 @@ def near_elements(x, radius, skin, wall, t, old, history):
             reach = max(radius[i], wall.traits[e, DEPTH]) + wall.traits[e, RADIUS] + skin
             if lowest[o] > x[i, axis] + most:
                 break
-            if low[e, 0] > x[i, 0] + reach or high[e, 0] < x[i, 0] - reach or low[e, 1] > x[i, 1] + reach or \
-                    high[e, 1] < x[i, 1] - reach or low[e, 2] > x[i, 2] + reach or high[e, 2] < x[i, 2] - reach:
+            apart = False
+            for k in range(3):
+                apart = apart or low[e, k] > x[i, k] + reach or high[e, k] < x[i, k] - reach
+            if apart:
                 continue
             corners_of(wall, e, t, corner)
             if closest(corner, nodes, x[i], weight, point)[0] <= reach:
@@ -138,8 +140,8 @@ def near_elements(x, radius, skin, wall, t, old, history):
 
 @compiled
 def _around(x, reach, low, high):
-    """Numbers of the boxes that come nearer than ``reach`` [m] to the box around all x: most elements of a large wall
-    do not."""
+    """Numbers of the boxes that come nearer than ``reach`` [m] to the box around all x: most elements of a
+    large wall do not."""
     out, n = np.empty(len(low), np.int64), 0
     for e in range(len(low) if len(x) else 0):
         out[n] = e
@@ -193,68 +195,3 @@ def with_history(start, partner, old, history):
                         near.active[q] = old.active[o]
                         near.shear[q] = old.shear[o]
     return near
-
-
-@compiled
-def transfer_history(query, i, p, radius, kept):
-    """Bring the tangential history of sphere i at p [m] up to date with its contacts, ``kept`` rows of query.found.
-
-    A contact that is new takes the history of the nearest one within `CLOSE` that has just ended, on whatever element
-    or wall, or with which it shares the force: the sphere rolled or slid across an edge or a seam. LIGGGHTS does this
-    between coplanar neighbours (FixContactHistoryMesh::handleContact); here it holds for ridges too, where the normal
-    turns without a jump. Discs are contacts of their own.
-    """
-    near, wall, found, corner = query.near, query.wall, query.found, query.corner
-    first, last, nodes = near.start[i], near.start[i + 1], wall.elements.shape[1]
-    weight, point = found[kept, WEIGHT:WEIGHT + 3], found[kept, POINT:POINT + 3]  # a row not in use
-    for k in range(kept):
-        q, nearest2 = int(found[k, PAIR]), (CLOSE * radius) ** 2
-        if near.active[q] or wall.traits[near.partner[q], RADIUS] > 0.0:
-            continue
-        for o in range(first, last):
-            if not near.active[o] or wall.traits[near.partner[o], RADIUS] > 0.0 or \
-                    (found[k, SHARE] == 1.0 and _is_contact(found, kept, o)):
-                continue
-            corners_of(wall, near.partner[o], query.t, corner)
-            closest(corner, nodes, p, weight, point)
-            distance2 = 0.0
-            for c in range(3):
-                distance2 += (found[k, POINT + c] - point[c]) ** 2
-            if distance2 <= nearest2:
-                near.shear[q], nearest2 = near.shear[o], distance2
-    for o in range(first, last):
-        near.active[o] = _is_contact(found, kept, o)
-        if not near.active[o]:
-            near.shear[o] = 0.0
-
-
-@compiled
-def _is_contact(found, kept, q):
-    for k in range(kept):  # noqa: SIM110 - a generator does not compile
-        if found[k, PAIR] == q:
-            return True
-    return False
-
-
-@compiled
-def on_new_wall(near, x, wall, first, new):
-    """Partners in the list ``near`` of elements of ``wall`` when those from ``first`` on are replaced by those of
-    ``new``: the element closest to where the sphere touched takes its history, without contact there is none."""
-    corner, weight, point, nodes = np.empty((3, 3)), np.empty(3), np.empty(3), wall.elements.shape[1]
-    partner = near.partner.copy()
-    for i in range(len(near.start) - 1):
-        for q in range(near.start[i], near.start[i + 1]):
-            if near.partner[q] < first:
-                continue
-            partner[q], shortest = -1, np.inf
-            if not near.active[q]:
-                continue
-            corners_of(wall, near.partner[q], 0.0, corner)
-            closest(corner, nodes, x[i], weight, point)
-            touched = x[i] + point
-            for e in range(first, len(new.elements)):
-                corners_of(new, e, 0.0, corner)
-                r = closest(corner, nodes, touched, weight, point)[0]
-                if r < shortest:
-                    partner[q], shortest = e, r
-    return partner

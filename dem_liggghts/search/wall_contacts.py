@@ -36,8 +36,8 @@ from .hierarchy import (
 
 @compiled
 def find_contacts(query, i, p, radius):
-    """Contacts of the sphere i at p [m] with the walls, in the first rows of ``query.found``, wall by wall and nearest
-    first; returns their number."""
+    """Contacts of the sphere i at p [m] with the walls, in the first rows of ``query.found``, wall by wall
+    and nearest first; returns their number."""
     near, wall, found, corner = query.near, query.wall, query.found, query.corner
     # np.int64: for a plain 0 numba would compile what takes it once more.
     total, q, last, nodes = np.int64(0), near.start[i], near.start[i + 1], wall.elements.shape[1]
@@ -74,12 +74,13 @@ def find_contacts(query, i, p, radius):
 
 @compiled
 def across_walls(query, i, p, radius, end):
-    """Of the contacts of the sphere i with several walls, the first ``end`` rows, keep one where these walls meet;
-    returns the end of those kept.
+    """Of the contacts of the sphere i with several walls, the first ``end`` rows, keep one where these walls
+    meet; returns the end of those kept.
 
-    A contact is dropped when its point lies on an element of another wall that comes nearer, or as near and comes
-    before it, as inside one wall. It follows one of another wall in the same direction that is no farther apart than
-    the two sides of a valley as flat as `COPLANAR`. Walls one behind the other are two obstacles.
+    A contact is dropped when its point lies on an element of another wall that comes nearer, or as near and
+    comes before it, as inside one wall. It follows one of another wall in the same direction that is no
+    farther apart than the two sides of a valley as flat as `COPLANAR`. Walls one behind the other are two
+    obstacles.
     """
     found = query.found
     for q in range(end):
@@ -101,9 +102,11 @@ def across_walls(query, i, p, radius, end):
 
 @compiled
 def _continues(query, i, p, radius, q, free):
-    """Whether the point of contact q lies on an element of another wall that comes nearer. free: a row not in use."""
+    """Whether the point of contact q lies on an element of another wall that comes nearer. free: a row not in
+    use."""
     near, wall, found, corner = query.near, query.wall, query.found, query.corner
-    traits, nodes, r = wall.traits[near.partner[int(found[q, PAIR])]], wall.elements.shape[1], abs(found[q, DISTANCE])
+    traits, r = wall.traits[near.partner[int(found[q, PAIR])]], abs(found[q, DISTANCE])
+    nodes = wall.elements.shape[1]
     weight, point = found[free, WEIGHT:WEIGHT + 3], found[free, POINT:POINT + 3]
     for o in range(near.start[i], near.start[i + 1]):
         other = wall.traits[near.partner[o]]

@@ -121,7 +121,7 @@ public:
 
 private:
     static const int SLOTS = 32;  // a sphere touches many small discs
-    static constexpr double CLOSE = 0.1;  // as in neighbours.py
+    static constexpr double CLOSE = 0.1;  // as in history.py
 
     int corners_ = 3, step_ = 0;
     double length_ = 0;  // of the window [s]

@@ -4,12 +4,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import quaternion
-from ..compiled import compiled
-from ..contact.law import laws_of, pair_law, radius_at_wall
+from ..compiled import compiled, plain
+from ..contact.law import Laws, laws_of, pair_law, radius_at_wall
 from ..scene.arrays import in_space
 from ..scene.scene import SceneData
 from ..scene.tables import MATERIAL, RADIUS, SphereTable, sphere_table, wall_table
-from ..search.elements import COLUMNS, NEAREST, PAIR, SHARE, at_rest
+from ..search.elements import COLUMNS, NEAREST, PAIR, SHARE, MovingWall, at_rest
 from ..search.neighbours import Query, near_elements, near_spheres, no_neighbours
 from ..search.wall_contacts import find_contacts
 
@@ -60,9 +60,15 @@ def _at_walls(spheres, near, wall, at_wall):
     return energy
 
 
+def energy_of_contacts(spheres: Shapes, wall: MovingWall, laws: Laws) -> float:
+    """Energy of all contacts of the spheres with each other and the walls [J]."""
+    return _of_all(plain(spheres), plain(wall), plain(laws))
+
+
 @compiled
-def energy_of_contacts(spheres, wall, laws):
-    """Both sums [J] over the ``spheres`` (`Shapes`) and the walls (`elements.MovingWall`) where they are."""
+def _of_all(shapes, walls, tables):
+    """Both sums [J]; the groups are plain tuples."""
+    spheres, wall, laws = Shapes(*shapes), MovingWall(*walls), Laws(*tables)
     x, radius, none, energy = spheres.x, spheres.radius, no_neighbours(len(spheres.x)), 0.0
     history = len(x) < 0  # no; for the word False numba would compile the searches once more
     if len(x) > 1:

@@ -41,5 +41,5 @@ def check_state(state: Dict[str, Any], names: Sequence[str], own: np.ndarray) ->
     for k, (what, theirs, ours) in enumerate(zip(WHAT, np.asarray(state["scene"]), own)):
         if theirs != ours:
             differs = f"is {theirs:g}, here it is {ours:g}" if k < SHOWN else "differ from those here"
-            raise ValueError(f"the state belongs to another scene: its {what} {differs}; give a state of this "
-                             "scene")
+            raise ValueError(f"the state belongs to another scene: its {what} {differs}; give a state of "
+                             "this scene")

@@ -12,6 +12,7 @@ from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy
 from ..common.outflow import Outflow
 from ..common.states import check_state, fingerprint
 from ..common.wall_change import redistribute, with_wall
+from ..compiled import plain
 from ..contact.law import constant, laws_of
 from ..contact.window import contact_at_wall
 from ..protocol import BODY, PARTICLE
@@ -26,7 +27,7 @@ from ..search.neighbours import NeighbourList, NeighbourLists, no_neighbours
 from .forces import Moment, SphereState, WallForce, forces, new_scratch
 from .rigid import cluster_state
 from .selection import select_clusters, select_neighbours, select_spheres
-from .verlet import Span, build_lists, run
+from .verlet import build_lists, run_window
 
 LARGE = 2000  # elements of a wall
 MOVING = ("x", "v", "omega", "force", "torque")  # what changes of the spheres, and of the clusters
@@ -68,9 +69,8 @@ class ReferenceDEM:
         """Lists and forces of now."""
         self._build_lists(self._wall, 0.0)
         self._on_wall.force[:] = 0.0
-        now = Moment(0.0, 0.0, 0.0, True)
-        forces(self._spheres, self._clusters, self._wall, self._lists, self._laws, now, self._on_wall,
-               self._scratch)
+        forces(self._spheres, self._clusters, self._wall, self._lists, self._laws,
+               Moment(0.0, 0.0, 0.0, True), self._on_wall, self._scratch)
 
     def _use(self, scene: SceneData) -> None:
         """Take the walls of ``scene``, where they are; no force on them."""
@@ -111,17 +111,17 @@ class ReferenceDEM:
         self._wall = at_rest(self._surface, wall.x + wall.v * (steps * self.dt))
         check_finite(self._spheres.x, self.time, self.origin)
         force = on_wall.impulse[self._fixed:, :self.scene.dim] / (steps * self.dt)
-        if self._outflow.active:
-            self._let_out()
+        self._let_out()
         return force
 
     def _run(self, steps: int, wall: MovingWall) -> None:
         """All steps of a window, chunk by chunk, with new lists where they are due."""
         first, done, fresh = 0, 0, False
+        moving, room = plain((self._spheres, self._clusters)), plain((self._on_wall, self._scratch))
         while done < steps:
             begin, end = done, done + self._chunks.next(steps - done)
-            done = run(Span(first, begin, end, steps, self.dt, fresh), self._spheres, self._clusters, wall,
-                       self._lists, self._laws, self._on_wall, self._scratch)
+            done = run_window((first, begin, end, steps, self.dt, fresh), *moving, plain(wall),
+                              plain(self._lists), plain(self._laws), *room)
             if done == end:
                 self._chunks.done(end - begin)
                 continue
@@ -140,8 +140,8 @@ class ReferenceDEM:
 
     def _let_out(self) -> None:
         """Go on without what has left the domain in this window."""
-        leaving = self._outflow.leaving(self.particles(), self.bodies(), self.time)
-        if leaving is None:
+        leaving = self._outflow.active and self._outflow.leaving(self.particles(), self.bodies(), self.time)
+        if not leaving:
             return
         energy = sum(self.energy().values())
         self._outflow.let_out(leaving)
@@ -194,13 +194,12 @@ class ReferenceDEM:
 
     def _own_bodies(self) -> np.ndarray:
         self._need_open()
-        out = np.empty(len(self._cluster_table.mass), BODY)
+        table, out = self._cluster_table, np.empty(len(self._cluster_table.mass), BODY)
         if len(out):
             out["id"] = self._cluster_ids
             for name in ("x", "v", "omega", "mass"):
                 out[name] = getattr(self._clusters, name)
-            turn_back = quaternion.inverse(self._cluster_table.turn)
-            out["quaternion"] = quaternion.product(self._clusters.q, turn_back)
+            out["quaternion"] = quaternion.product(self._clusters.q, quaternion.inverse(table.turn))
         return out
 
     def contact_at_wall(self, force: float) -> np.ndarray:

@@ -37,10 +37,10 @@ def drop_shared(query, first, end, radius):
     found, partner = query.found, query.near.partner
     for q in range(first, end):
         for g in range(first, end):
-            nearer = found[g, DISTANCE] < found[q, DISTANCE] - 1e-12 * radius and found[q, FEATURE] != 0.0
-            other, e = partner[int(found[g, PAIR])], partner[int(found[q, PAIR])]
-            if nearer and _contains(query, other, e, found[q], radius):
-                found[q, FEATURE] = DROPPED
+            if found[g, DISTANCE] < found[q, DISTANCE] - 1e-12 * radius and found[q, FEATURE] != 0.0:
+                other, e = partner[int(found[g, PAIR])], partner[int(found[q, PAIR])]
+                if _contains(query, other, e, found[q], radius):
+                    found[q, FEATURE] = DROPPED
     return without_dropped(found, first, end)
 
 

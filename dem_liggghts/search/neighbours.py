@@ -122,10 +122,9 @@ def near_elements(x, radius, skin, wall, t, old, history):
             reach = max(radius[i], wall.traits[e, DEPTH]) + wall.traits[e, RADIUS] + skin
             if lowest[o] > x[i, axis] + most:
                 break
-            apart = False
-            for k in range(3):
-                apart = apart or low[e, k] > x[i, k] + reach or high[e, k] < x[i, k] - reach
-            if apart:
+            if low[e, 0] > x[i, 0] + reach or high[e, 0] < x[i, 0] - reach or \
+                    low[e, 1] > x[i, 1] + reach or high[e, 1] < x[i, 1] - reach or \
+                    low[e, 2] > x[i, 2] + reach or high[e, 2] < x[i, 2] - reach:
                 continue
             corners_of(wall, e, t, corner)
             if closest(corner, nodes, x[i], weight, point)[0] <= reach:

@@ -1,8 +1,8 @@
 """Where compiled kernels are kept when neither the source tree nor the user's own cache can be written.
 
-numba, and matplotlib with its fonts, keep what costs seconds to make; without a place numba refuses to compile at all. A
-user without a home who runs a program installed by another one gets a folder of his own among the temporary files. The
-packages import this before anything else.
+numba, and matplotlib with its fonts, keep what costs seconds to make; without a place numba refuses to
+compile at all. A user without a home who runs a program installed by another one gets a folder of his own
+among the temporary files. The packages import this before anything else.
 """
 import os
 import stat
@@ -36,13 +36,14 @@ def home(variable, default):
 
 
 def own_folder():
-    """Among the temporary files, for this user alone: what is loaded from there is run. Where somebody else has made
-    one of that name it lasts as long as the process."""
+    """Among the temporary files, for this user alone: what is loaded from there is run. Where somebody else
+    has made one of that name it lasts as long as the process."""
     place = Path(tempfile.gettempdir(), f"mpm-dem-{os.getuid()}")
     try:
         place.mkdir(mode=0o700, exist_ok=True)
         found = place.lstat()
-        if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not stat.S_IMODE(found.st_mode) & 0o077:
+        if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not stat.S_IMODE(
+                found.st_mode) & 0o077:
             return place
     except OSError:
         pass

@@ -1,4 +1,5 @@
-"""Compile the LIGGGHTS shim, if LIGGGHTS is there: without it the package is complete but for dem=liggghts."""
+"""Compile the LIGGGHTS shim, if LIGGGHTS is there: without it the package is complete but for
+dem=liggghts."""
 import os
 import subprocess
 import zlib
@@ -10,14 +11,16 @@ from setuptools.command.build_ext import build_ext
 HEADERS = os.environ.get("LIGGGHTS_INCLUDE", "/usr/include/liggghts")
 FOLDER = "dem_liggghts/liggghts/shim"
 SHIM = sorted(str(path) for path in Path(FOLDER).iterdir() if path.suffix in (".cpp", ".h"))
-# Headers that are generated when LIGGGHTS is built and are not in the package: they include the models, here those used
-MODELS = {"surface": "surface_model_default.h", "normal": "normal_model_hertz.h", "rolling": None, "contact": None,
-          "tangential": "tangential_model_history.h", "cohesion": "cohesion_model_sjkr.h"}
+# Headers that are generated when LIGGGHTS is built and are not in the package: they include the models, here
+# those used
+MODELS = {"surface": "surface_model_default.h", "normal": "normal_model_hertz.h", "rolling": None,
+          "contact": None, "tangential": "tangential_model_history.h", "cohesion": "cohesion_model_sjkr.h"}
 
 
 def mpi_flags(what):
     """Words that mpicxx adds: ``what`` is "compile" or "link"."""
-    return subprocess.run(["mpicxx", f"--showme:{what}"], check=True, capture_output=True, text=True).stdout.split()
+    return subprocess.run(["mpicxx", f"--showme:{what}"], check=True, capture_output=True,
+                          text=True).stdout.split()
 
 
 def shim():
@@ -28,10 +31,12 @@ def shim():
         return without("mpicxx of Open MPI is missing (apt install libopenmpi-dev)")
     if not Path(HEADERS, "lammps.h").exists():
         return without(f"no LIGGGHTS headers in {HEADERS} (apt install libliggghts-dev)")
-    source = zlib.crc32(b"".join(Path(name).read_bytes() for name in SHIM))  # library.py recognises an old shim by it
-    return [Extension("dem_liggghts.liggghts.libdemshim", [f"{FOLDER}/shim.cpp"], depends=SHIM, libraries=["liggghts"],
-                      optional=True, define_macros=[("SHIM_SOURCE", f"{source}u")], extra_link_args=link_flags,
-                      extra_compile_args=["-std=c++14", "-O2", "-g0", "-isystem", HEADERS, *compile_flags])]
+    # library.py recognises an old shim by it
+    source = zlib.crc32(b"".join(Path(name).read_bytes() for name in SHIM))
+    return [Extension("dem_liggghts.liggghts.libdemshim", [f"{FOLDER}/shim.cpp"], depends=SHIM,
+                      libraries=["liggghts"], optional=True, define_macros=[("SHIM_SOURCE", f"{source}u")],
+                      extra_link_args=link_flags, extra_compile_args=["-std=c++14", "-O2", "-g0", "-isystem",
+                                                                      HEADERS, *compile_flags])]
 
 
 def without(reason):

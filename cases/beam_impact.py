@@ -1,9 +1,10 @@
-"""A steel sphere strikes a simply supported beam: the first example of Singer et al. 2022, in the plane and in space.
+"""A steel sphere strikes a simply supported beam: the first example of Singer et al. 2022, in the plane and
+in space.
 
-    python cases/beam_impact.py                                   seconds, with the built-in DEM
-    python cases/beam_impact.py dim=3                             the beam in space
-    python cases/beam_impact.py dem=liggghts preset=paper         the paper's discretisation and time step; or paper_3d
-    python cases/beam_impact.py h=1e-3 law=neo_hooke -mpm_snes_monitor
+    python cases/beam_impact.py                                   seconds, with the built-in DEM python
+    cases/beam_impact.py dim=3                             the beam in space python cases/beam_impact.py
+    dem=liggghts preset=paper         the paper's discretisation and time step; or paper_3d python
+    cases/beam_impact.py h=1e-3 law=neo_hooke -mpm_snes_monitor
 """
 from dataclasses import replace
 from pathlib import Path
@@ -19,9 +20,10 @@ from references.sphere_on_beam import Comparison
 
 PAPER = dict(dt=5e-8, substeps=1, t_end=4e-4)
 PRESETS = {"paper": dict(cells=(62, 13), body=(120, 8), points=4, segments=(60,), **PAPER),
-           "paper_3d": dict(dim=3, cells=(62, 13, 7), body=(120, 8, 10), points=2, segments=(77, 10), **PAPER)}
-COUNTS = {"mapping": (lambda k: k["wall_segments"] is not None, "where the wall has nodes of its own, wall_segments=37"),
-          "take_out": (lambda k: k["spread"] > 0, "with spread="),
+           "paper_3d": dict(dim=3, cells=(62, 13, 7), body=(120, 8, 10), points=2, segments=(77, 10),
+                            **PAPER)}
+COUNTS = {"mapping": (lambda k: k["wall_segments"] is not None, "where the wall has nodes of its own, "
+                      "wall_segments=37"), "take_out": (lambda k: k["spread"] > 0, "with spread="),
           "plane": (lambda k: k["dim"] == 2, "in the plane, dim=2")}
 BODY, SEGMENTS = {2: (120, 8), 3: (80, 5, 5)}, {2: (60,), 3: (77, 10)}  # unless others are asked for
 
@@ -47,7 +49,8 @@ def main(
     numerics: Numerics = Numerics(),
     output: Output = Output(Path("out/beam_impact")),
 ) -> Run:
-    """Sphere on a beam of 1 cm x 1 cm, supported at both ends, against the Timoshenko beam with Hertz contact."""
+    """Sphere on a beam of 1 cm x 1 cm, supported at both ends, against the Timoshenko beam with Hertz
+    contact."""
     check.not_negative("spread", spread, "m")
     check.not_negative("gap", gap, "m")
     if wall_segments is not None:
@@ -60,15 +63,16 @@ def main(
     wall = interface if wall_segments is None else Interface.top(beam.box, wall_segments, shift)
     start, steel = [0.0, radius + gap - shift, 0.0], Material(beam.E, beam.nu)
     ball = Spheres([start[:beam.dim]], [[0.0, -v0, 0.0][:beam.dim]], radius, rho)
-    grains = Scene(ball, Wall(wall.x, wall.elements), steel, steel, at_wall=Interaction(restitution, friction))
+    grains = Scene(ball, Wall(wall.x, wall.elements), steel, steel, at_wall=Interaction(restitution,
+                                                                                        friction))
     follow = (nearest(interface.x, wall.x) if mapping == "nearest" else
               linear(interface.x, interface.elements, wall.x))
     width = None if beam.dim == 3 else beam.width
     left = indentation_compliance(spread, beam.E, beam.nu, width, plane) if take_out else 0.0
     solid = MPM(grid, body, supports, interface, numerics=numerics)
     beside = Comparison(theory, interface, ball, wait=gap / v0)
-    return Run("beam_impact", solid, grains, scheme, output, spread_over(follow, spread, left), beside.columns,
-               errors=beside.errors, figure=beside.figure)
+    return Run("beam_impact", solid, grains, scheme, output, spread_over(follow, spread, left),
+               beside.columns, errors=beside.errors, figure=beside.figure)
 
 
 if __name__ == "__main__":

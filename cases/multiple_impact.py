@@ -13,7 +13,8 @@ from mpm_fenicsx import MPM, Numerics, SimplySupportedBeam, linear
 from references.beam_theory import impact
 from references.sphere_on_beam import Comparison
 
-PRESETS = {"paper": dict(cells=(124, 13), body=(240, 8), points=4, segments=(240,), dt=5e-8, substeps=1, t_end=4e-3)}
+PRESETS = {"paper": dict(cells=(124, 13), body=(240, 8), points=4, segments=(240,), dt=5e-8, substeps=1,
+                         t_end=4e-3)}
 BODY, SEGMENTS = {2: (240, 8), 3: (160, 5, 5)}, {2: (240,), 3: (240, 8)}  # unless others are asked for
 MODES = 500  # of the reference: with 50 the third peak is off by 0.5 %
 
@@ -27,8 +28,10 @@ def main(
     numerics: Numerics = Numerics(),
     output: Output = Output(Path("out/multiple_impact")),
 ) -> Run:
-    """Sphere on a long beam of 1 cm x 1 cm, supported at both ends, against the Timoshenko beam with Hertz contact."""
-    theory = impact(beam.length, beam.height, beam.width, radius, v0, beam.E, beam.nu, beam.rho, scheme.t_end, modes=MODES)
+    """Sphere on a long beam of 1 cm x 1 cm, supported at both ends, against the Timoshenko beam with Hertz
+    contact."""
+    theory = impact(beam.length, beam.height, beam.width, radius, v0, beam.E, beam.nu, beam.rho, scheme.t_end,
+                    modes=MODES)
     beam = replace(beam, body=beam.body or BODY[beam.dim], segments=beam.segments or SEGMENTS[beam.dim])
     grid, body, supports, interface = beam.scene(linear(beam.E, beam.nu))
     start, steel = [0.0, radius, 0.0], Material(beam.E, beam.nu)

@@ -1,5 +1,5 @@
-"""Partitioned coupling of a solid (MPM) and grains (DEM): how a scene is run, the loop, the maps, the ledger. Knows
-neither solver."""
+"""Partitioned coupling of a solid (MPM) and grains (DEM): how a scene is run, the loop, the maps, the ledger.
+Knows neither solver."""
 # isort: off
 from . import started  # noqa: F401 - first of all: from here the start-up time counts
 import mpm_dem_cache  # noqa: F401 - before anything is compiled

@@ -1,4 +1,5 @@
-"""A case as a function of typed keys, for the command line (``dt=1e-6``) and for Python. Words with a dash are PETSc's."""
+"""A case as a function of typed keys, for the command line (``dt=1e-6``) and for Python. Words with a dash
+are PETSc's."""
 import functools
 import inspect
 import sys
@@ -18,10 +19,11 @@ from .signals import SIGNALS
 from .started import IMPORTED
 from .words import UsageError, checked, convert, once, typed
 
-__all__ = ["Case", "EXPECTED", "SIGNALS", "UsageError", "case", "checked", "convert", "manual", "once", "parse", "run",
-           "typed"]
+__all__ = ["Case", "EXPECTED", "SIGNALS", "UsageError", "case", "checked", "convert", "manual", "once",
+           "parse", "run", "typed"]
 
-EXPECTED = (ValueError, RuntimeError, ImportError, ArithmeticError, OSError, MemoryError)  # anything else is a bug
+# anything else is a bug
+EXPECTED = (ValueError, RuntimeError, ImportError, ArithmeticError, OSError, MemoryError)
 PATIENCE = 5.0  # [s] for ranks that share an error to arrive at their end
 IMPATIENT = 0.5  # [s] after an interrupt: mpirun kills the ranks a second after it has told them
 
@@ -41,7 +43,8 @@ class Case:
         self.__signature__ = inspect.Signature([
             inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=self.keys[name].default,
                               annotation=self.keys[name].kind) for name in required])
-        for name in {*self._counts, *(key for preset in self.presets.values() for key in preset)} - set(self.keys):
+        for name in {*self._counts, *(key for preset in self.presets.values()
+                                      for key in preset)} - set(self.keys):
             raise TypeError(f"{main.__name__} has no key {name}")
 
     def __call__(self, **given: typing.Any) -> typing.Any:
@@ -76,12 +79,13 @@ class Case:
 
 def case(main: typing.Optional[typing.Callable] = None, *, presets: typing.Optional[dict] = None,
          counts: typing.Optional[dict] = None) -> typing.Any:
-    """Decorator: a function of typed arguments becomes a case, whose keys are its arguments and, in the place of an
-    argument that is a dataclass, the fields of that. The comment behind each is its meaning in ``--help``.
+    """Decorator: a function of typed arguments becomes a case, whose keys are its arguments and, in the place
+    of an argument that is a dataclass, the fields of that. The comment behind each is its meaning in
+    ``--help``.
 
-    When the function returns a ``Run``, that is run, and the keys become the parameters of its report. presets: name →
-    keys, for ``preset=NAME``; counts: key → (function of all keys that tells whether it has an effect, when it has one):
-    where it has none, another value than its default is refused.
+    When the function returns a ``Run``, that is run, and the keys become the parameters of its report.
+    presets: name → keys, for ``preset=NAME``; counts: key → (function of all keys that tells whether it has
+    an effect, when it has one): where it has none, another value than its default is refused.
 
     >>> from coupling import Steps, case
     >>> @case(counts={"tip": (lambda keys: keys["load"] > 0, "with load=")})
@@ -106,9 +110,9 @@ def as_case(main: typing.Callable) -> Case:
 def run(main: typing.Callable) -> None:
     """Call ``main``, a case or a function, with the words of the command line; the script's last line.
 
-    An error ends the run on all ranks with one sentence on rank 0 and exit status 1 (2 for a wrong command line);
-    warnings are one line. Signals end it like an interrupt, see ``signals``: the ranks get one when mpirun is
-    interrupted or a queue's time is over.
+    An error ends the run on all ranks with one sentence on rank 0 and exit status 1 (2 for a wrong command
+    line); warnings are one line. Signals end it like an interrupt, see ``signals``: the ranks get one when
+    mpirun is interrupted or a queue's time is over.
     """
     this, given = as_case(main), sys.argv[1:]
     warnings.showwarning = _show
@@ -180,7 +184,8 @@ def manual(main: typing.Callable) -> str:
     lines += [_line(name, key) for name, key in this.keys.items()]
     for name, values in this.presets.items():
         lines.append(f"  {f'preset={name}':26} " + " ".join(f"{k}={typed(v)}" for k, v in values.items()))
-    lines += ["", "Options with a dash belong to PETSc: -mpm_snes_monitor, -mpm_snes_rtol 1e-8, -mpm_pc_type lu, …"]
+    lines += ["", "Options with a dash belong to PETSc: -mpm_snes_monitor, -mpm_snes_rtol 1e-8, -mpm_pc_type "
+              "lu, …"]
     return "\n".join(lines)
 
 

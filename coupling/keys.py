@@ -12,8 +12,8 @@ FIELD = re.compile(r"^\s+(\w+)\s*:[^\n#]*#\s*(.*)$", re.M)
 
 
 class Key(typing.NamedTuple):
-    """kind: annotation; default: REQUIRED where there is none; meaning: the comment behind it; argument: of ``main``
-    whose field it is, or its own name."""
+    """kind: annotation; default: REQUIRED where there is none; meaning: the comment behind it; argument: of
+    ``main`` whose field it is, or its own name."""
 
     kind: object
     default: object
@@ -22,8 +22,8 @@ class Key(typing.NamedTuple):
 
 
 def keys_of(main: typing.Callable) -> typing.Tuple[typing.Dict[str, Key], typing.Dict[str, type]]:
-    """Name → ``Key`` of a function, in the order of its arguments, and argument → class of those that are dataclasses.
-    TypeError for a name that is there twice."""
+    """Name → ``Key`` of a function, in the order of its arguments, and argument → class of those that are
+    dataclasses. TypeError for a name that is there twice."""
     hints, meanings = typing.get_type_hints(main), comments(main, ARGUMENT)
     keys: typing.Dict[str, Key] = {}
     classes: typing.Dict[str, typing.Any] = {}
@@ -46,8 +46,8 @@ def _fields(kind: type, default: typing.Any, argument: str) -> typing.Dict[str, 
     meanings: typing.Dict[str, str] = {}
     for one in reversed(kind.__mro__):
         meanings.update(comments(one, FIELD) if dataclasses.is_dataclass(one) else {})
-    return {field.name: Key(hints[field.name], field.default if default is REQUIRED else getattr(default, field.name),
-                            meanings.get(field.name, ""), argument)
+    return {field.name: Key(hints[field.name], field.default if default is REQUIRED
+                            else getattr(default, field.name), meanings.get(field.name, ""), argument)
             for field in dataclasses.fields(kind)}
 
 
@@ -60,11 +60,13 @@ def comments(thing: typing.Any, pattern: re.Pattern) -> typing.Dict[str, str]:
 
 
 def refuse_without_effect(values: dict, keys: typing.Dict[str, Key], counts: dict) -> None:
-    """ValueError for a key that was given, which is: has another value than its default, and would change nothing.
+    """ValueError for a key that was given, which is: has another value than its default, and would change
+    nothing.
 
-    values, keys: name → value, name → ``Key``; counts: name → (function of the values that tells whether it has an
-    effect, when it has one).
+    values, keys: name → value, name → ``Key``; counts: name → (function of the values that tells whether it
+    has an effect, when it has one).
     """
     for name, (used, when) in counts.items():
         if values[name] != keys[name].default and not used(values):
-            raise ValueError(f"{name}={typed(values[name])} has no effect here, it counts {when}: leave it out")
+            raise ValueError(f"{name}={typed(values[name])} has no effect here, it counts {when}: leave it "
+                             "out")

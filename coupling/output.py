@@ -19,6 +19,7 @@ class Output:
     animation: int = 0  # windows from one picture to the next of an animated GIF [-]; 0: none
 
     def __post_init__(self) -> None:
-        check.count("paraview", self.paraview, 0, rule="give the number of windows from file to file, or 0 for none")
+        check.count("paraview", self.paraview, 0, rule="give the number of windows from file to file, or 0 "
+                    "for none")
         check.not_negative("picture", self.picture)
         check.count("animation", self.animation, 0)

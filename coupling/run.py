@@ -22,20 +22,22 @@ ALONE = "solid"  # in the place of a back end's name, where there are no grains
 
 @dataclass(frozen=True)
 class Run:
-    """A solid, alone or with grains, and how it is run: mapping, loop, history, report, pictures, progress, comparison of
-    the back ends, closing. ``go`` runs it.
+    """A solid, alone or with grains, and how it is run: mapping, loop, history, report, pictures, progress,
+    comparison of the back ends, closing. ``go`` runs it.
 
-    name: of the case, in the names of its files; solid: the ``MPM``, at its start; grains: the ``Scene`` of the DEM, or
-    None; scheme: ``Scheme``, or ``Steps`` for a solid alone. mapping: of the interface to the wall; None for a copy
-    where their nodes coincide, else ``linear``. columns: of the history, name → (unit, meaning, function of the
-    ``Window``). observe: function of the two partitions that gives observers of one back end's run. errors: function of
-    the histories so far by back end that gives name → number for the report; figure: function of path and histories that
-    draws NAME.png. closed: nothing but the two exchanges energy, so that a run which gains some is stopped.
+    name: of the case, in the names of its files; solid: the ``MPM``, at its start; grains: the ``Scene`` of
+    the DEM, or None; scheme: ``Scheme``, or ``Steps`` for a solid alone. mapping: of the interface to the
+    wall; None for a copy where their nodes coincide, else ``linear``. columns: of the history, name → (unit,
+    meaning, function of the ``Window``). observe: function of the two partitions that gives observers of one
+    back end's run. errors: function of the histories so far by back end that gives name → number for the
+    report; figure: function of path and histories that draws NAME.png. closed: nothing but the two exchanges
+    energy, so that a run which gains some is stopped.
 
-    An observer is called with each ``Window``. It may have ``begin()``, called before the first one, ``columns()``, as
-    above, ``pictures()``: file name → function that draws it at a path, at the end, however the run ends,
-    ``entries(history)``: more of report.json, and ``shapes()``: polygons [m], shape (m, corners, 2), that the animation
-    shows in the place of the particles. They are called in their order, before the record is written.
+    An observer is called with each ``Window``. It may have ``begin()``, called before the first one,
+    ``columns()``, as above, ``pictures()``: file name → function that draws it at a path, at the end, however
+    the run ends, ``entries(history)``: more of report.json, and ``shapes()``: polygons [m], shape (m,
+    corners, 2), that the animation shows in the place of the particles. They are called in their order,
+    before the record is written.
 
     >>> import tempfile
     >>> from coupling import Output, Run, Steps
@@ -63,13 +65,14 @@ class Run:
 
     def __post_init__(self) -> None:
         if self.grains is not None and not isinstance(self.scheme, Scheme):
-            raise ValueError("scheme has no substeps of the DEM: with grains give a Scheme in the place of Steps")
+            raise ValueError("scheme has no substeps of the DEM: with grains give a Scheme in the place of "
+                             "Steps")
 
     def go(self, parameters: Optional[dict] = None, began: float = IMPORTED) -> dict:
         """Run it; returns the ``History`` of each back end by its name, "solid" for a solid alone.
 
-        parameters: of the report, besides scheme and output; began: moment from which the start-up time counts. Raises
-        what the partitions and the loop raise; see ``Record`` for what is left then.
+        parameters: of the report, besides scheme and output; began: moment from which the start-up time
+        counts. Raises what the partitions and the loop raise; see ``Record`` for what is left then.
         """
         histories: dict = {}
         coupled = self.scheme if isinstance(self.scheme, Scheme) and self.grains is not None else None
@@ -97,8 +100,10 @@ class Run:
         columns, pictures = dict(self.columns), {}
         for observer in observers:
             columns.update(getattr(observer, "columns", dict)())
-            pictures.update({labelled(name, label): draw for name, draw in getattr(observer, "pictures", dict)().items()})
-        plan = Plan(self.name, parameters, self.output, self.scheme, columns, pictures, label, self.closed, began)
+            pictures.update({labelled(name, label): draw for name, draw in getattr(observer, "pictures",
+                                                                                   dict)().items()})
+        plan = Plan(self.name, parameters, self.output, self.scheme, columns, pictures, label, self.closed,
+                    began)
         with Record(plan, solid, grains) as record:
             self._loop(solid, grains, [*observers, record])
             histories[backend] = record.history
@@ -128,7 +133,8 @@ class Run:
         if self.mapping is not None:
             return self.mapping
         interface, nodes = solid.interface, self.grains.wall.nodes
-        return copy(nodes) if np.array_equal(interface.x, nodes) else linear(interface.x, interface.elements, nodes)
+        return copy(nodes) if np.array_equal(interface.x, nodes) else linear(interface.x, interface.elements,
+                                                                             nodes)
 
 
 def labelled(name: str, label: str) -> str:
@@ -143,7 +149,8 @@ def labelled(name: str, label: str) -> str:
 
 @contextmanager
 def closing(*partitions: Any) -> Iterator[None]:
-    """Closes them at the end; after an error, which on several ranks may be one of a single rank, only when alone."""
+    """Closes them at the end; after an error, which on several ranks may be one of a single rank, only when
+    alone."""
     try:
         yield
     except BaseException:

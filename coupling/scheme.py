@@ -1,4 +1,5 @@
-"""When a run takes its steps, and how its two sides are coupled: frozen data, whose fields are keys of every case."""
+"""When a run takes its steps, and how its two sides are coupled: frozen data, whose fields are keys of every
+case."""
 from dataclasses import dataclass
 from typing import ClassVar, Literal, Optional
 
@@ -41,7 +42,8 @@ class Steps:
 
     dt: float  # time step [s]
     t_end: float  # end of the run [s]
-    adapt: Optional[float] = 0.0  # shorter windows; none: never, 0: where one fails, 0.01: also for that error [-]
+    # shorter windows; none: never, 0: where one fails, 0.01: also for that error [-]
+    adapt: Optional[float] = 0.0
 
     substeps: ClassVar[int] = 1
 
@@ -60,8 +62,8 @@ def _repeats(keys: dict) -> bool:
 
 @dataclass(frozen=True)
 class Scheme(Steps):
-    """Windows of a solid and grains, see ``couple``, and the back end of the grains. ``counts``: of a key, when it has
-    an effect, see ``case``.
+    """Windows of a solid and grains, see ``couple``, and the back end of the grains. ``counts``: of a key,
+    when it has an effect, see ``case``.
 
     >>> scheme = Scheme(dt=1e-3, t_end=0.5, substeps=20)
     >>> scheme.windows, scheme.inner, scheme.back_ends
@@ -75,7 +77,8 @@ class Scheme(Steps):
     relax: Literal["aitken", "constant", "iqn"] = "aitken"  # how the force is corrected in a repetition
     dem: Literal["reference", "liggghts", "compare"] = "reference"  # back end; compare runs both
 
-    counts: ClassVar[dict] = {name: (_repeats, "where windows are repeated, iterate=20") for name in ("tol", "relax")}
+    counts: ClassVar[dict] = {name: (_repeats, "where windows are repeated, iterate=20")
+                              for name in ("tol", "relax")}
 
     @property
     def inner(self) -> float:

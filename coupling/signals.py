@@ -1,7 +1,7 @@
 """Signals that end a run, all of them like an interrupt: what it had is written before it ends.
 
-They come from a user (SIGINT, SIGQUIT), from a queue whose time is over (SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU), from a
-terminal that is closed (SIGHUP), and from a pipe that nobody reads any more (SIGPIPE).
+They come from a user (SIGINT, SIGQUIT), from a queue whose time is over (SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU),
+from a terminal that is closed (SIGHUP), and from a pipe that nobody reads any more (SIGPIPE).
 """
 import signal
 import threading
@@ -9,8 +9,8 @@ import time
 from contextlib import contextmanager
 from typing import Any, ClassVar, Iterator, Optional
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGPIPE, signal.SIGUSR1, signal.SIGUSR2,
-           signal.SIGXCPU)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGPIPE, signal.SIGUSR1,
+           signal.SIGUSR2, signal.SIGXCPU)
 QUIET = 5.0  # [s] after a signal, in which others must not cut the end short: they often come in pairs
 
 
@@ -31,16 +31,17 @@ class Ending:
 
 
 def raise_again() -> None:
-    """KeyboardInterrupt where a signal has been received after all: within a call back from C, as compiling makes them,
-    the first one goes nowhere. Called after every window."""
+    """KeyboardInterrupt where a signal has been received after all: within a call back from C, as compiling
+    makes them, the first one goes nowhere. Called after every window."""
     if Ending.received is not None:
         raise KeyboardInterrupt(Ending.received)
 
 
 @contextmanager
 def like_interrupts() -> Iterator[None]:
-    """Inside, each of SIGNALS raises KeyboardInterrupt, but those that were ignored when the program was started, as by
-    nohup: they still are. (SIGPIPE is always ignored by Python itself.) Outside the main thread nothing changes."""
+    """Inside, each of SIGNALS raises KeyboardInterrupt, but those that were ignored when the program was
+    started, as by nohup: they still are. (SIGPIPE is always ignored by Python itself.) Outside the main
+    thread nothing changes."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -7,8 +7,9 @@ from typing import Any, Callable, Container, Dict, List, Sequence
 
 import mpm_dem_checks as check
 
+# Python's float() and int() take more
 NUMBERS = {float: re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE),
-           int: re.compile(r"[+-]?\d+(e\+?\d+)?", re.ASCII | re.IGNORECASE)}  # Python's float() and int() take more
+           int: re.compile(r"[+-]?\d+(e\+?\d+)?", re.ASCII | re.IGNORECASE)}
 
 
 class UsageError(ValueError):
@@ -16,8 +17,9 @@ class UsageError(ValueError):
 
 
 def parse(words: Sequence[str], kinds: Dict[str, Any], presets: Dict[str, dict]) -> Dict[str, Any]:
-    """Values by key from ``words`` such as ``dt=1e-6``; kinds: key → annotation; presets: name → values by key, chosen by
-    ``preset=NAME``. UsageError for an unknown or repeated key and a value that does not fit its type."""
+    """Values by key from ``words`` such as ``dt=1e-6``; kinds: key → annotation; presets: name → values by
+    key, chosen by ``preset=NAME``. UsageError for an unknown or repeated key and a value that does not fit
+    its type."""
     known = list(kinds)
     preset: Dict[str, Any] = {}
     given: Dict[str, Any] = {}
@@ -47,7 +49,8 @@ def parse(words: Sequence[str], kinds: Dict[str, Any], presets: Dict[str, dict])
 
 
 def once(key: str, text: str, given: Container[str]) -> None:
-    """UsageError when the key is among those ``given`` before: which of two values counts is nothing to guess."""
+    """UsageError when the key is among those ``given`` before: which of two values counts is nothing to
+    guess."""
     if key in given:
         raise UsageError(f"{key}={check.shown(text, plain=True)} repeats the key {key}: give it once")
 
@@ -79,13 +82,15 @@ def convert(key: str, text: str, kind: Any) -> Any:
                 raise ValueError
             return tuple(_number(key, part, arg) for part, arg in zip(parts, args))
         if kind is bool:
-            return {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}[text.lower()]
+            return {"yes": True, "true": True, "1": True, "no": False, "false": False,
+                    "0": False}[text.lower()]
         if kind in (int, float):
             return _number(key, text, kind)
     except UsageError:
         raise
     except (ValueError, KeyError):
-        raise UsageError(f"{key}={check.shown(text, plain=True)} cannot be read as {_kind_name(kind)}") from None
+        raise UsageError(
+            f"{key}={check.shown(text, plain=True)} cannot be read as {_kind_name(kind)}") from None
     return checked(check.path, key, text) if kind is Path else kind(text)
 
 

@@ -1,10 +1,9 @@
 """How kernels are compiled: the only module that calls numba.
 
-    specialise  a kernel for one dimension, kind of cell or law: a plain function whose globals become constants
-    compiled    a kernel as it stands
-    inlined     a small function that kernels call with their sizes as arguments, always made part of them
-    direct      a kernel that is called often, with groups of arrays
-    called      a function that kernels call, made part of them where LLVM finds that good
+    specialise  a kernel for one dimension, kind of cell or law: a plain function whose globals become
+    constants compiled    a kernel as it stands inlined     a small function that kernels call with their
+    sizes as arguments, always made part of them direct      a kernel that is called often, with groups of
+    arrays called      a function that kernels call, made part of them where LLVM finds that good
 
 Numba treats global names as constants, so a loop over ``range(D)`` with a global ``D`` is unrolled: measured
 on the residual of 15 360 points in the plane, 0.64 ms against 2.3 ms with the dimension read from the arrays
@@ -25,8 +24,8 @@ from numba import njit
 
 OPTIONS = dict(error_model="numpy", fastmath={"contract"})
 compiled = njit(cache=True, error_model="numpy")
-# LLVM inlines these and unrolls their loops. Numba's own inlining does as well at run time, but doubles or triples the
-# time that a kernel takes to compile.
+# LLVM inlines these and unrolls their loops. Numba's own inlining does as well at run time, but doubles or
+# triples the time that a kernel takes to compile.
 inlined = njit(forceinline=True, **OPTIONS)
 called = njit(error_model="numpy")
 
@@ -48,9 +47,9 @@ def _source(module):
 @functools.lru_cache(maxsize=None)
 def _bind(template, names):
     constants = dict(names)
-    # Numba tells cache entries apart by the qualified name and does not notice edits of what a kernel calls: constants
-    # and sources therefore go into the name. A bound kernel has a name of that sort already. So does the module: numba
-    # finds the class of a law's parameters by its name.
+    # Numba tells cache entries apart by the qualified name and does not notice edits of what a kernel calls:
+    # constants and sources therefore go into the name. A bound kernel has a name of that sort already. So
+    # does the module: numba finds the class of a law's parameters by its name.
     text = repr([template.__module__, *((name, getattr(value, "__name__", value)) for name, value in names)])
     tag = hashlib.sha1((text + _source(inspect.getmodule(template))).encode()).hexdigest()[:12]
     kernel = types.FunctionType(template.__code__, {**template.__globals__, **constants},

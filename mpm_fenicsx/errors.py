@@ -11,8 +11,8 @@ class MPMError(RuntimeError):
 
 
 class MPMDivergedError(MPMError, ArithmeticError):
-    """Newton's method did not converge in a step. An ArithmeticError, as all that a shorter step may cure. ``what``
-    happened, and ``advice``: what to try.
+    """Newton's method did not converge in a step. An ArithmeticError, as all that a shorter step may cure.
+    ``what`` happened, and ``advice``: what to try.
 
     >>> MPMDivergedError("Newton's method diverged in step 3", "try a smaller dt").advice
     'try a smaller dt'

@@ -95,8 +95,8 @@ class Model:
 
     @property
     def bodies(self) -> list:
-        """The bodies with their points on this rank, see ``bodies.BodyTerm``; far from zero positions can be read,
-        not changed."""
+        """The bodies with their points on this rank, see ``bodies.BodyTerm``; far from zero positions can be
+        read, not changed."""
         if not self._frame.moved:
             return self._bodies
         return [Seen(body, points=seen_points(body.points, self._frame)) for body in self._bodies]

@@ -37,8 +37,8 @@ class MPM(Model):
     where they share grid nodes is meant (layers of one soil), else a warning says so, as there is no contact
     between bodies; numerics: see ``Numerics``.
 
-    ``bodies`` are the bodies with their points, numbered through, see ``bodies.BodyTerm``; ``phases`` sums the
-    seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,
+    ``bodies`` are the bodies with their points, numbered through, see ``bodies.BodyTerm``; ``phases`` sums
+    the seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,
     ``ghost_since`` the time [s] from which the ghost penalty has been needed, or None, see ``fall_back``,
     ``count`` the number of material points, ``rebalances`` lists the new distributions over the ranks: (step,
     imbalance before, after).
@@ -58,8 +58,8 @@ class MPM(Model):
     array([    0., -1000.])
     >>> solid.close()
 
-    Everything is collective. Raises ValueError for a scene that cannot be run, MPMError and MPMDivergedError when
-    a step fails.
+    Everything is collective. Raises ValueError for a scene that cannot be run, MPMError and MPMDivergedError
+    when a step fails.
     """
 
     rebalance_every = 50  # steps between two looks at the imbalance
@@ -88,8 +88,8 @@ class MPM(Model):
     @while_open
     def advance(self, dt: float, force: Optional[np.ndarray] = None) -> Tuple[np.ndarray, np.ndarray]:
         """Advance by ``dt`` [s] in one step, under point loads ``force`` on the boundary particles [N], shape
-        (n, dim), constant meanwhile, the same on every rank. Returns ``surface()``. MPMDivergedError when Newton's
-        method fails; all points are then as they were."""
+        (n, dim), constant meanwhile, the same on every rank. Returns ``surface()``. MPMDivergedError when
+        Newton's method fails; all points are then as they were."""
         dt = check.positive("dt", dt, "s", "it must be positive")
         force = self._surface.checked(force, self.time)
         self.step.clock.restart()

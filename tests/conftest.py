@@ -1,4 +1,5 @@
-"""Fixtures shared by all tests. What MPMDEM_REQUIRE names (comma-separated, as "liggghts") must not be skipped."""
+"""Fixtures shared by all tests. What MPMDEM_REQUIRE names (comma-separated, as "liggghts") must not be
+skipped."""
 import os
 import shutil
 import subprocess
@@ -78,16 +79,19 @@ def start_process():
 
 @pytest.fixture
 def start_ranks(start_process):
-    """``start_ranks(n, *words)``: a Python process with these words on each of n ranks, as a ``Popen``. Without mpirun
-    the test is skipped, or fails when mpi is required."""
+    """``start_ranks(n, *words)``: a Python process with these words on each of n ranks, as a ``Popen``.
+    Without mpirun the test is skipped, or fails when mpi is required."""
     if shutil.which("mpirun") is None:
         (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
-    # Without what MPI tells the children of this process, or of the one that started it to run tests side by side.
-    env = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_", "PMIX_", "PMI_"))}
+    # Without what MPI tells the children of this process, or of the one that started it to run tests side by
+    # side.
+    env = {name: value for name, value in os.environ.items()
+           if not name.startswith(("OMPI_", "PMIX_", "PMI_"))}
     env.update(PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1")
 
     def start(n, *words):
-        command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(n), sys.executable, *map(str, words)]
+        command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(n), sys.executable,
+                   *map(str, words)]
         return start_process(command, env)
 
     return start
@@ -95,7 +99,8 @@ def start_ranks(start_process):
 
 @pytest.fixture
 def run_ranks(start_ranks):
-    """``run_ranks(n, *words)`` waits for the end; status, stdout and stderr as in ``subprocess.CompletedProcess``."""
+    """``run_ranks(n, *words)`` waits for the end; status, stdout and stderr as in
+    ``subprocess.CompletedProcess``."""
     def run(n, *words, timeout=240):
         process = start_ranks(n, *words)
         out, err = process.communicate(timeout=timeout)

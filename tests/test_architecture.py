@@ -14,7 +14,8 @@ FORBIDDEN = {  # packages and libraries that a package must not import, nor anyt
     "mpm_fenicsx": {"coupling", "dem_liggghts", "cases"},
     "dem_liggghts": {"coupling", "mpm_fenicsx", "cases", "dolfinx", "petsc4py"},
     "coupling": {"mpm_fenicsx", "dem_liggghts", "cases", "dolfinx", "petsc4py", "ufl", "basix"}}
-MODULE, FUNCTION, KERNEL, CASE = 260, 40, 60, 100  # lines; kernels are compiled functions with loops over points
+# lines; kernels are compiled functions with loops over points
+MODULE, FUNCTION, KERNEL, CASE = 260, 40, 60, 100
 PARAMETERS = 8
 STATE_A_SCENE = {"mpm_fenicsx/mpm.py:__init__"}  # which may have more
 
@@ -42,9 +43,11 @@ def test_nothing_imports_upwards(package):
 
 @pytest.mark.parametrize("package", ["coupling", "dem_liggghts"])
 def test_packages_stand_alone(package):
-    """Imported alone, a package brings nothing along that it must not know: neither directly nor by others."""
+    """Imported alone, a package brings nothing along that it must not know: neither directly nor by
+    others."""
     code = f"import sys, {package}; print(*{{name.split('.')[0] for name in sys.modules}})"
-    loaded = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    loaded = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True,
+                            text=True).stdout
     assert package in loaded.split() and not FORBIDDEN[package] & set(loaded.split())
 
 
@@ -64,7 +67,8 @@ def test_names_that_differ_between_versions_are_in_one_file():
     assert users == {"compat.py"}, "import from dolfinx and ufl in compat.py, and from there elsewhere"
 
 
-DEM_SCENE = [f"dem_liggghts/scene/{name}.py" for name in ("scene", "materials", "spheres", "walls", "clusters")]
+DEM_SCENE = [f"dem_liggghts/scene/{name}.py" for name in ("scene", "materials", "spheres", "walls",
+                                                          "clusters")]
 
 
 @pytest.mark.parametrize("file", ["mpm_fenicsx/scene/bodies.py", *DEM_SCENE])
@@ -92,8 +96,8 @@ def test_subpackages_import_downwards(package):
 
 
 def imported_files(path):
-    """Files of the project that a file imports, also those inside functions; a folder stands for its ``__init__.py``
-    when a name of that is taken."""
+    """Files of the project that a file imports, also those inside functions; a folder stands for its
+    ``__init__.py`` when a name of that is taken."""
     home, found = path.relative_to(ROOT).parts[:-1], set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom):

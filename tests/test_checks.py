@@ -25,7 +25,8 @@ def test_kinds_of_numbers():
         check.positive("v", 0)
     with pytest.raises(ValueError, match="v is 2.5: give a whole number of at least 1"):
         check.count("v", 2.5)
-    with pytest.raises(ValueError, match="v is 3000000000: give a whole number of at least 1 and at most 2147483647"):
+    with pytest.raises(ValueError, match="v is 3000000000: give a whole number of at least 1 and at most "
+                       "2147483647"):
         check.count("v", 3000000000)
 
 
@@ -41,9 +42,10 @@ def test_intervals(ends, inside):
         check.between("v", -0.1, 0, 1, ends=ends)
 
 
-@pytest.mark.parametrize("value, sentence", [
-    ((1, 2, 3), "give 2 whole numbers, each at least 1"), (5, "give 2 whole"), ("12", "give 2 whole"),
-    ((1, np.inf), "give 2 whole"), ((0, 1), "give 2 whole"), ((1.5, 1), "give 2 whole"), (((1, 2), 3), "give 2 whole")])
+@pytest.mark.parametrize("value, sentence", [((1, 2, 3), "give 2 whole numbers, each at least 1"),
+                                             (5, "give 2 whole"), ("12", "give 2 whole"),
+                                             ((1, np.inf), "give 2 whole"), ((0, 1), "give 2 whole"),
+                                             ((1.5, 1), "give 2 whole"), (((1, 2), 3), "give 2 whole")])
 def test_several_whole_numbers(value, sentence):
     with pytest.raises(ValueError, match=f"n is .*: {sentence}"):
         check.counts("n", value, 2)
@@ -58,19 +60,23 @@ def test_several_numbers():
         check.numbers("g", (0, np.nan), 2, "m")
 
 
-@pytest.mark.parametrize("value, sentence", [
-    ([[1.0, np.nan]], r"x \(entry 0, 1\) is nan m: give finite numbers"), ("abc", "x is 'abc': give numbers of shape"),
-    ([[1], [1, 2]], "give numbers of shape"), (3.0, r"x is 3.0: give numbers of shape \(n, 2\) or \(n, 3\)"),
-    (np.zeros((2, 4)), r"x has shape \(2, 4\)"), ({}, "x is {}")])
+@pytest.mark.parametrize("value, sentence",
+                         [([[1.0, np.nan]], r"x \(entry 0, 1\) is nan m: give finite numbers"),
+                          ("abc", "x is 'abc': give numbers of shape"),
+                          ([[1], [1, 2]], "give numbers of shape"),
+                          (3.0, r"x is 3.0: give numbers of shape \(n, 2\) or \(n, 3\)"),
+                          (np.zeros((2, 4)), r"x has shape \(2, 4\)"), ({}, "x is {}")])
 def test_arrays(value, sentence):
     with pytest.raises(ValueError, match=sentence):
         check.array("x", value, ("n", 2), ("n", 3), unit="m")
 
 
-@pytest.mark.parametrize("value, sentence", [
-    ([[0, 5]], r"elements name nodes 0..5, there are 5: give numbers from 0 to 4"), ([[-1, 0]], "name nodes -1..0"),
-    ([[0.5, 1]], "give whole numbers, those of nodes"), ([["a", "b"]], "give numbers of shape"),
-    ([[0, 1, 2]], r"elements is \[\[0, 1, 2\]\]: give numbers of shape \(n, 2\)"), ([[0, np.nan]], "give whole numbers")])
+@pytest.mark.parametrize("value, sentence",
+                         [([[0, 5]], r"elements name nodes 0..5, there are 5: give " r"numbers from 0 to 4"),
+                          ([[-1, 0]], "name nodes -1..0"), ([[0.5, 1]], "give whole numbers, those of nodes"),
+                          ([["a", "b"]], "give numbers of shape"),
+                          ([[0, 1, 2]], r"elements is \[\[0, 1, 2\]\]: give numbers of shape \(n, 2\)"),
+                          ([[0, np.nan]], "give whole numbers")])
 def test_indices(value, sentence):
     with pytest.raises(ValueError, match=sentence):
         check.indices("elements", value, 5, (2,), "nodes")
@@ -78,7 +84,8 @@ def test_indices(value, sentence):
 
 
 def test_words_and_functions():
-    assert check.choice("law", "linear", ("linear", "other")) == "linear" and check.truth("f", np.True_) is True
+    assert check.choice("law", "linear", ("linear", "other")) == "linear" and check.truth("f",
+                                                                                          np.True_) is True
     for bad in ("liner", None, 3, np.zeros(2), []):
         with pytest.raises(ValueError, match="law is .*: choose one of linear, other"):
             check.choice("law", bad, ("linear", "other"))
@@ -105,7 +112,8 @@ def test_paths(tmp_path, monkeypatch):
         with pytest.raises(ValueError, match="^out is .*: give ") as caught:
             check.path("out", bad)
         str(caught.value).encode()
-    for bad, why in (("pipe", "this is a folder, pipe or device"), (".", "this is a folder"), ("y", "does not exist")):
+    for bad, why in (("pipe", "this is a folder, pipe or device"), (".", "this is a folder"),
+                     ("y", "does not exist")):
         with pytest.raises(ValueError, match=why):
             check.file("mesh", tmp_path / bad)
 
@@ -113,7 +121,8 @@ def test_paths(tmp_path, monkeypatch):
 def test_sizes(monkeypatch):
     check.check_memory("2 cells", 1e3, "")
     check.check_work("2 steps", 1e11, "")
-    with pytest.raises(ValueError, match="^1 cell need about 1e.06 GB of memory, .* GB for each process: take fewer"):
+    with pytest.raises(ValueError, match="^1 cell need about 1e.06 GB of memory, .* GB for each process: "
+                       "take fewer"):
         check.check_memory("1 cell", 1e15, "take fewer")
     with pytest.raises(ValueError, match="^3 steps take about 2e.12 operations, more than 1e.12: take fewer"):
         check.check_work("3 steps", 2e12, "take fewer")

@@ -1,4 +1,5 @@
-"""The command that measures everything anew: sections land between their markers, a part that fails does not end it."""
+"""The command that measures everything anew: sections land between their markers, a part that fails does not
+end it."""
 import importlib.util
 import sys
 from pathlib import Path
@@ -9,7 +10,8 @@ import pytest
 @pytest.fixture
 def reporter(tmp_path, monkeypatch):
     """The module tests/benchmarks/make_report.py in a project that has two documents and two small parts."""
-    spec = importlib.util.spec_from_file_location("make_report", Path(__file__).parent / "benchmarks/make_report.py")
+    spec = importlib.util.spec_from_file_location("make_report",
+                                                  Path(__file__).parent / "benchmarks/make_report.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     (tmp_path / "docs").mkdir()
@@ -59,9 +61,11 @@ def test_every_part_of_the_real_report_exists():
     assert (root / module.OVERLAY.partition("=")[2]).is_file()
 
 
-@pytest.mark.parametrize("rows, sentence", [
-    (["2e-3,4e-6,0.33,ok,0.0018", "5e-3,4e-6,0.2,ok,0.02"], "met, 0.18% in 0.33 s (h=2e-3, dt=4e-6)"),
-    (["2e-3,4e-6,0.7,ok,0.0018"], "**missed**, 0.18% in 0.70 s"), (["2e-3,4e-6,0.3,ok,0.01"], "**no run has")])
+@pytest.mark.parametrize("rows, sentence",
+                         [(["2e-3,4e-6,0.33,ok,0.0018", "5e-3,4e-6,0.2,ok,0.02"],
+                           "met, 0.18% in 0.33 s (h=2e-3, dt=4e-6)"),
+                          (["2e-3,4e-6,0.7,ok,0.0018"], "**missed**, 0.18% in 0.70 s"),
+                          (["2e-3,4e-6,0.3,ok,0.01"], "**no run has")])
 def test_targets(reporter, tmp_path, rows, sentence):
     folder = tmp_path / "out/beam_2d"
     folder.mkdir(parents=True)

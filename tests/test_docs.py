@@ -1,4 +1,5 @@
-"""What README and the pages in docs promise: links lead somewhere, the scene shown is the one that is tested."""
+"""What README and the pages in docs promise: links lead somewhere, the scene shown is the one that is
+tested."""
 import re
 from pathlib import Path
 

@@ -23,8 +23,8 @@ print(sum(turn_axes.stats.cache_hits.values()), numba.config.CACHE_DIR)
 
 @pytest.fixture
 def unprivileged():
-    """``unprivileged(words)``: a Python process of a user without rights and home, in a copy of the sources that he
-    cannot write, with a folder for temporary files that he can."""
+    """``unprivileged(words)``: a Python process of a user without rights and home, in a copy of the sources
+    that he cannot write, with a folder for temporary files that he can."""
     place = Path(tempfile.mkdtemp())  # those of pytest are closed to others
     place.chmod(0o755)
     for name in ("coupling", "dem_liggghts", "mpm_fenicsx", "cases"):
@@ -36,13 +36,14 @@ def unprivileged():
     folders = [place, *(path for path in place.rglob("*") if path.is_dir() and path.name != "tmp")]
     for folder in folders:
         folder.chmod(0o555)
-    become = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups"] if os.getuid() == 0 else []
+    become = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}",
+              "--clear-groups"] if os.getuid() == 0 else []
 
     def run(*words):
-        env = {"PATH": "/usr/bin:/bin", "HOME": "/nonexistent", "TMPDIR": str(place / "tmp"), "OMP_NUM_THREADS": "1",
-               "PYTHONPATH": str(place)}
-        return subprocess.run([*become, os.path.realpath(sys.executable), *map(str, words)], cwd=place, env=env,
-                              capture_output=True, text=True, timeout=120)
+        env = {"PATH": "/usr/bin:/bin", "HOME": "/nonexistent", "TMPDIR": str(place / "tmp"),
+               "OMP_NUM_THREADS": "1", "PYTHONPATH": str(place)}
+        return subprocess.run([*become, os.path.realpath(sys.executable), *map(str, words)], cwd=place,
+                              env=env, capture_output=True, text=True, timeout=120)
 
     yield run
     for folder in folders:
@@ -77,4 +78,5 @@ def test_a_folder_that_somebody_else_has_prepared_is_not_used(monkeypatch, tmp_p
 
 def test_a_folder_of_results_that_is_not_his_is_a_sentence(unprivileged):
     done = unprivileged("-c", "from coupling.records.results import Results; Results('out', 'case')")
-    assert "out=out cannot be written (Permission denied): choose another folder" in done.stderr.splitlines()[-1]
+    assert "out=out cannot be written (Permission denied): choose another folder" in done.stderr.splitlines()[
+        -1]

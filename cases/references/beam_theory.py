@@ -1,12 +1,13 @@
 """A sphere strikes a simply supported beam at midspan: modal beam, Hertz contact, no gravity.
 
-The beam is a sum of its eigenmodes, the sphere one more "mode" without stiffness, and the contact force couples them:
+The beam is a sum of its eigenmodes, the sphere one more "mode" without stiffness, and the contact force
+couples them:
 
     z_j'' + omega_j^2 z_j = -F / m_j,     m u_s'' = F,     F = 4/3 E* sqrt(R) d^1.5,     d = sum_j z_j - u_s,
 
-with 1/E* = (1 - nu^2)/E + (1 - nu_s^2)/E_s (Johnson, Contact Mechanics, 1985, eq. 4.22-4.24). It is Timoshenko's
-problem of 1913, free of any mesh: the reference for the coupled runs. Displacements, velocities and the force on the
-sphere are positive upward; the sphere touches the beam at time 0.
+with 1/E* = (1 - nu^2)/E + (1 - nu_s^2)/E_s (Johnson, Contact Mechanics, 1985, eq. 4.22-4.24). It is
+Timoshenko's problem of 1913, free of any mesh: the reference for the coupled runs. Displacements, velocities
+and the force on the sphere are positive upward; the sphere touches the beam at time 0.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -19,7 +20,8 @@ from numba import njit
 import mpm_dem_checks as check
 
 THEORIES = ("timoshenko", "euler_bernoulli")
-STEPS_PER_CONTACT = 2000  # of the default step, in the contact time with a rigid plane: force exact to about 1e-6
+# of the default step, in the contact time with a rigid plane: force exact to about 1e-6
+STEPS_PER_CONTACT = 2000
 MIN_STEPS_PER_CONTACT = 20
 
 
@@ -37,7 +39,8 @@ class ImpactHistory:
     """What `impact` returns: arrays of shape (n,) over time, and two constants of the contact.
 
     time [s]; force on the sphere [N]; u_beam: deflection at midspan [m]; u_sphere [m]; v_sphere [m/s];
-    beam_energy: kinetic and strain energy of all modes [J]; sphere_mass [kg]; stiffness: 4/3 E* sqrt(R) [N/m^1.5].
+    beam_energy: kinetic and strain energy of all modes [J]; sphere_mass [kg]; stiffness: 4/3 E* sqrt(R)
+    [N/m^1.5].
     """
 
     time: np.ndarray
@@ -53,8 +56,8 @@ class ImpactHistory:
         """The history at other times [s], linear between the (fine) steps. ValueError outside the run."""
         time = np.asarray(time, dtype=float)
         if time.size and not (time.min() >= 0 and time.max() <= self.time[-1] * (1 + 1e-12)):
-            raise ValueError(f"times {time.min():g} to {time.max():g} s leave the reference, which covers 0 to "
-                             f"{self.time[-1]:g} s; call impact with a longer t_end.")
+            raise ValueError(f"times {time.min():g} to {time.max():g} s leave the reference, which covers 0 "
+                             f"to {self.time[-1]:g} s; call impact with a longer t_end.")
         arrays = [field.name for field in fields(self) if field.type is np.ndarray]
         at_time: Dict[str, Any] = {name: np.interp(time, self.time, getattr(self, name)) for name in arrays}
         return replace(self, **at_time)
@@ -68,7 +71,8 @@ class ImpactHistory:
         """All contacts in order, a list of `Contact`; one that lasts to the end of the run ends there."""
         indentation = self.u_beam - self.u_sphere
         touching = np.concatenate(([False], self.force > 0, [False]))
-        first, free = np.flatnonzero(touching[1:] & ~touching[:-1]), np.flatnonzero(touching[:-1] & ~touching[1:])
+        first, free = np.flatnonzero(touching[1:] & ~touching[:-1]), np.flatnonzero(touching[:-1]
+                                                                                    & ~touching[1:])
 
         def crossing(i: int) -> float:  # between rows i - 1 and i, where the indentation changes sign
             if i == len(self.time):
@@ -82,26 +86,30 @@ class ImpactHistory:
 
 
 def contacts(time: np.ndarray, force: np.ndarray) -> List[Contact]:
-    """Contacts in a history of coupling windows, a list of `Contact`: time [s] at the windows' ends and mean force [N]
-    over each, shape (n,)."""
+    """Contacts in a history of coupling windows, a list of `Contact`: time [s] at the windows' ends and mean
+    force [N] over each, shape (n,)."""
     dt, touching = time[1] - time[0], np.concatenate(([False], force > 0, [False]))
     found = []
-    for a, b in zip(np.flatnonzero(touching[1:] & ~touching[:-1]), np.flatnonzero(touching[:-1] & ~touching[1:])):
+    for a, b in zip(np.flatnonzero(touching[1:] & ~touching[:-1]),
+                    np.flatnonzero(touching[:-1] & ~touching[1:])):
         peak = a + int(np.argmax(force[a:b]))
-        found.append(Contact(float(time[a] - dt), float(time[b - 1]), float(force[peak]), float(time[peak] - dt / 2)))
+        found.append(Contact(float(time[a] - dt), float(time[b - 1]), float(force[peak]),
+                             float(time[peak] - dt / 2)))
     return found
 
 
 def beam_modes(length: float, height: float, width: float, E: float, nu: float, rho: float,
-               theory: str = "timoshenko", modes: int = 50, shear: float = 5 / 6) -> Tuple[np.ndarray, np.ndarray]:
-    """Modes of a simply supported beam that move its midspan: omega [rad/s] and modal mass [kg], shape (n,) each.
+               theory: str = "timoshenko", modes: int = 50, shear: float = 5 / 6) -> Tuple[np.ndarray,
+                                                                                           np.ndarray]:
+    """Modes of a simply supported beam that move its midspan: omega [rad/s] and modal mass [kg], shape (n,)
+    each.
 
-    A modal mass belongs to unit deflection at midspan. Only odd half-waves n = 1, 3, … move it, `modes` of them.
-    Euler-Bernoulli: omega = kappa^2 sqrt(EI/(rho A)), kappa = n pi/L, mass rho A L/2. Timoshenko, for
-    w = W sin(kappa x), theta = Theta cos(kappa x) in rho A w'' = k G A (w_xx - theta_x) and
-    rho I theta'' = E I theta_xx + k G A (w_x - theta): per half-wave one frequency of bending and one of shear, from a
-    symmetric 2 x 2 problem; all bending modes come first, then all shear modes. k = `shear` is 5/6; with Cowper's
-    10(1 + nu)/(12 + 11 nu) (J. Appl. Mech. 33, 1966) the peak forces of steel beams differ by less than 0.1 %.
+    A modal mass belongs to unit deflection at midspan. Only odd half-waves n = 1, 3, … move it, `modes` of
+    them. Euler-Bernoulli: omega = kappa^2 sqrt(EI/(rho A)), kappa = n pi/L, mass rho A L/2. Timoshenko, for w
+    = W sin(kappa x), theta = Theta cos(kappa x) in rho A w'' = k G A (w_xx - theta_x) and rho I theta'' = E I
+    theta_xx + k G A (w_x - theta): per half-wave one frequency of bending and one of shear, from a symmetric
+    2 x 2 problem; all bending modes come first, then all shear modes. k = `shear` is 5/6; with Cowper's 10(1
+    + nu)/(12 + 11 nu) (J. Appl. Mech. 33, 1966) the peak forces of steel beams differ by less than 0.1 %.
     """
     _check_beam(length, height, width, E, nu, rho, theory, modes)
     _check_positive(shear=shear)
@@ -114,22 +122,23 @@ def beam_modes(length: float, height: float, width: float, E: float, nu: float, 
     deflection, rotation = c2 * kappa**2, E / rho * kappa**2 + c2 * area / inertia
     mixed2 = c2**2 * kappa**2 * area / inertia
     high = 0.5 * (deflection + rotation) + np.sqrt(0.25 * (deflection - rotation) ** 2 + mixed2)
-    low = c2 * E / rho * kappa**4 / high  # determinant / high: the difference of two large numbers would lose digits
+    # determinant / high: the difference of two large numbers would lose digits
+    low = c2 * E / rho * kappa**4 / high
     share = mixed2 / (rotation - low) / (high - low)  # of the shear mode in a force on the deflection
     return np.sqrt(np.concatenate((low, high))), half_mass / np.concatenate((1 - share, share))
 
 
 def impact(length: float, height: float, width: float, radius: float, v0: float, E: float, nu: float,
-           rho: float, t_end: float, *, theory: str = "timoshenko", modes: Union[int, Tuple[np.ndarray, np.ndarray]] = 50,
-           dt: Optional[float] = None, shear: float = 5 / 6,
-           sphere: Optional[Tuple[float, float, float]] = None) -> ImpactHistory:
+           rho: float, t_end: float, *, theory: str = "timoshenko",
+           modes: Union[int, Tuple[np.ndarray, np.ndarray]] = 50, dt: Optional[float] = None,
+           shear: float = 5 / 6, sphere: Optional[Tuple[float, float, float]] = None) -> ImpactHistory:
     """History of a sphere of `radius` [m] falling at `v0` [m/s] (positive downward) onto the beam's midspan.
 
-    length, height, width of the beam [m]; E [Pa], nu [-], rho [kg/m^3] of the beam, and of the sphere too unless
-    sphere=(E, nu, rho); t_end [s]; theory, modes, shear: see `beam_modes`, or modes=(omega, modal mass) of any body
-    that is struck, shape (n,) each; dt: longest step [s].
-    Each step assumes a force linear in time, moves all modes exactly, and solves the contact law at its end: second
-    order in dt, whatever the modes' frequencies. Returns an `ImpactHistory`. ValueError for input without meaning.
+    length, height, width of the beam [m]; E [Pa], nu [-], rho [kg/m^3] of the beam, and of the sphere too
+    unless sphere=(E, nu, rho); t_end [s]; theory, modes, shear: see `beam_modes`, or modes=(omega, modal
+    mass) of any body that is struck, shape (n,) each; dt: longest step [s]. Each step assumes a force linear
+    in time, moves all modes exactly, and solves the contact law at its end: second order in dt, whatever the
+    modes' frequencies. Returns an `ImpactHistory`. ValueError for input without meaning.
     """
     E_s, nu_s, rho_s = (E, nu, rho) if sphere is None else sphere
     _check_positive(radius=radius, v0=v0, t_end=t_end)
@@ -141,7 +150,8 @@ def impact(length: float, height: float, width: float, radius: float, v0: float,
     n = t_end / dt
     what = f"{n:.3g} steps of the reference solution (t_end={t_end:g} s, dt={dt:.3g} s)"
     check.check_memory(what, 100 * n, "take a smaller t_end")
-    check.check_work(what, 100 * n * (len(modes[0]) if isinstance(modes, tuple) else 2 * modes), "take a smaller t_end")
+    check.check_work(what, 100 * n * (len(modes[0]) if isinstance(modes, tuple) else 2 * modes),
+                     "take a smaller t_end")
     steps = ceil(n * (1 - 1e-12))
     omega, modal_mass = (modes if isinstance(modes, tuple) else
                          beam_modes(length, height, width, E, nu, rho, theory, modes, shear))
@@ -154,7 +164,8 @@ def impact(length: float, height: float, width: float, radius: float, v0: float,
 
 
 def _propagator(omega: np.ndarray, mass: np.ndarray, dt: float) -> np.ndarray:
-    """Exact step of z'' + omega^2 z = f/mass, f linear: (z, z') at the end from (z, z', f0, f1), shape (n, 2, 4)."""
+    """Exact step of z'' + omega^2 z = f/mass, f linear: (z, z') at the end from (z, z', f0, f1), shape (n, 2,
+    4)."""
     angle = omega * dt
     sinc, cosc = np.sinc(angle / pi), 0.5 * np.sinc(angle / (2 * pi)) ** 2  # sin(a)/a, (1 - cos(a))/a^2
     small = angle < 0.1
@@ -174,7 +185,8 @@ def _march(propagator: np.ndarray, omega: np.ndarray, mass: np.ndarray, stiffnes
     velocity[0] = -v0
     rows[0, 3] = -v0
     force = 0.0
-    compliance = propagator[:, 0, 3].sum()  # what the unknown force at the end of the step takes off the indentation
+    # what the unknown force at the end of the step takes off the indentation
+    compliance = propagator[:, 0, 3].sum()
     for i in range(1, len(rows)):
         beam = 0.0
         for j in range(n):
@@ -196,7 +208,8 @@ def _march(propagator: np.ndarray, omega: np.ndarray, mass: np.ndarray, stiffnes
 
 @njit(cache=True)
 def _contact_force(free: float, compliance: float, stiffness: float) -> float:
-    """Force F = K d^1.5 with d + compliance F = free, the indentation without it; Newton from the convex side."""
+    """Force F = K d^1.5 with d + compliance F = free, the indentation without it; Newton from the convex
+    side."""
     if free <= 0:
         return 0.0
     d, change = free, free
@@ -231,8 +244,8 @@ def _check_beam(length: float, height: float, width: float, E: float, nu: float,
 def _check_material(E: float, nu: float, rho: float, whose: str = "") -> None:
     """ValueError unless E [Pa], nu [-], rho [kg/m^3] belong to an elastic solid."""
     _check_positive(**{whose + "E": E, whose + "rho": rho})
-    check.between(f"{whose}nu", nu, -1, 0.5, rule="give a number between -1 and 0.5, both excluded; steel has 0.29",
-                  ends="()")
+    check.between(f"{whose}nu", nu, -1, 0.5, rule="give a number between -1 and 0.5, both excluded; steel "
+                  "has 0.29", ends="()")
 
 
 def _check_positive(**values: float) -> None:

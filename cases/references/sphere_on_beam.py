@@ -1,4 +1,5 @@
-"""A run of a sphere on a beam beside the theory of ``beam_theory``: columns of the history, errors, the paper's figure 7."""
+"""A run of a sphere on a beam beside the theory of ``beam_theory``: columns of the history, errors, the
+paper's figure 7."""
 from pathlib import Path
 from typing import Dict, List
 
@@ -18,23 +19,25 @@ NAMES = {"liggghts": "LIGGGHTS", "reference": "built-in DEM"}
 class Comparison:
     """Of a coupled run whose interface has a point or an element at midspan, x = 0.
 
-    theory: ``beam_theory.ImpactHistory``, whose contact starts after ``wait`` [s]; interface: of the beam; ball: its
-    ``Spheres`` at the start.
+    theory: ``beam_theory.ImpactHistory``, whose contact starts after ``wait`` [s]; interface: of the beam;
+    ball: its ``Spheres`` at the start.
     """
 
     def __init__(self, theory: ImpactHistory, interface: Interface, ball: Spheres, wait: float = 0.0) -> None:
         self._theory, self._wait = theory, wait
         midspan = linear(interface.x, interface.elements, np.zeros((1, ball.dim)), MPI.COMM_SELF)
-        self.columns = {
-            "force": ("N", "force on the sphere, mean over the window", lambda w: 0 - w.wall_force[:, 1].sum()),
-            "u_beam": ("m", "upward displacement of the beam's upper side at midspan",
-                       lambda w: midspan.motion(w.x, w.v)[0][0, 1]),
-            "u_sphere": ("m", "upward displacement of the sphere", lambda w: w.particles["x"][0, 1] - ball.x[0, 1]),
-            "v_sphere": ("m/s", "upward velocity of the sphere", lambda w: w.particles["v"][0, 1])}
+        self.columns = {"force": ("N", "force on the sphere, mean over the window",
+                                  lambda w: 0 - w.wall_force[:, 1].sum()),
+                        "u_beam": ("m", "upward displacement " "of the beam's upper " "side at midspan",
+                                   lambda w: midspan.motion(w.x, w.v)[0][0, 1]),
+                        "u_sphere": ("m", "upward displacement of the sphere",
+                                     lambda w: w.particles["x"][0, 1] - ball.x[0, 1]),
+                        "v_sphere": ("m/s", "upward velocity of the sphere",
+                                     lambda w: w.particles["v"][0, 1])}
 
     def errors(self, histories: Dict[str, History]) -> Dict[str, float]:
-        """Errors of the last of ``histories`` against the theory, and the largest difference in force between back ends.
-        The force is the mean over a window: it belongs to the window's middle."""
+        """Errors of the last of ``histories`` against the theory, and the largest difference in force between
+        back ends. The force is the mean over a window: it belongs to the window's middle."""
         *others, history = histories.values()
         at_end, at_middle = (self._theory.at(np.maximum(history["time"] - self._wait - lag, 0.0))
                              for lag in (0.0, history["window"] / 2))
@@ -46,14 +49,16 @@ class Comparison:
         return {name: float(error) for name, error in errors.items()}
 
     def errors_of_contacts(self, histories: Dict[str, History]) -> Dict[str, float]:
-        """``errors``, and the number of contacts too many; start, end and peak of each contact, relative (start of the
-        first: as part of its duration)."""
+        """``errors``, and the number of contacts too many; start, end and peak of each contact, relative
+        (start of the first: as part of its duration)."""
         *_, history = histories.values()
-        errors, ours, theirs = self.errors(histories), contacts(history["time"], history["force"]), self._theory.contacts()
+        errors, ours, theirs = self.errors(histories), contacts(history["time"],
+                                                                history["force"]), self._theory.contacts()
         errors["contacts"] = float(len(ours) - len(theirs))
         for number, (own, other) in enumerate(zip(ours, theirs), 1):
             errors |= {f"start_{number}": abs(own.start - other.start) / (other.start or other.end),
-                       f"end_{number}": abs(own.end / other.end - 1), f"peak_{number}": abs(own.peak / other.peak - 1)}
+                       f"end_{number}": abs(own.end / other.end - 1),
+                       f"peak_{number}": abs(own.peak / other.peak - 1)}
         return errors
 
     def figure(self, path: Path, histories: Dict[str, History]) -> None:

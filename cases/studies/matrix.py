@@ -1,8 +1,9 @@
-"""The stability matrix: every run with what was expected of it before it was run; ``python -m coupling.stability``.
+"""The stability matrix: every run with what was expected of it before it was run; ``python -m
+coupling.stability``.
 
-Errors are those of ``extreme_references.py``, relative to the size of the quantity. Where no other source is named,
-bounds come from the discretisation: of the beam on four cells over its height 5 % in the force and 6 % in the
-deflection, of a collision of compact bodies with 50 windows per contact 1 %.
+Errors are those of ``extreme_references.py``, relative to the size of the quantity. Where no other source is
+named, bounds come from the discretisation: of the beam on four cells over its height 5 % in the force and 6 %
+in the deflection, of a collision of compact bodies with 50 windows per contact 1 %.
 """
 CASE = "../extreme.py"
 
@@ -30,8 +31,9 @@ TURNING = dict(rebound=0.02, momentum=1e-6, impulse=1e-9)
 THICK = {**TURNING, "rebound": 0.04, "energy_gain": 0.1}
 
 SCALED = "the problem is the same in units of its own; nothing in the program has a scale"
-SOFT = ("the soft layer is too slow to push within a contact: the block bounces as a free one, with half a row of the "
-        "layer's cells, an eighth of its mass, on the nodes they share; a sixteenth on cells of half the size")
+SOFT = ("the soft layer is too slow to push within a contact: the block bounces as a free one, with half a "
+        "row of the layer's cells, an eighth of its mass, on the nodes they share; a sixteenth on cells of "
+        "half the size")
 RIGID = "two rigid bodies and a Hertz contact; the staggered force lags one window of 50 in a contact"
 FOUR = "four windows per contact: it and the modes it excites are not resolved"
 ADDED_MASS = "the beam gives way so much more than the sphere that a force that lags one window feeds itself"

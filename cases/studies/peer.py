@@ -1,9 +1,11 @@
-"""The sphere on the beam on another program, measured on this machine, with the errors of ``cases/beam_impact.py``.
+"""The sphere on the beam on another program, measured on this machine, with the errors of
+``cases/beam_impact.py``.
 
-The program is a script of its own interpreter that takes --work DIR --steps N --dt S --csv FILE --summary FILE and the
-beam (--length --radius --E --nu --rho --v0). It writes a CSV with t_s, contact_force_dem_N, interface_mid_disp_m and
-sphere_vel_m_s, and a JSON with the median seconds of a step in median_s.total. Time is that median times the number of
-steps: what the script spends on recording and starting is left out, in the peer's favour.
+The program is a script of its own interpreter that takes --work DIR --steps N --dt S --csv FILE --summary
+FILE and the beam (--length --radius --E --nu --rho --v0). It writes a CSV with t_s, contact_force_dem_N,
+interface_mid_disp_m and sphere_vel_m_s, and a JSON with the median seconds of a step in median_s.total. Time
+is that median times the number of steps: what the script spends on recording and starting is left out, in the
+peer's favour.
 """
 import itertools
 import json
@@ -37,11 +39,11 @@ def plan(own: Dict[str, str]) -> List[Dict[str, str]]:
 
 def measure(python: str, script: str, runs: List[Dict[str, str]], folder: Path,
             repeat: int = 1) -> List[dict]:
-    """Rows of an overlay (label, time_s, error_NAME), one per run of the peer, the fastest of ``repeat``; those
-    finished before are kept. RuntimeError when the peer's script fails."""
+    """Rows of an overlay (label, time_s, error_NAME), one per run of the peer, the fastest of ``repeat``;
+    those finished before are kept. RuntimeError when the peer's script fails."""
     rows, b = [], BEAM
-    reference = beam_theory.impact(b["length"], *SECTION, b["radius"], b["v0"], b["E"], b["nu"], b["rho"], T_END,
-                                modes=MODES)
+    reference = beam_theory.impact(b["length"], *SECTION, b["radius"], b["v0"], b["E"], b["nu"], b["rho"],
+                                   T_END, modes=MODES)
     for options in runs:
         note = " ".join(f"{k}={v}" for k, v in options.items())
         best: Any = None
@@ -77,7 +79,8 @@ def _start(python: str, script: str, options: Dict[str, str], work: Path) -> Non
         words += [f"--{key}", value]
     environ = {"OMP_NUM_THREADS": "1", **os.environ}
     with open(work / "log.txt", "w") as log:
-        status = subprocess.run([python, script, *map(str, words)], stdout=log, stderr=log, env=environ).returncode
+        status = subprocess.run([python, script, *map(str, words)], stdout=log, stderr=log,
+                                env=environ).returncode
     if status or not (work / "unfinished.json").is_file():
         raise RuntimeError(f"the peer's script failed with status {status}: see {work / 'log.txt'}")
     (work / "unfinished.json").rename(work / "summary.json")  # last, so that a stopped run is made again

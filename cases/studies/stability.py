@@ -3,26 +3,27 @@
     python -m coupling.stability                       the whole matrix, matrix.py beside this file
     python -m coupling.stability units mass_1e3 jobs=2 these groups and rows, two at a time
 
-Keys: out=DIR, folder of the results (out/stability); jobs=N, runs at a time (as many as processors); timeout=SECONDS of
-one run (120); matrix=FILE (matrix.py beside this file). Every run has a process of its own. A matrix that was
-stopped goes on where it was (remove the folder after a change of the program).
+Keys: out=DIR, folder of the results (out/stability); jobs=N, runs at a time (as many as processors);
+timeout=SECONDS of one run (120); matrix=FILE (matrix.py beside this file). Every run has a process of its
+own. A matrix that was stopped goes on where it was (remove the folder after a change of the program).
 
-A matrix is a Python file that defines CASE, the script that runs a row, from its own folder on, and ROWS, a list of tuples
+A matrix is a Python file that defines CASE, the script that runs a row, from its own folder on, and ROWS, a
+list of tuples
 
     (group, name, words, expected, bounds, why)
 
-words: of the command line of CASE, separated by blanks; expected: "right", "inaccurate" or "stopped"; bounds: error
-measure of the case's report → largest value; why: where the expectation comes from. The case reports ``energy_gain``,
-the largest gain of total energy relative to the largest energy so far; it is bounded by ENERGY unless the row says
-otherwise. Each run is
+words: of the command line of CASE, separated by blanks; expected: "right", "inaccurate" or "stopped"; bounds:
+error measure of the case's report → largest value; why: where the expectation comes from. The case reports
+``energy_gain``, the largest gain of total energy relative to the largest energy so far; it is bounded by
+ENERGY unless the row says otherwise. Each run is
 
-    right        it came to its end and no error exceeds its bound,
-    inaccurate   it is stable, all numbers finite and the energy within its bound, but an error exceeds its bound,
-    stopped      it ended with one sentence that says why,
-    wrong        anything else: a crash, a hang, a number that is not finite, energy out of nothing.
+    right        it came to its end and no error exceeds its bound, inaccurate   it is stable, all numbers
+    finite and the energy within its bound, but an error exceeds its bound, stopped      it ended with one
+    sentence that says why, wrong        anything else: a crash, a hang, a number that is not finite, energy
+    out of nothing.
 
-It leaves stability.csv and stability.md, written anew after every run, and stability.png; the exit status is 1 when a
-run is wrong.
+It leaves stability.csv and stability.md, written anew after every run, and stability.png; the exit status is
+1 when a run is wrong.
 """
 import csv
 import difflib
@@ -44,9 +45,10 @@ from studies import sweep
 CLASSES = ("right", "inaccurate", "stopped", "wrong")
 ENERGY = 0.05
 NAME = re.compile(r"[\w.+-]+")  # of a row and its folder
-BUG = "this is a bug in the program"  # how cli.run begins its last sentence after an error that nobody expected
-HEAD = ("group", "row", "words", "expected", "found", "measure", "error", "bound", "energy_gain", "window_s", "says",
-        "why")
+# how cli.run begins its last sentence after an error that nobody expected
+BUG = "this is a bug in the program"
+HEAD = ("group", "row", "words", "expected", "found", "measure", "error", "bound", "energy_gain", "window_s",
+        "says", "why")
 
 
 class Row(NamedTuple):
@@ -61,7 +63,8 @@ class Row(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What became of a row: its class ``found``, the error measure closest to its bound or beyond, and a sentence."""
+    """What became of a row: its class ``found``, the error measure closest to its bound or beyond, and a
+    sentence."""
 
     row: Row
     found: str
@@ -93,7 +96,8 @@ def main(words: List[str]) -> int:
     out = cli.checked(check.path, "out", own.get("out", "out/stability"))
     out.mkdir(parents=True, exist_ok=True)
     outcomes = run(case, rows, out, jobs, timeout)
-    figure.draw_matrix(out / "stability.png", [(o.row.group, o.row.name, o.found, o.error / o.bound) for o in outcomes])
+    figure.draw_matrix(out / "stability.png", [(o.row.group, o.row.name, o.found, o.error / o.bound)
+                                               for o in outcomes])
     surprises = sum(one.found != one.row.expected for one in outcomes)
     tell(f"{summary(outcomes)}; {surprises} not as expected; table and figure in {out}")
     return int(any(o.found == "wrong" for o in outcomes))
@@ -106,8 +110,8 @@ def read(path: Union[str, Path]) -> Tuple[Path, List[Row]]:
         content = runpy.run_path(str(path))
         script, entries = path.parent / content["CASE"], list(content["ROWS"])
     except Exception as error:  # whatever is wrong with somebody's Python file
-        raise cli.UsageError(f"matrix={path} cannot be read ({type(error).__name__}: {error}): give a Python file with "
-                             "CASE, the path of a script from its folder on, and ROWS") from None
+        raise cli.UsageError(f"matrix={path} cannot be read ({type(error).__name__}: {error}): give a Python "
+                             "file with CASE, the path of a script from its folder on, and ROWS") from None
     rows = [_row(number, entry) for number, entry in enumerate(entries, 1)]
     if len({row.name for row in rows}) < len(rows):
         raise cli.UsageError(f"matrix={path} has two rows of one name: rename one")
@@ -118,15 +122,18 @@ def read(path: Union[str, Path]) -> Tuple[Path, List[Row]]:
 def _row(number: int, entry: Any) -> Row:
     """One tuple of a matrix as a ``Row``; UsageError for one that is none."""
     form = isinstance(entry, (tuple, list)) and len(entry) == len(Row._fields)
-    if not form or not all(isinstance(text, str) for text in (*entry[:4], entry[5])) or not isinstance(entry[4], dict):
-        raise cli.UsageError(f"row {number} of the matrix is {check.shown(entry)}: give a tuple of {len(Row._fields)}, "
-                             f"{', '.join(Row._fields)}, of which bounds is a dictionary and the others are texts")
+    if not form or not all(isinstance(text, str) for text in (*entry[:4],
+                                                              entry[5])) or not isinstance(entry[4], dict):
+        raise cli.UsageError(f"row {number} of the matrix is {check.shown(entry)}: give a tuple of "
+                             f"{len(Row._fields)}, {', '.join(Row._fields)}, of which bounds is a "
+                             "dictionary and the others are texts")
     row = Row(*entry)
     if not NAME.fullmatch(row.name) or ".." in row.name:
-        raise cli.UsageError(f"row {number} of the matrix is called {row.name!r}, which is to be the name of a folder: "
-                             "give letters, digits, single points and _+-")
+        raise cli.UsageError(f"row {number} of the matrix is called {row.name!r}, which is to be the name of "
+                             "a folder: give letters, digits, single points and _+-")
     if row.expected not in CLASSES[:3]:
-        raise cli.UsageError(f"row {row.name} expects {row.expected!r}: choose one of {', '.join(CLASSES[:3])}")
+        raise cli.UsageError(f"row {row.name} expects {row.expected!r}: choose one of "
+                             f"{', '.join(CLASSES[:3])}")
     if not row.why or not (row.bounds or row.expected == "stopped"):
         raise cli.UsageError(f"row {row.name} does not say why, or has no bound of an error: write it down")
     for measure, bound in row.bounds.items():
@@ -209,16 +216,18 @@ def write(out: Path, outcomes: List[Outcome]) -> None:
         table = csv.writer(file)
         table.writerow(HEAD)
         for o in outcomes:
-            numbers = ("" if math.isnan(n) else f"{n:.4g}" for n in (o.error, o.bound, o.energy_gain, o.window_s))
+            numbers = ("" if math.isnan(n) else f"{n:.4g}" for n in (o.error, o.bound, o.energy_gain,
+                                                                     o.window_s))
             error, bound, gain, window_s = numbers
             table.writerow([*o.row[:4], o.found, o.measure, error, bound, gain, window_s, o.says, o.row.why])
     lines = [f"{len(outcomes)} runs: {summary(outcomes)}. Bold: not what was expected.", "",
-             "| row | words | expected, because | found | error (bound) | energy gain | says |", "|" + " --- |" * 7]
+             "| row | words | expected, because | found | error (bound) | energy gain | says |",
+             "|" + " --- |" * 7]
     for o in outcomes:
         found = o.found if o.found == o.row.expected else f"**{o.found}**"
         gain = "" if math.isnan(o.energy_gain) else f"{o.energy_gain:.1e}"
-        lines.append(report.table_row([o.row.name, o.row.words, f"{o.row.expected}: {o.row.why}", found, shown(o), gain,
-                                       o.says]))
+        lines.append(report.table_row([o.row.name, o.row.words, f"{o.row.expected}: {o.row.why}", found,
+                                       shown(o), gain, o.says]))
     (out / "stability.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

@@ -1,4 +1,5 @@
-"""Runs of a case over a grid of its keys: each in a process of its own, resumable, failed ones with their reason."""
+"""Runs of a case over a grid of its keys: each in a process of its own, resumable, failed ones with their
+reason."""
 import itertools
 import json
 import os
@@ -21,9 +22,9 @@ PATIENCE = 10.0  # [s] for a run that was told to end
 
 
 class Result(NamedTuple):
-    """One run: its swept ``keys`` (name → text); ``status``, "ok" or why not; seconds in windows and in all, largest
-    memory of a rank [MB], None where the run failed; ``errors``: name → number; ``sentence``: whether the run itself
-    said why it failed; ``warnings``: what it warned of."""
+    """One run: its swept ``keys`` (name → text); ``status``, "ok" or why not; seconds in windows and in all,
+    largest memory of a rank [MB], None where the run failed; ``errors``: name → number; ``sentence``: whether
+    the run itself said why it failed; ``warnings``: what it warned of."""
 
     keys: dict
     status: str
@@ -37,15 +38,16 @@ class Result(NamedTuple):
 
 def parse(words: Sequence[str],
           own: Sequence[str] = ()) -> Tuple[Dict[str, List[str]], List[str], Dict[str, str]]:
-    """Words of a command line → (swept keys: name → texts, words that every run gets, own keys of the tool: name →
-    text). ``own``: their names, which the case does not get to see. UsageError for a word that is no key=value and
-    for a key or a value given twice."""
+    """Words of a command line → (swept keys: name → texts, words that every run gets, own keys of the tool:
+    name → text). ``own``: their names, which the case does not get to see. UsageError for a word that is no
+    key=value and for a key or a value given twice."""
     swept, fixed, mine, after_option = {}, [], {}, False
     seen: Set[str] = set()
     for word in words:
         key, equals, text = word.partition("=")
         if word.startswith("-") or (not equals and after_option):
-            after_option = word.startswith("-")  # PETSc's; a value, if it has one, follows as a word of its own
+            # PETSc's; a value, if it has one, follows as a word of its own
+            after_option = word.startswith("-")
             fixed.append(word)
             continue
         if not equals or not text:
@@ -56,8 +58,8 @@ def parse(words: Sequence[str],
             mine[key] = text
         elif len(values := text.split(",")) > 1:
             if "" in values or len(set(values)) < len(values):
-                raise UsageError(f"{word!r} has {'an empty value' if '' in values else 'a value twice'}: separate "
-                                 "different values by single commas")
+                raise UsageError(f"{word!r} has {'an empty value' if '' in values else 'a value twice'}: "
+                                 "separate different values by single commas")
             swept[key] = values
         else:
             fixed.append(f"{key}={as_typed(text)}")
@@ -76,10 +78,11 @@ def combinations(swept: Dict[str, List[str]]) -> List[Dict[str, str]]:
 
 def run(case: Union[str, Path], keys: Dict[str, str], fixed: Sequence[str], folder: Union[str, Path], *,
         repeat: int = 1, timeout: Optional[float] = None) -> Result:
-    """Run ``case`` (a script) with ``keys`` and the words ``fixed``, results below ``folder``; a finished run of the
-    same words is not repeated. repeat: runs, of which the one with the least time in windows counts. timeout [s] of
-    each."""
-    folder = Path(folder) / (re.sub(r"[^\w.=,+-]", "_", "_".join(f"{k}={v}" for k, v in keys.items())) or "run")
+    """Run ``case`` (a script) with ``keys`` and the words ``fixed``, results below ``folder``; a finished run
+    of the same words is not repeated. repeat: runs, of which the one with the least time in windows counts.
+    timeout [s] of each."""
+    folder = Path(folder) / (re.sub(r"[^\w.=,+-]", "_", "_".join(f"{k}={v}" for k, v in keys.items()))
+                             or "run")
     words = [str(Path(case).resolve()), *(f"{k}={as_typed(v)}" for k, v in keys.items()), *fixed]
     try:
         kept = json.loads((folder / DONE).read_text())
@@ -92,17 +95,20 @@ def run(case: Union[str, Path], keys: Dict[str, str], fixed: Sequence[str], fold
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
         status, sentence = _start([*words, f"out={folder}"], folder, timeout)
-        result = _read(folder, keys, status)._replace(sentence=sentence, warnings=tuple(_said(folder, "warning: ")))
+        result = _read(folder, keys, status)._replace(sentence=sentence,
+                                                      warnings=tuple(_said(folder, "warning: ")))
         if result.status != "ok":
             best = result
             break
         best = result if best is None or result.window_s < best.window_s else best
-    (folder / DONE).write_text(json.dumps({"words": words, "repeat": repeat, "result": best._asdict()}, indent=1))
+    (folder / DONE).write_text(json.dumps({"words": words, "repeat": repeat, "result": best._asdict()},
+                                          indent=1))
     return best
 
 
 def environment() -> Dict[str, str]:
-    """For a process that runs a case: the packages of this project, without what MPI tells its own children."""
+    """For a process that runs a case: the packages of this project, without what MPI tells its own
+    children."""
     paths = [str(Path(__file__).parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {"OMP_NUM_THREADS": "1", **os.environ, "PYTHONPATH": os.pathsep.join(paths)}
 

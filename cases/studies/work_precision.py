@@ -1,25 +1,28 @@
-"""Error against run time: a case over a grid of its keys, as CSV, Markdown table and figure with its Pareto front.
+"""Error against run time: a case over a grid of its keys, as CSV, Markdown table and figure with its Pareto
+front.
 
     python -m coupling.work_precision cases/beam_impact.py h=5e-3,2.5e-3,2e-3 dt=1e-6,2e-6,4e-6 points=2
-    python -m coupling.work_precision cases/beam_impact.py cells=31x7,62x13 overlay=cases/references/kratos_beam.csv
-    python -m coupling.work_precision cases/beam_impact.py dt=1e-6,2e-6 peer=PYTHON script=FILE peer_dt=1e-6,2e-6
+    python -m coupling.work_precision cases/beam_impact.py cells=31x7,62x13
+    overlay=cases/references/kratos_beam.csv python -m coupling.work_precision cases/beam_impact.py
+    dt=1e-6,2e-6 peer=PYTHON script=FILE peer_dt=1e-6,2e-6
 
-A key with several values, separated by commas, is swept, one with a single value is given to every run, and so are
-words with a dash. An x joins the numbers of one value: cells=62x13 is what the case itself reads as cells=62,13. Keys
-of the tool:
+A key with several values, separated by commas, is swept, one with a single value is given to every run, and
+so are words with a dash. An x joins the numbers of one value: cells=62x13 is what the case itself reads as
+cells=62,13. Keys of the tool:
 
-    out=DIR          folder of the results, out/work_precision/CASE unless given; a sweep that was stopped goes on here,
-                     only runs that are not finished are made (remove the folder after a change of the program)
-    repeat=N         every run N times, of which the fastest counts (1)
-    timeout=SECONDS  of one run; then it is stopped, and a failed row (none)
-    show=NAME,NAME   error measures in table and figure, three at most there (unless given: all, and the first three)
-    overlay=FILE     results of others: a CSV with the columns label, time_s and error_NAME, comments start with #
-    peer=PYTHON script=FILE peer_KEY=value,value
+    out=DIR          folder of the results, out/work_precision/CASE unless given; a sweep that was stopped
+                     goes on here, only runs that are not finished are made (remove the folder after a change
+                     of the program)
+    repeat=N         every run N times, of which the fastest counts (1) timeout=SECONDS  of one run; then it
+    is stopped, and a failed row (none) show=NAME,NAME   error measures in table and figure, three at most
+    there (unless given: all, and the first three) overlay=FILE     results of others: a CSV with the columns
+    label, time_s and error_NAME, comments start with # peer=PYTHON script=FILE peer_KEY=value,value
                      another program on the same beam, measured here, see peer.py beside this file
 
-It leaves work_precision.csv (a column per swept key, then window_s, wall_s, peak_mb, status, warnings of the case and
-error_NAME of each error measure), which grows with every run, and at the end work_precision.md and work_precision.png.
-window_s is the time in coupling windows, without start-up and pictures. A run that fails is a row with its reason.
+It leaves work_precision.csv (a column per swept key, then window_s, wall_s, peak_mb, status, warnings of the
+case and error_NAME of each error measure), which grows with every run, and at the end work_precision.md and
+work_precision.png. window_s is the time in coupling windows, without start-up and pictures. A run that fails
+is a row with its reason.
 """
 import csv
 from math import inf
@@ -85,8 +88,8 @@ def read_overlay(path: str) -> List[dict]:
         return [{"label": row["label"], "time_s": float(row["time_s"]),
                  **{k: float(v) for k, v in row.items() if v and k.startswith("error_")}} for row in rows]
     except (OSError, KeyError, ValueError, TypeError) as error:
-        raise cli.UsageError(f"overlay={path} cannot be read ({error}): give a CSV with the columns label, time_s and "
-                             "error_NAME") from None
+        raise cli.UsageError(f"overlay={path} cannot be read ({error}): give a CSV with the columns label, "
+                             "time_s and error_NAME") from None
 
 
 def measures(results: List[sweep.Result]) -> List[str]:
@@ -97,7 +100,8 @@ def measures(results: List[sweep.Result]) -> List[str]:
 def write_csv(path: Path, swept: Dict[str, List[str]], results: List[sweep.Result]) -> None:
     """One row per run: its keys, seconds in windows and in all, memory [MB], status, warnings and errors."""
     names = measures(results)
-    head = [*swept, "window_s", "wall_s", "peak_mb", "status", "warnings", *(f"error_{name}" for name in names)]
+    head = [*swept, "window_s", "wall_s", "peak_mb", "status", "warnings",
+            *(f"error_{name}" for name in names)]
     rows = [[*r.keys.values(), r.window_s, r.wall_s, r.peak_mb, r.status, " / ".join(r.warnings),
              *(r.errors.get(n) for n in names)] for r in results]
     with open(path, "w", encoding="utf-8", newline="") as file:
@@ -106,8 +110,8 @@ def write_csv(path: Path, swept: Dict[str, List[str]], results: List[sweep.Resul
 
 def write(out: Path, title: str, swept: Dict[str, List[str]], results: List[sweep.Result],
           others: Sequence[dict] = (), show: Optional[str] = None) -> None:
-    """Markdown table and figure of ``results`` into the folder ``out``. others: rows as of ``read_overlay``; show:
-    error measures in the figure, separated by commas. UsageError when one of them is not known."""
+    """Markdown table and figure of ``results`` into the folder ``out``. others: rows as of ``read_overlay``;
+    show: error measures in the figure, separated by commas. UsageError when one of them is not known."""
     names = measures(results)
     good = [r for r in results if r.status == "ok"]
     if not good:
@@ -115,7 +119,8 @@ def write(out: Path, title: str, swept: Dict[str, List[str]], results: List[swee
     shown = show.split(",") if show else names[:3]
     if unknown := set(shown) - set(names):
         raise cli.UsageError(f"show={','.join(sorted(unknown))}: the case has the errors {', '.join(names)}")
-    (out / "work_precision.md").write_text(markdown(swept, results, others, shown if show else names), encoding="utf-8")
+    (out / "work_precision.md").write_text(markdown(swept, results, others, shown if show else names),
+                                           encoding="utf-8")
     panels = {f"error: {name}": [series for label, rows in _series(title, good, others, swept)
                                  if (series := _points(label, rows, name))] for name in shown[:3]}
     figure.draw_work(out / "work_precision.png", "time in coupling windows [s]", panels)
@@ -123,7 +128,8 @@ def write(out: Path, title: str, swept: Dict[str, List[str]], results: List[swee
 
 def _series(title: str, good: List[sweep.Result], others: Sequence[dict],
             swept: Iterable[str]) -> Iterator[tuple]:
-    """(label, rows (time, errors, note)) of the case and of each of the others; these share a label up to their key."""
+    """(label, rows (time, errors, note)) of the case and of each of the others; these share a label up to
+    their key."""
     yield title, [(r.window_s, r.errors, " ".join(f"{k}={r.keys[k]}" for k in swept)) for r in good]
     groups: Dict[str, list] = {}
     for row in others:
@@ -141,7 +147,8 @@ def _points(label: str, rows: List[tuple], name: str) -> Optional[tuple]:
 
 def markdown(swept: Dict[str, List[str]], results: List[sweep.Result], others: Sequence[dict],
              names: List[str]) -> str:
-    """The table of all runs with the errors ``names``, fastest first; bold: the Pareto front of the first of them."""
+    """The table of all runs with the errors ``names``, fastest first; bold: the Pareto front of the first of
+    them."""
     good = sorted((r for r in results if r.status == "ok"), key=lambda r: r.window_s)
     best = set(figure.front([r.window_s for r in good], [r.errors[names[0]] for r in good]))
     lines = [table_row([*swept, "windows [s]", "whole run [s]", "memory [MB]", *names]),
@@ -156,7 +163,8 @@ def markdown(swept: Dict[str, List[str]], results: List[sweep.Result], others: S
     if others:
         lines += ["", table_row(["others", "time [s]", *names]), table_row(["---"] * (2 + len(names)))]
         lines += [table_row([row["label"], f"{row['time_s']:.3g}",
-                             *(_shown(row[f"error_{n}"]) if f"error_{n}" in row else "" for n in names)]) for row in others]
+                             *(_shown(row[f"error_{n}"]) if f"error_{n}" in row else "" for n in names)])
+                  for row in others]
         lines += _comparison(good, others, names[0])
     return "\n".join(lines) + "\n"
 
@@ -181,8 +189,8 @@ def _shown(error: float) -> str:
 
 def speed_up(times: Sequence[float], errors: Sequence[float], other_times: Sequence[float],
              other_errors: Sequence[float]) -> List[Tuple[float, float]]:
-    """How many times faster than the others at an equal or smaller error: for each point of their front that can be
-    compared, (their error, their time over ours)."""
+    """How many times faster than the others at an equal or smaller error: for each point of their front that
+    can be compared, (their error, their time over ours)."""
     ratios = []
     for i in figure.front(other_times, other_errors):
         ours = [t for t, e in zip(times, errors) if e <= other_errors[i]]

@@ -12,8 +12,8 @@ COLOURS = 64  # of the palette: half the file of 256
 def save(path: Path, frames: Sequence[tuple], label: str, seconds: float = 0.08, width: int = 640) -> None:
     """Save a GIF seen along z, ``width`` pixels wide, each picture shown for ``seconds``; y points upward.
 
-    frames: (title, x, values, shapes) each, with positions x of material points [m], shape (n, 2), in the colours of
-    ``values``, shape (n,), called ``label``, and polygons [m], shape (m, corners, 2).
+    frames: (title, x, values, shapes) each, with positions x of material points [m], shape (n, 2), in the
+    colours of ``values``, shape (n,), called ``label``, and polygons [m], shape (m, corners, 2).
     """
     plt = pyplot()
     from matplotlib.collections import PolyCollection
@@ -26,7 +26,8 @@ def save(path: Path, frames: Sequence[tuple], label: str, seconds: float = 0.08,
     most = max(np.quantile(values, 0.999) for _, _, values, _ in frames) or 1.0
     dots = axis.scatter([], [], c=[], s=1.5, cmap="viridis", vmin=0, vmax=most, linewidth=0)
     blocks = axis.add_collection(PolyCollection([], facecolor="burlywood", edgecolor="saddlebrown"))
-    axis.set(xlim=(0, 1.02 * high[0]), ylim=(0, 1.05 * high[1]), aspect="equal", xlabel="x [cm]", ylabel="y [cm]")
+    axis.set(xlim=(0, 1.02 * high[0]), ylim=(0, 1.05 * high[1]), aspect="equal", xlabel="x [cm]",
+             ylabel="y [cm]")
     figure.colorbar(dots, ax=axis, label=label, pad=0.02)
     pictures = []
     for title, x, values, shapes in frames:

@@ -1,4 +1,5 @@
-"""Figures over time, and of error against run time, by matplotlib, which is loaded only when one is asked for."""
+"""Figures over time, and of error against run time, by matplotlib, which is loaded only when one is asked
+for."""
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, Sequence
 
@@ -11,8 +12,9 @@ MATRIX = {"right": ("tab:green", "o"), "inaccurate": ("tab:orange", "D"), "stopp
 def draw(path: Path, xlabel: str, panels: Mapping[str, Sequence[tuple]]) -> None:
     """Save a picture with one panel above the other.
 
-    panels: label of the vertical axis → curves (x, y, label, style), arrays of shape (n,). Styles: "run"; "under", a
-    broad pale line that stays visible below another run, in the same colours; "reference", thin and black.
+    panels: label of the vertical axis → curves (x, y, label, style), arrays of shape (n,). Styles: "run";
+    "under", a broad pale line that stays visible below another run, in the same colours; "reference", thin
+    and black.
     """
     plt = pyplot()
     figure, axes = plt.subplots(len(panels), 1, sharex=True, figsize=(7, 3 * len(panels)), squeeze=False)
@@ -33,8 +35,9 @@ def draw(path: Path, xlabel: str, panels: Mapping[str, Sequence[tuple]]) -> None
 def draw_work(path: Path, xlabel: str, panels: Mapping[str, Sequence[tuple]]) -> None:
     """Save a picture of error against run time, both axes logarithmic, one panel beside the other.
 
-    panels: label of the vertical axis → series (label, times [s], errors, notes); times and errors of shape (n,),
-    notes: texts at the points, "" for none. A line joins the points of a series that none beats in both.
+    panels: label of the vertical axis → series (label, times [s], errors, notes); times and errors of shape
+    (n,), notes: texts at the points, "" for none. A line joins the points of a series that none beats in
+    both.
     """
     plt = pyplot()
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
@@ -44,10 +47,11 @@ def draw_work(path: Path, xlabel: str, panels: Mapping[str, Sequence[tuple]]) ->
         for number, (label, times, errors, notes) in enumerate(series):
             style, best = {"color": f"C{number}", "marker": "osD^v"[number % 5]}, front(times, errors)
             axis.loglog(times, errors, linestyle="", alpha=0.35, markersize=5, **style)
-            axis.loglog([times[i] for i in best], [errors[i] for i in best], label=label, markersize=5, **style)
+            axis.loglog([times[i] for i in best], [errors[i] for i in best], label=label, markersize=5,
+                        **style)
             for i in best:
-                axis.annotate(notes[i], (times[i], errors[i]), textcoords="offset points", xytext=(0, 5), fontsize=6,
-                              horizontalalignment="center", clip_on=True)
+                axis.annotate(notes[i], (times[i], errors[i]), textcoords="offset points", xytext=(0, 5),
+                              fontsize=6, horizontalalignment="center", clip_on=True)
         axis.set_xlabel(xlabel)
         axis.set_ylabel(ylabel)
         axis.margins(0.15)
@@ -64,15 +68,16 @@ def draw_work(path: Path, xlabel: str, panels: Mapping[str, Sequence[tuple]]) ->
 
 
 def draw_matrix(path: Path, rows: Sequence[tuple]) -> None:
-    """Save a picture of the error of many runs over the bound of each. rows: (group, name, class, error over bound),
-    the class one of MATRIX; without an error (NaN) a run stands at the right."""
+    """Save a picture of the error of many runs over the bound of each. rows: (group, name, class, error over
+    bound), the class one of MATRIX; without an error (NaN) a run stands at the right."""
     plt = pyplot()
     figure, axis = plt.subplots(figsize=(9, 1.2 + 0.17 * len(rows)))
     known = [ratio for *_, ratio in rows if ratio > 0]
     least, most = min([0.1, *known]) / 2, max([10.0, *known]) * 4
     for number, (_, _, found, ratio) in enumerate(rows):
         colour, marker = MATRIX[found]
-        axis.plot(ratio if ratio > 0 else least if ratio == 0 else most / 2, number, marker, color=colour, markersize=5)
+        axis.plot(ratio if ratio > 0 else least if ratio == 0 else most / 2, number, marker, color=colour,
+                  markersize=5)
     starts = [i for i in range(len(rows)) if not i or rows[i][0] != rows[i - 1][0]]
     for i, end in zip(starts, [*starts[1:], len(rows)]):
         axis.axhspan(i - 0.5, end - 0.5, color="black", alpha=0.04 * (starts.index(i) % 2), linewidth=0)
@@ -111,7 +116,8 @@ def pyplot() -> Any:
 
 
 def ramp(name: str, most: float, below: float = 0.0) -> Any:
-    """Colours of the map ``name`` from -``below`` to ``most``, which a colour bar can show: ``to_rgba(values)``."""
+    """Colours of the map ``name`` from -``below`` to ``most``, which a colour bar can show:
+    ``to_rgba(values)``."""
     pyplot()
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize

@@ -13,11 +13,13 @@ FLOOR = np.array([0.93, 0.92, 0.9])
 
 def draw(path: Path, frames: Sequence[tuple], label: str, shapes: Sequence[np.ndarray] = (),
          walls: Sequence[str] = ()) -> None:
-    """Save the pictures at one scale, of a plane scene seen along z, in space in perspective; y points upward.
+    """Save the pictures at one scale, of a plane scene seen along z, in space in perspective; y points
+    upward.
 
-    frames: (title, x, values) each, with positions x of material points [m], shape (n, 2 or 3), in the colours of
-    ``values``, shape (n,), called ``label``; shapes: for each frame the polygons in it [m], shape (m, corners, 2); walls:
-    in space, sides of the box around all that are drawn as walls, such as "-y" for a floor.
+    frames: (title, x, values) each, with positions x of material points [m], shape (n, 2 or 3), in the
+    colours of ``values``, shape (n,), called ``label``; shapes: for each frame the polygons in it [m], shape
+    (m, corners, 2); walls: in space, sides of the box around all that are drawn as walls, such as "-y" for a
+    floor.
     """
     if frames[0][1].shape[1] == 3:
         return _in_space(path, frames, label, walls)
@@ -37,8 +39,10 @@ def draw(path: Path, frames: Sequence[tuple], label: str, shapes: Sequence[np.nd
     most = max(values.max() for _, _, values in frames) or 1.0
     for number, (axis, (title, x, values)) in enumerate(zip(axes.ravel(), frames)):
         if len(shapes):
-            axis.add_collection(PolyCollection(100 * shapes[number], facecolor="burlywood", edgecolor="saddlebrown"))
-        dots = axis.scatter(100 * x[:, 0], 100 * x[:, 1], c=values, s=2, cmap="viridis", vmin=0, vmax=most, linewidth=0)
+            axis.add_collection(PolyCollection(100 * shapes[number], facecolor="burlywood",
+                                               edgecolor="saddlebrown"))
+        dots = axis.scatter(100 * x[:, 0], 100 * x[:, 1], c=values, s=2, cmap="viridis", vmin=0, vmax=most,
+                            linewidth=0)
         axis.set(xlim=(100 * low[0], 100 * (low[0] + span[0])), ylim=(100 * low[1], 100 * (low[1] + span[1])),
                  aspect="equal")
         axis.set_title(title, loc="right", fontsize="medium", y=0.8, x=0.98)
@@ -58,7 +62,8 @@ def _in_space(path: Path, frames: Sequence[tuple], label: str, walls: Sequence[s
     low = np.min([x.min(axis=0) for _, x, _ in frames], axis=0) - radius
     high = np.max([np.quantile(x, FLIERS, axis=0) for _, x, _ in frames], axis=0) + radius
     columns, camera = 1 if len(frames) < 3 else 2, Camera(low, high, 1000)
-    rows, colours = -(-len(frames) // columns), ramp("viridis", max(values.max() for _, _, values in frames) or 1.0)
+    rows, colours = -(-len(frames) // columns), ramp("viridis", max(values.max() for _, _, values in frames)
+                                                     or 1.0)
     width = 10.0 / columns
     figure, axes = plt.subplots(rows, columns, squeeze=False, layout="constrained",
                                 figsize=(11.0, rows * (width * camera.height / camera.width + 0.3) + 0.3))

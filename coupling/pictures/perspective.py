@@ -1,13 +1,16 @@
-"""Pictures in perspective of spheres, triangles and lines, computed pixel by pixel with a depth buffer; y points upward.
+"""Pictures in perspective of spheres, triangles and lines, computed pixel by pixel with a depth buffer; y
+points upward.
 
-No screen and no graphics driver is needed, so that a picture is the same on a laptop and on a cluster's node. Lengths are
-in whatever unit the scene has, x: places, shape (n, 3); colours are red, green and blue from 0 to 1, shape (n, 3) or (3,).
+No screen and no graphics driver is needed, so that a picture is the same on a laptop and on a cluster's node.
+Lengths are in whatever unit the scene has, x: places, shape (n, 3); colours are red, green and blue from 0 to
+1, shape (n, 3) or (3,).
 """
 from typing import Tuple, Union
 
 import numpy as np
 
-LIGHT = np.array([-0.45, 0.65, 0.6]) / np.linalg.norm([-0.45, 0.65, 0.6])  # to the lamp: right, up, towards the eye
+# to the lamp: right, up, towards the eye
+LIGHT = np.array([-0.45, 0.65, 0.6]) / np.linalg.norm([-0.45, 0.65, 0.6])
 AMBIENT, SHINE = 0.45, 0.25
 GREY = np.full(3, 0.7)
 SMALL = 12.0  # [pixels] radius up to which spheres are drawn together, each of their pixels at once
@@ -15,8 +18,9 @@ FINE = 2  # pixels of the buffer per pixel of the picture and direction
 
 
 class Camera:
-    """Looks at the box from ``low`` to ``high``, shape (3,), so that it fills a picture ``width`` pixels wide; its
-    ``height`` follows. elevation, azimuth: of the eye, about x [degrees]; away: of the eye, in diagonals of the box."""
+    """Looks at the box from ``low`` to ``high``, shape (3,), so that it fills a picture ``width`` pixels
+    wide; its ``height`` follows. elevation, azimuth: of the eye, about x [degrees]; away: of the eye, in
+    diagonals of the box."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, width: int = 900, elevation: float = 20.0,
                  azimuth: float = -62.0, away: float = 2.2) -> None:
@@ -56,7 +60,8 @@ class Canvas:
     def picture(self) -> np.ndarray:
         """Array of shape (height, width, 3)."""
         height, width = self._camera.height // FINE, self._camera.width // FINE
-        whole = self._colour.reshape(self._camera.height, self._camera.width, 3)[:height * FINE, :width * FINE]
+        whole = self._colour.reshape(self._camera.height, self._camera.width, 3)[:height * FINE,
+                                                                                 :width * FINE]
         return whole.reshape(height, FINE, width, FINE, 3).mean(axis=(1, 3))
 
     def _put(self, place: np.ndarray, depth: np.ndarray, colour: np.ndarray, opacity: float = 1.0) -> None:
@@ -86,7 +91,8 @@ class Canvas:
 
     def _slice(self, chosen: np.ndarray, right: int, down: Union[int, np.ndarray], centre: np.ndarray,
                depth: np.ndarray, radius: np.ndarray, pixels: np.ndarray, colour: np.ndarray) -> None:
-        """Of the ``chosen`` spheres the pixels so far to the right of and below their middles; of one several below."""
+        """Of the ``chosen`` spheres the pixels so far to the right of and below their middles; of one several
+        below."""
         middle = np.rint(centre[chosen]).astype(int)
         place = np.column_stack(np.broadcast_arrays(middle[:, 0] + right, middle[:, 1] + down))
         off = (place - centre[chosen]) / np.maximum(pixels[chosen], 0.5)[:, None]
@@ -105,34 +111,42 @@ class Canvas:
         colour = np.broadcast_to(colour, (len(elements), 3))
         for corners, normal, own in zip(elements, normals, colour):
             normal = normal / (np.linalg.norm(normal) or 1.0)
-            self._triangle(place[corners], depth[corners], shaded(own[None], normal[None] * (1 if normal[2] > 0 else -1)),
-                           opacity)
+            self._triangle(place[corners], depth[corners],
+                           shaded(own[None], normal[None] * (1 if normal[2] > 0 else -1)), opacity)
 
     def _triangle(self, corner: np.ndarray, depth: np.ndarray, colour: np.ndarray, opacity: float) -> None:
         low = np.maximum(np.floor(corner.min(axis=0)).astype(int), 0)
-        high = np.minimum(np.ceil(corner.max(axis=0)).astype(int), (self._camera.width - 1, self._camera.height - 1))
-        column, row = (a.ravel() for a in np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1)))
+        high = np.minimum(np.ceil(corner.max(axis=0)).astype(int),
+                          (self._camera.width - 1, self._camera.height - 1))
+        column, row = (a.ravel() for a in np.meshgrid(np.arange(low[0], high[0] + 1),
+                                                      np.arange(low[1], high[1] + 1)))
         edges = np.column_stack([corner[1] - corner[0], corner[2] - corner[0]])
         if not len(column) or abs(np.linalg.det(edges)) < 1e-9:
             return
         s, t = np.linalg.solve(edges, np.stack([column - corner[0, 0], row - corner[0, 1]]))
         on = (s >= 0) & (t >= 0) & (s + t < 1)
-        inverse = (1 - s - t)[on] / depth[0] + s[on] / depth[1] + t[on] / depth[2]  # linear on the picture, unlike depth
-        self._put(np.column_stack([column, row])[on], 1.0 / inverse, np.repeat(colour, on.sum(), axis=0), opacity)
+        # linear on the picture, unlike depth
+        inverse = (1 - s - t)[on] / depth[0] + s[on] / depth[1] + t[on] / depth[2]
+        self._put(np.column_stack([column, row])[on], 1.0 / inverse, np.repeat(colour, on.sum(), axis=0),
+                  opacity)
 
     def lines(self, starts: np.ndarray, ends: np.ndarray, colour: np.ndarray, opacity: float = 1.0) -> None:
         """Two pixels wide, straight ways from starts to ends, shape (n, 3) both."""
         for a, b in zip(starts, ends):
-            t = np.linspace(0.0, 1.0, 2 + int(np.abs(np.diff(self._camera(np.array([a, b]))[0], axis=0)).max()))[:, None]
+            t = np.linspace(0.0, 1.0,
+                            2 + int(np.abs(np.diff(self._camera(np.array([a, b]))[0], axis=0)).max()))[:,
+                                                                                                       None]
             place, depth, _ = self._camera((1 - t) * a + t * b)
             for shift in ((0, 0), (1, 0), (0, 1)):
-                self._put(np.rint(place).astype(int) + shift, depth, np.broadcast_to(colour, (len(t), 3)), opacity)
+                self._put(np.rint(place).astype(int) + shift, depth, np.broadcast_to(colour, (len(t), 3)),
+                          opacity)
 
 
 def shaded(colour: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Colours under the lamp, of surfaces with these normals as the eye sees them, shape (n, 3) both."""
     light = np.clip(normal @ LIGHT, 0.0, 1.0)[:, None]
-    glance = np.clip(normal @ ((LIGHT + [0, 0, 1]) / np.linalg.norm(LIGHT + [0, 0, 1])), 0.0, 1.0)[:, None] ** 30
+    glance = np.clip(normal @ ((LIGHT + [0, 0, 1]) / np.linalg.norm(LIGHT + [0, 0, 1])), 0.0, 1.0)[:,
+                                                                                                   None] ** 30
     return np.clip(colour * (AMBIENT + (1.0 - AMBIENT) * light) + SHINE * glance, 0.0, 1.0)
 
 
@@ -144,7 +158,8 @@ def edges_of(low: np.ndarray, high: np.ndarray) -> Tuple[np.ndarray, np.ndarray]
 
 
 def radius_of_points(x: np.ndarray) -> float:
-    """A bit more than half the usual distance between neighbours: spheres of this radius hide what is inside a body."""
+    """A bit more than half the usual distance between neighbours: spheres of this radius hide what is inside
+    a body."""
     from scipy.spatial import cKDTree  # takes time to import, and few runs need it
 
     some = x[::max(1, len(x) // 2000)]

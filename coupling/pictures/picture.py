@@ -15,9 +15,10 @@ def draw(path: Path, solid: np.ndarray, grid: Pair, wall: Pair, spheres: Pair, v
          label: str) -> None:
     """Save a picture; y points upward.
 
-    solid: positions of material points [m], shape (n, dim), in the colours of ``values``, shape (n,), called ``label``;
-    grid: vertices [m], shape (m, dim), and cells with their corners around them, shape (k, corners); wall: nodes [m],
-    shape (w, dim), and elements; spheres: centres [m], shape (s, dim), and radii [m], shape (s,).
+    solid: positions of material points [m], shape (n, dim), in the colours of ``values``, shape (n,), called
+    ``label``; grid: vertices [m], shape (m, dim), and cells with their corners around them, shape (k,
+    corners); wall: nodes [m], shape (w, dim), and elements; spheres: centres [m], shape (s, dim), and radii
+    [m], shape (s,).
     """
     plt = pyplot()
     figure, axes = plt.subplots(figsize=(10, 4), layout="constrained" if solid.shape[1] == 3 else None)
@@ -42,8 +43,8 @@ def _plane(axes: Any, solid: np.ndarray, grid: Pair, wall: Pair, spheres: Pair, 
     axes.add_collection(EllipseCollection(width, width, np.zeros_like(width), units="xy", offsets=spheres[0],
                                           offset_transform=axes.transData, facecolor="0.8", edgecolor="0.3"))
     everything = np.concatenate([grid[0], spheres[0] - spheres[1][:, None], spheres[0] + spheres[1][:, None]])
-    axes.set(xlim=(everything[:, 0].min(), everything[:, 0].max()), aspect="equal", xlabel="x [cm]", ylabel="y [cm]",
-             ylim=(everything[:, 1].min(), everything[:, 1].max()))
+    axes.set(xlim=(everything[:, 0].min(), everything[:, 0].max()), aspect="equal", xlabel="x [cm]",
+             ylabel="y [cm]", ylim=(everything[:, 1].min(), everything[:, 1].max()))
     return points
 
 

@@ -11,14 +11,15 @@ ROUND = np.linspace(0.0, 2.0 * np.pi, 17)[:-1]  # [rad] corners of the polygon t
 
 
 def gathered(part: Optional[tuple], comm: MPI.Comm = MPI.COMM_WORLD) -> Optional[tuple]:
-    """A part of a snapshot, (positions, {cell type: connectivity}, data) or None, of all ranks together; on the others
-    than rank 0 None. Collective."""
+    """A part of a snapshot, (positions, {cell type: connectivity}, data) or None, of all ranks together; on
+    the others than rank 0 None. Collective."""
     pieces = comm.gather(part)
     pieces = [piece for piece in pieces or () if piece is not None]
     if not pieces:
         return None
     first = np.cumsum([0, *(len(x) for x, _, _ in pieces)])
-    cells = {kind: np.concatenate([start + c[kind] for start, (_, c, _) in zip(first, pieces)]) for kind in pieces[0][1]}
+    cells = {kind: np.concatenate([start + c[kind] for start, (_, c, _) in zip(first, pieces)])
+             for kind in pieces[0][1]}
     return (np.concatenate([x for x, _, _ in pieces]), cells,
             {name: np.concatenate([data[name] for _, _, data in pieces]) for name in pieces[0][2]})
 
@@ -32,8 +33,8 @@ def particles_of(grains: Any, dim: int) -> Tuple[np.ndarray, np.ndarray]:
 
 
 class EndPicture:
-    """Picture of the end of a run, with the displacements since now times ``magnification`` and the normal stress along
-    x in colour. Observer of the run; ``take`` it at the end. Collective."""
+    """Picture of the end of a run, with the displacements since now times ``magnification`` and the normal
+    stress along x in colour. Observer of the run; ``take`` it at the end. Collective."""
 
     def __init__(self, name: str, magnification: float, solid: Any, grains: Any) -> None:
         self._name, self._by, self._solid, self._grains = name, magnification, solid, grains
@@ -74,9 +75,10 @@ class EndPicture:
 
 
 class Animation:
-    """Animated GIF of the points of the solid by speed and of the particles, seen along z: a picture every so many
-    windows. shapes: polygons [m], shape (m, corners, 2), to be drawn in the place of the particles, a function without
-    arguments. Observer of the run, to be called after the one that gives the shapes. Collective."""
+    """Animated GIF of the points of the solid by speed and of the particles, seen along z: a picture every so
+    many windows. shapes: polygons [m], shape (m, corners, 2), to be drawn in the place of the particles, a
+    function without arguments. Observer of the run, to be called after the one that gives the shapes.
+    Collective."""
 
     def __init__(self, name: str, every: int, solid: Any, grains: Any,
                  shapes: Optional[Callable] = None) -> None:
@@ -92,7 +94,8 @@ class Animation:
         shapes = self._shapes()
         if points is not None:
             x, _, data = points
-            order, speed = np.argsort(data["gid"]), np.sqrt(np.einsum("pi,pi->p", data["velocity"], data["velocity"]))
+            order, speed = np.argsort(data["gid"]), np.sqrt(np.einsum("pi,pi->p", data["velocity"],
+                                                                      data["velocity"]))
             self._frames.append((f"t = {window.time:.3f} s", x[order, :2].copy(), speed[order], shapes))
 
     def _particles(self) -> np.ndarray:

@@ -15,8 +15,9 @@ WINDOW = {  # name → (unit, meaning)
 
 
 class RecordedColumns:
-    """Of the case, name → (unit, meaning, function of the ``Window``); of the loop, the ledger and what has left, and of
-    the solid. closed: nothing but the two partitions exchanges energy. ``meanings``: name → (unit, meaning). Collective.
+    """Of the case, name → (unit, meaning, function of the ``Window``); of the loop, the ledger and what has
+    left, and of the solid. closed: nothing but the two partitions exchanges energy. ``meanings``: name →
+    (unit, meaning). Collective.
     """
 
     def __init__(self, of_case: Dict[str, tuple], solid: Any, grains: Any, closed: bool = False) -> None:
@@ -28,7 +29,8 @@ class RecordedColumns:
         self.meanings = {"time": ("s", "end of the window"), **_meanings(of_case), **WINDOW,
                          **(self.ledger.columns if self.ledger else {}), **self._departures.columns,
                          **_meanings(self._of_solid)}
-        self.newton, self.counts = 0, np.zeros(3, int)  # sums of iterations; computations, failed and refused attempts
+        # sums of iterations; computations, failed and refused attempts
+        self.newton, self.counts = 0, np.zeros(3, int)
         self._last: Dict[str, float] = {}
 
     def __call__(self, window: Any) -> Dict[str, float]:

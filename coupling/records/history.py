@@ -12,8 +12,9 @@ Columns = Dict[str, Tuple[str, str]]
 
 
 class History:
-    """Rows of named numbers, written as they come, so that a run that fails leaves what it had. Memory does not grow with
-    them: columns are read back from ``rows.Rows``, which has the numbers as they were, when they are asked for.
+    """Rows of named numbers, written as they come, so that a run that fails leaves what it had. Memory does
+    not grow with them: columns are read back from ``rows.Rows``, which has the numbers as they were, when
+    they are asked for.
 
     path: the CSV file, or None for none; columns: name → (unit, meaning), in their order; notes:
     lines for the head of the file. Give a path on rank 0 only.
@@ -30,7 +31,8 @@ class History:
         self.rows = Rows(len(self.columns), None if path is None else Path(path).parent)
         self._flushed = time.monotonic()
         if self.file:
-            notes = [*notes, *(f"{name} [{unit}]: {meaning}" for name, (unit, meaning) in self.columns.items())]
+            notes = [*notes,
+                     *(f"{name} [{unit}]: {meaning}" for name, (unit, meaning) in self.columns.items())]
             for note in notes:
                 self.file.add(f"# {' '.join(note.split())}\n")
             self.file.add(",".join(self.columns) + "\n")
@@ -61,8 +63,8 @@ class History:
 
 
 def read(path: Union[str, Path]) -> Dict[str, np.ndarray]:
-    """Columns of a history.csv as name → array, shape (rows,). A last line that was not written to its end is left out.
-    ValueError when the file has no header yet."""
+    """Columns of a history.csv as name → array, shape (rows,). A last line that was not written to its end is
+    left out. ValueError when the file has no header yet."""
     names: List[str] = []
     rows = Rows(0)
     with open(path, encoding="utf-8") as file:
@@ -75,6 +77,6 @@ def read(path: Union[str, Path]) -> Dict[str, np.ndarray]:
             elif line != "\n":
                 rows.add([float(number) for number in line.split(",")])
     if not names:
-        raise ValueError(f"{path} has no line with the names of its columns: it is not a history, or the run ended "
-                         "before its first window")
+        raise ValueError(f"{path} has no line with the names of its columns: it is not a history, or the run "
+                         "ended before its first window")
     return {name: rows.column(k) for k, name in enumerate(names)}

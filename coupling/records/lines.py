@@ -7,8 +7,8 @@ MOST = 1 << 13  # bytes that wait in memory
 
 
 class Lines:
-    """Write to ``path``, anew. What cannot be written stays in memory, and is written by the next ``flush`` that can.
-    Who renames the file tells its new ``path``."""
+    """Write to ``path``, anew. What cannot be written stays in memory, and is written by the next ``flush``
+    that can. Who renames the file tells its new ``path``."""
 
     def __init__(self, path: Union[str, Path]) -> None:
         self.path, self._waiting = path, bytearray()
@@ -34,7 +34,8 @@ class Lines:
             return True
 
     def restore(self) -> None:
-        """Put the file back at ``path`` after somebody has removed it: as long as it is open, it can be read."""
+        """Put the file back at ``path`` after somebody has removed it: as long as it is open, it can be
+        read."""
         size, old = os.fstat(self._file).st_size, self._file
         self._waiting = bytearray(os.pread(old, size, 0)) + self._waiting
         self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)

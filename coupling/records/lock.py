@@ -14,8 +14,8 @@ UNKNOWN = errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS  # file systems without l
 
 
 class Lock:
-    """Holds ``folder``, which is there, by a lock on the file ``path`` in it. The system gives it up when the process
-    ends, however that happens. OutputError when another run holds it."""
+    """Holds ``folder``, which is there, by a lock on the file ``path`` in it. The system gives it up when the
+    process ends, however that happens. OutputError when another run holds it."""
 
     def __init__(self, folder: Path, path: Path) -> None:
         self._path = Path(path)
@@ -42,8 +42,8 @@ class Lock:
             file.close()
             if error.errno not in (errno.EWOULDBLOCK, errno.EACCES):
                 raise
-            raise OutputError(f"out={folder} belongs to a run that has not ended ({holder}): wait for its end, or "
-                              "choose another folder") from None
+            raise OutputError(f"out={folder} belongs to a run that has not ended ({holder}): wait for its "
+                              "end, or choose another folder") from None
         return file
 
     def _create(self) -> TextIO:

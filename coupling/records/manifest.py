@@ -1,8 +1,8 @@
 """manifest.txt: which run a folder's results are of, how far it came, and which files it has written.
 
-Lines "key: value". Every file is named before it is written, so that after the death of a process at any point a later
-run knows what to remove. ``state`` is, in this order, ``starting`` (files of an earlier set, those of ``replaces``, are
-being removed), ``running`` and then ``complete`` or ``stopped``.
+Lines "key: value". Every file is named before it is written, so that after the death of a process at any
+point a later run knows what to remove. ``state`` is, in this order, ``starting`` (files of an earlier set,
+those of ``replaces``, are being removed), ``running`` and then ``complete`` or ``stopped``.
 """
 import os
 from pathlib import Path
@@ -27,7 +27,8 @@ class Manifest(NamedTuple):
 
 
 def read(folder: Union[str, Path]) -> Optional[Manifest]:
-    """The ``Manifest`` of ``folder``, or None where there is none. Names that are no plain file names are left out."""
+    """The ``Manifest`` of ``folder``, or None where there is none. Names that are no plain file names are
+    left out."""
     try:
         text = (Path(folder) / NAME).read_text(encoding="utf-8", errors="replace")
     except (FileNotFoundError, NotADirectoryError):

@@ -1,5 +1,5 @@
-"""ParaView time series: VTU files, one per time and rank, and a PVD file that lists them, replaced so that it is always
-whole."""
+"""ParaView time series: VTU files, one per time and rank, and a PVD file that lists them, replaced so that it
+is always whole."""
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
@@ -16,9 +16,9 @@ Piece = Tuple[Any, dict, dict]  # points, cells by type, data by name
 
 
 class ParaView:
-    """The time series of one run, by name; ``suffix`` ends their names. Every rank of ``comm`` writes what it has, rank
-    0 lists the files. On one rank they are called NAME_TIME.vtu, on several NAME_TIME_RANK.vtu. results: the
-    ``Results`` that they are part of."""
+    """The time series of one run, by name; ``suffix`` ends their names. Every rank of ``comm`` writes what it
+    has, rank 0 lists the files. On one rank they are called NAME_TIME.vtu, on several NAME_TIME_RANK.vtu.
+    results: the ``Results`` that they are part of."""
 
     def __init__(self, results: Results, suffix: str, comm: MPI.Comm) -> None:
         self._results, self._suffix, self._comm = results, suffix, comm
@@ -54,8 +54,8 @@ class ParaView:
 
 
 class Series:
-    """The time series NAME.pvd in ``folder``, a path or ``Results``. ``count``: times so far, the number of the next
-    files."""
+    """The time series NAME.pvd in ``folder``, a path or ``Results``. ``count``: times so far, the number of
+    the next files."""
 
     def __init__(self, folder: Union[str, Path, Results], name: str) -> None:
         self._path = folder.path if isinstance(folder, Results) else Path(folder).joinpath
@@ -64,7 +64,8 @@ class Series:
         self._entries: List[str] = []
 
     def add(self, time: float, x: np.ndarray, cells: dict, data: dict) -> None:
-        """One time [s]: points x, shape (n, 2 or 3), cells {type: (m, k) connectivity}, data name → (n, …) array."""
+        """One time [s]: points x, shape (n, 2 or 3), cells {type: (m, k) connectivity}, data name → (n, …)
+        array."""
         self.write(x, cells, data)
         self.list(time)
         self.count += 1
@@ -91,8 +92,8 @@ class Series:
         for rank in ranks:
             part = "" if rank is None else f'part="{rank}" '
             self._entries.append(f'<DataSet timestep="{time:.12g}" {part}file="{self._file(rank)}"/>')
-        text = "\n".join(['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "<Collection>",
-                          *self._entries, "</Collection>", "</VTKFile>", ""])
+        text = "\n".join(['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">',
+                          "<Collection>", *self._entries, "</Collection>", "</VTKFile>", ""])
         self._replace(f"{self._name}.pvd", text)
 
     def _replace_alone(self, name: str, text: str) -> None:
@@ -111,14 +112,14 @@ def _in_space(values: np.ndarray) -> np.ndarray:
 
 
 def particles_and_wall(grains: RecordedGrains, window: Optional[Window]) -> Dict[str, Piece]:
-    """Parts of ``ParaView.add``: the particles now, and the wall at the end of a ``Window``, or at the start for None.
-    Collective."""
+    """Parts of ``ParaView.add``: the particles now, and the wall at the end of a ``Window``, or at the start
+    for None. Collective."""
     particles, wall = grains.particles(), grains.scene.wall
     kind = ["vertex", "line", "triangle"][np.shape(wall.elements)[1] - 1]
     x, v, force = wall.nodes, np.zeros_like(wall.nodes), np.zeros_like(wall.nodes)
     if window is not None:
         x, v, force = window.wall_x + window.dt * window.wall_v, window.wall_v, window.wall_force
     return {"particles": (particles["x"], {"vertex": [[i] for i in range(len(particles))]},
-                          {"velocity": particles["v"], "spin": particles["omega"], "radius": particles["radius"],
-                           "mass": particles["mass"]}),
+                          {"velocity": particles["v"], "spin": particles["omega"],
+                           "radius": particles["radius"], "mass": particles["mass"]}),
             "wall": (x, {kind: wall.elements}, {"velocity": v, "force": force})}

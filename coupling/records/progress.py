@@ -33,9 +33,9 @@ class Progress:
 
     def _line(self, now: float) -> str:
         gone, part = time.monotonic() - self._begin, self._done / self._total
-        return (f"step {self._number}, t = {now:.4g} s ({part:.1%}): {self._newton / (self._number - self._shown):.2f} "
-                f"Newton iterations per step, {tqdm.format_interval(gone)} gone, "
-                f"{tqdm.format_interval(gone / part - gone)} to go")
+        return (f"step {self._number}, t = {now:.4g} s ({part:.1%}): "
+                f"{self._newton / (self._number - self._shown):.2f} Newton iterations per step, "
+                f"{tqdm.format_interval(gone)} gone, {tqdm.format_interval(gone / part - gone)} to go")
 
     def close(self) -> None:
         """The run is over."""

@@ -1,4 +1,5 @@
-"""What a run leaves in its folder, history.csv, report.json, ParaView files, and shows: progress and summary."""
+"""What a run leaves in its folder, history.csv, report.json, ParaView files, and shows: progress and
+summary."""
 import time
 import warnings
 from pathlib import Path
@@ -27,9 +28,10 @@ LOOK = 1.0  # [s] between two looks at whether the files are still there
 class Plan(NamedTuple):
     """What is recorded of a run.
 
-    case: its name; parameters: of the report; columns: name → (unit, meaning, function of the ``Window``); pictures: file
-    name → function that draws it at a path, at the end, however the run ends; label: goes into the names of the other
-    files when a case runs more than once; closed: see ``RecordedColumns``; began: moment from which the start-up time counts.
+    case: its name; parameters: of the report; columns: name → (unit, meaning, function of the ``Window``);
+    pictures: file name → function that draws it at a path, at the end, however the run ends; label: goes into
+    the names of the other files when a case runs more than once; closed: see ``RecordedColumns``; began:
+    moment from which the start-up time counts.
     """
 
     case: str
@@ -46,10 +48,10 @@ class Plan(NamedTuple):
 class Record:
     """Observer of a run: ``with Record(…) as record: couple(…, on_window=[record]); record.finish(…)``.
 
-    grains: None for a solid alone, which has no ledger. Collective; files are written by rank 0, the ParaView files of
-    points and grid by every rank. An error inside leaves the history so far and a report that names it; before the first
-    window is done, it leaves the results of an earlier run as they were, see ``results``. Raises OSError when the folder
-    cannot be written.
+    grains: None for a solid alone, which has no ledger. Collective; files are written by rank 0, the ParaView
+    files of points and grid by every rank. An error inside leaves the history so far and a report that names
+    it; before the first window is done, it leaves the results of an earlier run as they were, see
+    ``results``. Raises OSError when the folder cannot be written.
     """
 
     def __init__(self, plan: Plan, solid: RecordedSolid, grains: Optional[RecordedGrains]) -> None:
@@ -87,11 +89,13 @@ class Record:
         except BaseException as error:
             self.__exit__(type(error), error, None)
             raise
-        self._timing = report.Timing(self.solid, self.results.folder if self._first else None, self._plan.began)
+        self._timing = report.Timing(self.solid, self.results.folder if self._first else None,
+                                     self._plan.began)
         return self
 
     def begin(self) -> None:
-        """The loop has checked its keywords and begins: what the scene is like, on the terminal. Collective."""
+        """The loop has checked its keywords and begins: what the scene is like, on the terminal.
+        Collective."""
         if self._begun:
             return
         self._begun, self._resolution = True, getattr(self.solid, "resolution", dict)()
@@ -134,17 +138,19 @@ class Record:
                 self.history.file.path = self.results.path(self._history)
 
     def _look(self) -> None:
-        """OutputError when somebody has removed what this run writes: it would write into nothing until its end."""
+        """OutputError when somebody has removed what this run writes: it would write into nothing until its
+        end."""
         if time.monotonic() - self._looked > LOOK:
             file = self.history.file
-            lost = self.results.lost() or (file and file.missing() and f"the file {file.path} has been deleted while the run "
-                                           "wrote into it")
+            lost = self.results.lost() or (file and file.missing() and f"the file {file.path} has been "
+                                           "deleted while the run wrote into it")
             if lost:
                 raise OutputError(f"{lost}: leave the results in place until the run has ended")
             self._looked = time.monotonic()
 
     def _paraview(self, time: float, window: Optional[Window]) -> None:
-        """Points, grid and interface by the ranks that have them, wall and particles by rank 0, at one time [s]."""
+        """Points, grid and interface by the ranks that have them, wall and particles by rank 0, at one time
+        [s]."""
         if not self._plan.output.paraview:
             return
         parts = self.solid.snapshot()  # collective
@@ -157,7 +163,8 @@ class Record:
         if self._progress is not None:
             self._progress.close()
         try:
-            if kind is not None and self._first and not self._complete:  # perhaps on this rank only: no collective calls
+            # perhaps on this rank only: no collective calls
+            if kind is not None and self._first and not self._complete:
                 self._leave(f"{kind.__name__}: {error}")
             self.history.close()
         except OSError as problem:
@@ -171,14 +178,15 @@ class Record:
         with writing(self.out):
             there = self.results.make_room()
         if not there:
-            warnings.warn(f"the results in {self.out} are those of another run, which have been left as they were",
-                          stacklevel=2)
+            warnings.warn(f"the results in {self.out} are those of another run, which have been left as they "
+                          "were", stacklevel=2)
             return
         if self.history.file:
             self.history.file.path = self.results.path(self._history)
             if self.history.file.missing():
                 self.history.file.restore()
-        self._write_report([report.peak_mb()], {"errors": {}, "error": error})  # first: the history may need all the room
+        # first: the history may need all the room
+        self._write_report([report.peak_mb()], {"errors": {}, "error": error})
         try:
             with writing(self.results.folder / self._history):
                 self.history.close()
@@ -186,12 +194,14 @@ class Record:
             self.results.end("stopped")
         try:
             self._draw()
-        except Exception as problem:  # such as a flow that has not begun: the error that ended the run says more
+        # such as a flow that has not begun: the error that ended the run says more
+        except Exception as problem:
             warnings.warn(f"not all pictures could be drawn ({problem})", stacklevel=2)
 
     def finish(self, errors: Dict[str, float], draw: Optional[Callable] = None, **more: Any) -> dict:
-        """Write report.json with ``errors`` (name → number) and ``more`` entries, the figure by ``draw(path)``, and
-        five lines to the terminal; returns the report. Call it last inside the ``with``."""
+        """Write report.json with ``errors`` (name → number) and ``more`` entries, the figure by
+        ``draw(path)``, and five lines to the terminal; returns the report. Call it last inside the
+        ``with``."""
         for option in self.solid.unused_options():
             warnings.warn(f"nobody used the option {option}: is it spelt right?", stacklevel=2)
         self._start()
@@ -219,10 +229,11 @@ class Record:
 
     def _write_report(self, peaks: List[float], more: dict) -> dict:
         windows = len(self.history)
-        entries = {"case": self._plan.case, "parameters": self._plan.parameters, "versions": report.versions(),
-                   "ranks": MPI.COMM_WORLD.size, "points": self.solid.count, "windows": windows,
-                   "substeps": self._plan.scheme.substeps, **self._timing.figures(), **self._columns.means(windows),
-                   "peak_mb": peaks, **self._resolution, "options": getattr(self.solid, "options", dict)(), **more}
+        entries = {"case": self._plan.case, "parameters": self._plan.parameters,
+                   "versions": report.versions(), "ranks": MPI.COMM_WORLD.size, "points": self.solid.count,
+                   "windows": windows, "substeps": self._plan.scheme.substeps, **self._timing.figures(),
+                   **self._columns.means(windows), "peak_mb": peaks, **self._resolution,
+                   "options": getattr(self.solid, "options", dict)(), **more}
         if self._first:
             self.results.replace_text(self._report, report.text(entries))
         return entries

@@ -19,8 +19,8 @@ MODULES = ("numpy", "scipy", "numba", "mpi4py", "petsc4py", "dolfinx")
 
 
 class Timing:
-    """Seconds per window and phase. Make it before the first window, call it at the end of each. folder: of the rows on
-    disk, see ``rows``; began: moment at which the run began."""
+    """Seconds per window and phase. Make it before the first window, call it at the end of each. folder: of
+    the rows on disk, see ``rows``; began: moment at which the run began."""
 
     def __init__(self, solid: RecordedSolid, folder: Optional[Path] = None, began: float = IMPORTED) -> None:
         self._solid, self._last, self._folder, self.began = solid, perf_counter(), folder, began
@@ -66,8 +66,8 @@ def resolution(cell_size: Sequence[float], points_per_cell: Sequence[float],
     """One line of how fine a scene is, see ``protocols.RecordedSolid``."""
     least, mean, most = points_per_cell
     limit = "" if explicit_limit is None else f", explicit limit of the time step {explicit_limit:.3g} s"
-    return (f"cells of {' x '.join(f'{size:.4g}' for size in cell_size)} m, {mean:.3g} points per filled cell "
-            f"({least} to {most}){limit}")
+    return (f"cells of {' x '.join(f'{size:.4g}' for size in cell_size)} m, {mean:.3g} points per filled "
+            f"cell ({least} to {most}){limit}")
 
 
 def versions() -> Dict[str, str]:
@@ -83,7 +83,8 @@ def peak_mb() -> float:
 
 def text(entries: dict) -> str:
     """Of report.json; numbers of numpy become plain ones."""
-    return json.dumps(entries, indent=1, default=lambda value: getattr(value, "tolist", value.__str__)()) + "\n"
+    return json.dumps(entries, indent=1, default=lambda value: getattr(value, "tolist",
+                                                                       value.__str__)()) + "\n"
 
 
 def write(path: Union[str, Path], entries: dict) -> None:
@@ -97,7 +98,8 @@ def table_row(cells: Iterable) -> str:
 
 
 def relative_l2(values: np.ndarray, reference: np.ndarray, windows: Union[float, np.ndarray] = 1.0) -> float:
-    """Relative L2 difference of two curves on the same times, ``windows`` [s] apart (one number, or one for each time);
-    the difference itself where the reference is zero throughout."""
+    """Relative L2 difference of two curves on the same times, ``windows`` [s] apart (one number, or one for
+    each time); the difference itself where the reference is zero throughout."""
     weight = np.sqrt(windows / np.max(windows))
-    return float(np.linalg.norm(weight * (np.asarray(values) - reference)) / (np.linalg.norm(weight * reference) or 1.0))
+    return float(np.linalg.norm(weight * (np.asarray(values) - reference))
+                 / (np.linalg.norm(weight * reference) or 1.0))

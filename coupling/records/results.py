@@ -1,9 +1,9 @@
 """The results of a run are one set: a folder never shows files of two runs.
 
-A run holds its folder by a lock. What it writes until its first window is done goes to the hidden folder HIDDEN in it;
-then the files of the earlier set, which its manifest names, are removed, and only after that its own take their place.
-So a run that fails before leaves the earlier set as it was, and one that is killed leaves the files of one run, at any
-moment. Files that no manifest names are never touched.
+A run holds its folder by a lock. What it writes until its first window is done goes to the hidden folder
+HIDDEN in it; then the files of the earlier set, which its manifest names, are removed, and only after that
+its own take their place. So a run that fails before leaves the earlier set as it was, and one that is killed
+leaves the files of one run, at any moment. Files that no manifest names are never touched.
 """
 import os
 import shutil
@@ -26,12 +26,13 @@ ROOM = 1 << 16  # bytes that are kept free for the report of a run that fills th
 
 
 class Results:
-    """The set of files of one run in ``folder``; make it when the scene has been checked, ``close`` it at the end.
+    """The set of files of one run in ``folder``; make it when the scene has been checked, ``close`` it at the
+    end.
 
-    case: goes into the manifest; key: tells one run of this process from another: a further one with the same case and
-    key, and ``names`` that the set does not have, adds to the set. names: files that will be written. Collective; rank
-    0 does the work. OutputError when the folder cannot be written, belongs to a run that has not ended, or has files of
-    these names that are not of a run.
+    case: goes into the manifest; key: tells one run of this process from another: a further one with the same
+    case and key, and ``names`` that the set does not have, adds to the set. names: files that will be
+    written. Collective; rank 0 does the work. OutputError when the folder cannot be written, belongs to a run
+    that has not ended, or has files of these names that are not of a run.
     """
 
     _last: ClassVar[dict] = {}  # folder → (id, key, names) of the last set of this process there
@@ -84,10 +85,11 @@ class Results:
             if name in self._names:
                 continue
             if not manifest.plain(name):
-                raise ValueError(f"{name!r} is no plain file name: the results of a run lie right in {self.folder}")
+                raise ValueError(f"{name!r} is no plain file name: the results of a run lie right in "
+                                 f"{self.folder}")
             if name not in self._earlier and (self.folder / name).exists():
-                raise OutputError(f"{self.folder / name} is not of a run that left a {manifest.NAME}: move it away, or "
-                                  "choose another folder with out=")
+                raise OutputError(f"{self.folder / name} is not of a run that left a {manifest.NAME}: move "
+                                  "it away, or choose another folder with out=")
             self._names[name] = None
             if self.started:
                 with writing(self.folder / manifest.NAME):
@@ -106,8 +108,8 @@ class Results:
     # ---------------------------------------------------------------- begin and end
 
     def start(self) -> None:
-        """The first window is done: the files so far take the place of the earlier set. Collective; does nothing when
-        called again."""
+        """The first window is done: the files so far take the place of the earlier set. Collective; does
+        nothing when called again."""
         if not self.started:
             on_first(self._comm, self._switch)
             self.started = True
@@ -142,8 +144,9 @@ class Results:
             self._last[self.folder.resolve()] = self._run, self._key, tuple(self._names)
 
     def make_room(self) -> bool:
-        """Before the last lines of a run that failed: room on the disk, and the folder again if it is gone. On rank 0;
-        returns whether there is a place to write to: not where an earlier set stays, or another run has begun."""
+        """Before the last lines of a run that failed: room on the disk, and the folder again if it is gone.
+        On rank 0; returns whether there is a place to write to: not where an earlier set stays, or another
+        run has begun."""
         (self._hidden / "room").unlink(missing_ok=True)
         if not self.folder.exists():
             self._make_again()
@@ -155,7 +158,8 @@ class Results:
 
     def _make_again(self) -> None:
         self._hidden.mkdir(parents=True)
-        self._lock, self._place, self._earlier = Lock(self.folder, self._hidden / "lock"), os.stat(self.folder), []
+        self._lock, self._place, self._earlier = Lock(self.folder,
+                                                      self._hidden / "lock"), os.stat(self.folder), []
         if self.started:
             text = manifest.text(self._run, self._names, ())
             replace_text(self.folder / manifest.NAME, text, self._hidden / "text")

@@ -10,8 +10,9 @@ PART = 1 << 20  # bytes that are read at once
 
 
 class Rows:
-    """Rows of ``width`` numbers, read by column. They lie in a file without a name in ``folder``, None for that of
-    temporary files (TMPDIR); there is none before the first ``BLOCK`` rows. OSError when it cannot be written."""
+    """Rows of ``width`` numbers, read by column. They lie in a file without a name in ``folder``, None for
+    that of temporary files (TMPDIR); there is none before the first ``BLOCK`` rows. OSError when it cannot be
+    written."""
 
     def __init__(self, width: int, folder: Optional[Path] = None) -> None:
         self._block, self._folder, self._count = np.empty((BLOCK, width)), folder, 0

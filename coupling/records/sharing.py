@@ -1,4 +1,5 @@
-"""Work that may fail on one rank alone: its error is raised on all of them, so that none waits for another."""
+"""Work that may fail on one rank alone: its error is raised on all of them, so that none waits for
+another."""
 from typing import Any, Callable, Optional
 
 from mpi4py import MPI

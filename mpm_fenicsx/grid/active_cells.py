@@ -41,7 +41,8 @@ class ActiveCells:
         self.comm, self.dim = background.comm, background.dim
         self._vectors, self._symmetric = {}, symmetric
         grid_vec = ghosted_vector(background.node_numbering, self.comm)
-        near = self._flags(grid_vec, background, background.cells[filled])  # nodes of filled cells, on any rank
+        # nodes of filled cells, on any rank
+        near = self._flags(grid_vec, background, background.cells[filled])
         self.active = near[background.cells].any(axis=1)
         chosen = np.flatnonzero(self.active[:background.cells_owned]).astype(np.int32)
         needed, rows_of_points = self._flags(grid_vec, background, background.cells[chosen]), len(chosen)
@@ -94,8 +95,8 @@ class ActiveCells:
 
     def vector(self, block):
         """New ghosted vector with ``block`` values per node."""
-        return PETSc.Vec().createGhost(self.number[self.owned:], (self.owned * block, PETSc.DETERMINE), bsize=block,
-                                       comm=self.comm)
+        return PETSc.Vec().createGhost(self.number[self.owned:], (self.owned * block, PETSc.DETERMINE),
+                                       bsize=block, comm=self.comm)
 
     def accumulate(self, values):
         """Add up, in place, what all ranks have at shared nodes; values: (local nodes, block)."""
@@ -151,7 +152,8 @@ class ActiveCells:
         shapes = [(*block.shape, *block.shape[:0:-1]) for block in blocks]
         rows = [np.broadcast_to(block.transpose(0, 2, 1)[:, None, None], shape).ravel()
                 for block, shape in zip(blocks, shapes)]
-        columns = [np.broadcast_to(block[:, :, :, None, None], shape).ravel() for block, shape in zip(blocks, shapes)]
+        columns = [np.broadcast_to(block[:, :, :, None, None], shape).ravel() for block, shape in zip(blocks,
+                                                                                                      shapes)]
         facet = dof[self.nodes_of_facets].transpose(0, 2, 1)  # (facets, D, M), each direction on its own
         shapes.append((*facet.shape, facet.shape[-1]))
         rows.append(np.broadcast_to(facet[..., None], shapes[-1]).ravel())
@@ -160,7 +162,8 @@ class ActiveCells:
         self.matrix = PETSc.Mat().create(self.comm)
         self.matrix.setSizes((size, size), bsize=D)
         self.matrix.setType(PETSc.Mat.Type.AIJ)
-        compat.set_coo_pattern(self.matrix, np.concatenate([*rows, diagonal]), np.concatenate([*columns, diagonal]))
+        compat.set_coo_pattern(self.matrix, np.concatenate([*rows, diagonal]),
+                               np.concatenate([*columns, diagonal]))
         self.matrix.setOption(PETSc.Mat.Option.SYMMETRIC, self._symmetric)
         self.values = np.zeros(sum(map(len, rows)) + len(diagonal))
         matrices = [part.reshape(shape) for part, shape in

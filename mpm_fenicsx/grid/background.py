@@ -34,8 +34,8 @@ def check_inside(grid, x, what, origin=0.0):
     outside = ~((x >= grid.box.lower) & (x <= grid.box.upper)).all(axis=1)
     if outside.any():
         box = shifted(grid.box, origin) if np.any(origin) else grid.box
-        raise ValueError(f"{what} lies at {x[outside][0] + origin} m, the grid covers {box.lower} to {box.upper} m: "
-                         "enlarge the grid")
+        raise ValueError(f"{what} lies at {x[outside][0] + origin} m, the grid covers {box.lower} to "
+                         f"{box.upper} m: enlarge the grid")
 
 
 class Background:
@@ -72,7 +72,8 @@ class Background:
         self.vertex_of[self.cells] = cells[self.original_cell]
         sizes = np.ptp(vertices[cells], axis=1)
         self.h, self.origin = sizes.mean(axis=0), np.broadcast_to(np.asarray(origin, float), (self.dim,))
-        self.tolerance = max(INSIDE, 8 * np.finfo(float).eps * np.abs(vertices + self.origin).max() / sizes.min())
+        self.tolerance = max(INSIDE, 8 * np.finfo(float).eps * np.abs(vertices + self.origin).max()
+                             / sizes.min())
         self.margin = np.maximum(np.zeros((self.dim, 2)) if margin is None else margin, self.tolerance)
         self.search = LatticeSearch(grid, self) if isinstance(grid, Grid) else WalkSearch(self)
         self.neighbours = self._ranks_around()
@@ -100,8 +101,8 @@ class Background:
         rank, number = self.search.assign(points.x)
         if (rank < 0).any():
             p = np.argmin(rank)
-            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p] + self.origin} m, outside the grid: "
-                             "enlarge the grid or shorten the surface")
+            raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p] + self.origin} m, outside the "
+                             "grid: enlarge the grid or shorten the surface")
         mine = rank == self.comm.rank
         points.take(mine)
         points.cell[:] = self.search.local(number[mine])

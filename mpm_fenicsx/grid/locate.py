@@ -102,7 +102,8 @@ def walk(x, cell, maps: CellMaps, neighbours: Neighbours, most, tolerance, found
                 break
             to_reference(p, c, x, maps, place)
             far = xi[0] != xi[0]
-            for i in range(D if far else 0):  # Newton's method fails far away: the linear map tells the direction
+            # Newton's method fails far away: the linear map tells the direction
+            for i in range(D if far else 0):
                 xi[i] = 0.5
                 for j in range(D):
                     for a in range(K):

@@ -18,8 +18,8 @@ class LatticeSearch:
 
     def __init__(self, grid, background):
         self._lattice = Lattice(np.asarray(grid.box.lower, float), grid.box.size / grid.cells,
-                                np.asarray(grid.cells, np.int64), len(background.owner) // int(np.prod(grid.cells)),
-                                background.margin)
+                                np.asarray(grid.cells, np.int64),
+                                len(background.owner) // int(np.prod(grid.cells)), background.margin)
         self._rank, self._owner = background.comm.rank, background.owner
         self._local = np.full(len(background.owner), -1, np.int32)
         self._local[background.original_cell] = np.arange(len(background.cells))

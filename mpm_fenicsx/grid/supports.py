@@ -27,8 +27,8 @@ class Supports:
         for number, support in enumerate(self._supports):
             directions = [AXES.index(letter) for letter in support.fix]
             if max(directions) >= x.shape[1]:
-                raise ValueError(f"{support.name} fixes {support.fix!r}, the scene has {x.shape[1]} dimensions: "
-                                 f"give some of {AXES[:x.shape[1]]}")
+                raise ValueError(f"{support.name} fixes {support.fix!r}, the scene has {x.shape[1]} "
+                                 f"dimensions: give some of {AXES[:x.shape[1]]}")
             held = np.ix_(check.mask(f"where of {support.name}", support.where, x), directions)
             self.fixed[held] = True
             self._holder[held] = number
@@ -43,9 +43,9 @@ class Supports:
         holds = np.array([np.count_nonzero(holder == n) for n in range(len(self._supports))], int)
         for support, count in zip(self._supports, active_cells.comm.allreduce(holds)):
             if count == 0 and active_cells.comm.rank == 0:
-                warnings.warn(f"{support.name} (fix {support.fix!r}) holds no grid node of the body at t = {time:.6g} s:"
-                              " move it to nodes of cells that contain material points, unless the body comes to it "
-                              "later", stacklevel=2)
+                warnings.warn(f"{support.name} (fix {support.fix!r}) holds no grid node of the body at t = "
+                              f"{time:.6g} s: move it to nodes of cells that contain material points, "
+                              "unless the body comes to it later", stacklevel=2)
 
     def displacement(self, node, time, dt, v, a):
         """Known displacement over the step [m], shape (n, D), zero where free; sets velocity and acceleration
@@ -75,6 +75,6 @@ class Supports:
     def _place(support, time):
         """Displacement of a support at ``time`` [s] along each of its directions [m]."""
         n = len(support.fix)
-        place = check.values(f"the motion of {support.name} at t = {time:.6g} s", support.motion, (time,), (), (n,),
-                             unit="m")
+        place = check.values(f"the motion of {support.name} at t = {time:.6g} s", support.motion, (time,), (),
+                             (n,), unit="m")
         return np.broadcast_to(place, (n,))

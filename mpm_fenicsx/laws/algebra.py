@@ -10,7 +10,8 @@ def determinant(F, D):
     """det F of a D x D matrix, in the plane or in space."""
     if D == 2:
         return F[0, 0] * F[1, 1] - F[0, 1] * F[1, 0]
-    return (F[0, 0] * (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1]) - F[0, 1] * (F[1, 0] * F[2, 2] - F[1, 2] * F[2, 0])
+    return (F[0, 0] * (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1]) - F[0, 1] * (F[1, 0] * F[2, 2] - F[1, 2] * F[2,
+                                                                                                           0])
             + F[0, 2] * (F[1, 0] * F[2, 1] - F[1, 1] * F[2, 0]))
 
 
@@ -101,7 +102,8 @@ def from_axes2(x, n, m):
 @called
 def from_axes3(x, n, m):
     """The same in space, x[3 a + b]."""
-    first, second, third = combine3(x[0], x[1], x[2], m), combine3(x[3], x[4], x[5], m), combine3(x[6], x[7], x[8], m)
+    first, second, third = combine3(x[0], x[1], x[2], m), combine3(x[3], x[4], x[5], m), combine3(x[6], x[7],
+                                                                                                  x[8], m)
     x[0], x[3], x[6] = combine3(first[0], second[0], third[0], n)
     x[1], x[4], x[7] = combine3(first[1], second[1], third[1], n)
     x[2], x[5], x[8] = combine3(first[2], second[2], third[2], n)

@@ -8,9 +8,9 @@ With q = sqrt(J2) and the mean stress p, tension positive,
 (de Souza Neto, Perić & Owen, Computational Methods for Plasticity, section 8.3). A cone meets the pyramid of
 friction angle phi, dilation angle psi and cohesion c in one kind of loading only; ``match`` chooses which:
 
-    "compression"   triaxial compression (t1 = t2): eta = 6 sin phi / (sqrt(3) (3 - sin phi)), xi = eta c cot phi
-    "extension"     triaxial extension (t2 = t3): 3 + sin phi in place of 3 - sin phi
-    "plane_strain"  plastic flow in plane strain: etab = sin psi / sqrt(1 + sin(psi)^2 / 3),
+    "compression"   triaxial compression (t1 = t2): eta = 6 sin phi / (sqrt(3) (3 - sin phi)), xi = eta c cot
+    phi "extension"     triaxial extension (t2 = t3): 3 + sin phi in place of 3 - sin phi "plane_strain"
+    plastic flow in plane strain: etab = sin psi / sqrt(1 + sin(psi)^2 / 3),
                     eta = sin phi / (sqrt(1 - etab^2 / 3) + etab sin(phi) / 3)
 
 and etab is eta with psi for phi. The last follows from flow without strain across the plane, dev(tau)_33 =
@@ -79,8 +79,8 @@ def moduli(p, hardening, e1, e2, e3, region):
     whole = p.mu + bulk * p.eta * p.etab
     left = 1.0 - p.mu * (q + p.eta * bulk * (e1 + e2 + e3) - p.xi) / (whole * q)
     coupling = math.sqrt(2.0) * p.mu * bulk / whole
-    return deviatoric_moduli(e1, e2, e3, bulk * p.mu / whole, -coupling * p.etab, -coupling * p.eta, mu2 * left,
-                             mu2 * (1.0 - p.mu / whole))
+    return deviatoric_moduli(e1, e2, e3, bulk * p.mu / whole, -coupling * p.etab, -coupling * p.eta,
+                             mu2 * left, mu2 * (1.0 - p.mu / whole))
 
 
 def _slope(sine, match, etab=0.0):
@@ -90,8 +90,9 @@ def _slope(sine, match, etab=0.0):
     return 6.0 / (math.sqrt(3.0) * (3.0 - sine if match == "compression" else 3.0 + sine))
 
 
-def drucker_prager(E: float, nu: float, friction_angle: float, dilation_angle: float = 0.0, cohesion: float = 0.0,
-                   tension_cutoff: Optional[float] = None, match: str = "compression") -> Law:
+def drucker_prager(E: float, nu: float, friction_angle: float, dilation_angle: float = 0.0,
+                   cohesion: float = 0.0, tension_cutoff: Optional[float] = None,
+                   match: str = "compression") -> Law:
     """Drucker–Prager soil with Young's modulus E [Pa], Poisson's ratio nu, friction and dilation angle
     [degrees], cohesion and greatest mean tension [Pa] (None: up to the apex c cot phi); ``match`` as above.
     Raises ValueError for impossible values.

@@ -5,7 +5,8 @@ gives the Kirchhoff stress tau. With plastic flow frozen, b = F Cp^-1 F^T (Cp = 
 a step, and
 
     b = sum_a l_a n_a n_a^T,    e_a = ln(l_a) / 2,    tau_a = r_a(e),    P = tau F^-T = sum_a tau_a n_a m_a^T,
-    m_a = F^-1 n_a,             Cp^-1 = sum_a exp(2 ee_a) m_a m_a^T,     ee_a = (tau_a - lam tr(tau) / K3) / 2 mu,
+    m_a = F^-1 n_a,             Cp^-1 = sum_a exp(2 ee_a) m_a m_a^T,     ee_a = (tau_a - lam tr(tau) / K3) / 2
+    mu,
 
 with K3 = 3 lam + 2 mu and the return mapping r of small strains (de Souza Neto, Perić & Owen, Computational
 Methods for Plasticity, section 14.4; Simo 1992, doi 10.1016/0045-7825(92)90123-2). Yield conditions are in
@@ -231,10 +232,9 @@ def deviatoric_moduli(e1, e2, e3, volume, back, forth, across, along):
     if norm > 0.0:
         n1, n2, n3 = n1 / norm, n2 / norm, n3 / norm
     base, square = volume - across / 3.0, along - across
-    return (
-        (base + back * n1 + forth * n1 + square * n1 * n1 + across, base + back * n2 + forth * n1 + square * n1 * n2,
-         base + back * n3 + forth * n1 + square * n1 * n3),
-        (base + back * n1 + forth * n2 + square * n2 * n1, base + back * n2 + forth * n2 + square * n2 * n2 + across,
-         base + back * n3 + forth * n2 + square * n2 * n3),
-        (base + back * n1 + forth * n3 + square * n3 * n1, base + back * n2 + forth * n3 + square * n3 * n2,
-         base + back * n3 + forth * n3 + square * n3 * n3 + across))
+    return ((base + back * n1 + forth * n1 + square * n1 * n1 + across, base + back * n2 + forth * n1 + square
+             * n1 * n2, base + back * n3 + forth * n1 + square * n1 * n3),
+            (base + back * n1 + forth * n2 + square * n2 * n1, base + back * n2 + forth * n2 + square * n2
+             * n2 + across, base + back * n3 + forth * n2 + square * n2 * n3),
+            (base + back * n1 + forth * n3 + square * n3 * n1, base + back * n2 + forth * n3 + square * n3
+             * n2, base + back * n3 + forth * n3 + square * n3 * n3 + across))

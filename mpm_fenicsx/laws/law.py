@@ -58,7 +58,8 @@ def lame(E: float, nu: float) -> Tuple[float, float]:
     (0.4, 0.4)
     """
     E = check.positive("E", E, "Pa", "Young's modulus must be positive")
-    nu = check.between("nu", nu, -1, 0.5, rule="Poisson's ratio must lie between -1 and 0.5, both excluded", ends="()")
+    nu = check.between("nu", nu, -1, 0.5, rule="Poisson's ratio must lie between -1 and 0.5, both excluded",
+                       ends="()")
     return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
 
 

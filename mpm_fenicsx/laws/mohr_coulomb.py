@@ -25,7 +25,8 @@ from ..compiled import called
 from .hencky import ELASTIC, OPEN, hencky_law
 from .law import Law, lame
 
-# Where the stress ends up, in the order of t1 >= t2 >= t3. Compression edge: t1 = t2, as in triaxial compression.
+# Where the stress ends up, in the order of t1 >= t2 >= t3. Compression edge: t1 = t2, as in triaxial
+# compression.
 SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, TENSION, TENSION_EDGE, SHEAR_TENSION, CORNER = range(2, 9)
 
 
@@ -108,7 +109,8 @@ def return_map(p, hardening, e1, e2, e3):
 def _along(p, r, g):
     """Moduli on an edge: stress moves along r only, by strain along g."""
     x = 1.0 / _edge_compliance(p, r, g)
-    return ((x * r[0] * g[0], x * r[0] * g[1], x * r[0] * g[2]), (x * r[1] * g[0], x * r[1] * g[1], x * r[1] * g[2]),
+    return ((x * r[0] * g[0], x * r[0] * g[1], x * r[0] * g[2]), (x * r[1] * g[0], x * r[1] * g[1],
+                                                                  x * r[1] * g[2]),
             (x * r[2] * g[0], x * r[2] * g[1], x * r[2] * g[2]))
 
 
@@ -148,7 +150,8 @@ def moduli(p, hardening, e1, e2, e3, region):
 def soil_angles(friction_angle: float, dilation_angle: float, cohesion: float) -> Tuple[float, float]:
     """sin of both angles [degrees] of a soil with that cohesion [Pa]; raises ValueError for impossible
     values."""
-    check.between("friction_angle", friction_angle, 0, 90, "degrees", "give at least 0 and less than 90", "[)")
+    check.between("friction_angle", friction_angle, 0, 90, "degrees", "give at least 0 and less than 90",
+                  "[)")
     check.between("dilation_angle", dilation_angle, 0, friction_angle, "degrees",
                   f"give at least 0 and at most the friction angle, {friction_angle} degrees")
     check.not_negative("cohesion", cohesion, "Pa")
@@ -166,8 +169,8 @@ def tension_limit(tension_cutoff: Optional[float], apex: float) -> float:
                          f"give at least 0 and at most the apex of the yield surface, {apex:.6g} Pa")
 
 
-def mohr_coulomb(E: float, nu: float, friction_angle: float, dilation_angle: float = 0.0, cohesion: float = 0.0,
-                 tension_cutoff: Optional[float] = None) -> Law:
+def mohr_coulomb(E: float, nu: float, friction_angle: float, dilation_angle: float = 0.0,
+                 cohesion: float = 0.0, tension_cutoff: Optional[float] = None) -> Law:
     """Mohr–Coulomb soil with Young's modulus E [Pa], Poisson's ratio nu, friction and dilation angle
     [degrees], cohesion and greatest tension [Pa] (None: up to the apex c cot phi). Raises ValueError for
     impossible values.

@@ -1,7 +1,8 @@
 """What the MPM shows to ParaView and writes into the report.
 
-A snapshot is name → (positions, {cell type: connectivity}, data) of this rank alone: the pieces of all ranks make the
-whole, so the state of the points never has to fit on one of them. A name is missing where the rank has nothing to show.
+A snapshot is name → (positions, {cell type: connectivity}, data) of this rank alone: the pieces of all ranks
+make the whole, so the state of the points never has to fit on one of them. A name is missing where the rank
+has nothing to show.
 """
 import numpy as np
 
@@ -12,11 +13,13 @@ AROUND = {"triangle": ("triangle", [0, 1, 2]), "quadrilateral": ("quad", [0, 1, 
 
 
 def snapshot(mpm):
-    """``points`` of this rank; ``held``, ``held1``, …: those of each body that an outflow holds at the edge; ``grid``: its
-    own cells, each on one rank only, with nodal fields of the last step; ``interface``: whole, on rank 0. Collective."""
+    """``points`` of this rank; ``held``, ``held1``, …: those of each body that an outflow holds at the edge;
+    ``grid``: its own cells, each on one rank only, with nodal fields of the last step; ``interface``: whole,
+    on rank 0. Collective."""
     parts = {"points": _points(mpm), "grid": _grid(mpm)}
     for n, held in enumerate(mpm.held()):
-        parts[f"held{n or ''}"] = held.x, {"vertex": np.arange(len(held))[:, None]}, {"gid": held.gid, "mass": held.mass}
+        parts[f"held{n or ''}"] = held.x, {"vertex": np.arange(len(held))[:, None]}, {"gid": held.gid,
+                                                                                      "mass": held.mass}
     interface = mpm.interface
     if interface is not None:
         (x, v), u = mpm.surface(), mpm.displacement()
@@ -27,16 +30,16 @@ def snapshot(mpm):
 
 
 def _points(mpm):
-    """Points of this rank, body after body in the order of their numbers, see ``Points.migrate``; what is held at the
-    edge is not among them."""
+    """Points of this rank, body after body in the order of their numbers, see ``Points.migrate``; what is
+    held at the edge is not among them."""
     data = _point_fields(mpm.bodies)
     x = data.pop("x")
     return x, {"vertex": np.arange(len(x))[:, None]}, data
 
 
 def _grid(mpm):
-    """Cells and nodes in the order of the whole grid. A node of mass in a cell of this rank is in this rank's active cells,
-    for that reaches one layer beyond the filled cells; so nobody has to be asked."""
+    """Cells and nodes in the order of the whole grid. A node of mass in a cell of this rank is in this rank's
+    active cells, for that reaches one layer beyond the filled cells; so nobody has to be asked."""
     background = mpm.background
     vertices, cells = background.whole
     vertices = vertices + background.origin
@@ -55,25 +58,27 @@ def _grid(mpm):
 
 
 def _point_fields(bodies):
-    """Fields of this rank's points, body after body, as name → array. State variables that a law does not have are
-    zero; ``body`` tells several bodies apart."""
+    """Fields of this rank's points, body after body, as name → array. State variables that a law does not
+    have are zero; ``body`` tells several bodies apart."""
     shown = {"x": "x", "gid": "gid", "velocity": "v", "acceleration": "a", "mass": "mass", "F": "F"}
-    fields = {name: np.concatenate([getattr(body.points, field) for body in bodies]) for name, field in shown.items()}
+    fields = {name: np.concatenate([getattr(body.points, field) for body in bodies])
+              for name, field in shown.items()}
     fields["cauchy_stress"] = np.concatenate([body.cauchy_stress() for body in bodies])
     states = [body.points.state for body in bodies]
     for name in dict.fromkeys(name for state in states for name in state.dtype.names if name != "unused"):
         like = next(state[name] for state in states if name in state.dtype.names)
         fields[name] = np.concatenate([state[name] if name in state.dtype.names
-                                       else np.zeros((len(state), *like.shape[1:]), like.dtype) for state in states])
+                                       else np.zeros((len(state), *like.shape[1:]), like.dtype)
+                                       for state in states])
     if len(bodies) > 1:
         fields["body"] = np.repeat(np.arange(len(bodies)), [len(state) for state in states])
     return fields
 
 
 def describe(mpm):
-    """Entries of report.json: ``solver``; ``ghost_since`` [s], see ``MPM.fall_back``; ``imbalance``, most points on one
-    rank over the mean, now; ``rebalances``, a list of [step, imbalance before, after] of the new distributions over the
-    ranks. Collective."""
+    """Entries of report.json: ``solver``; ``ghost_since`` [s], see ``MPM.fall_back``; ``imbalance``, most
+    points on one rank over the mean, now; ``rebalances``, a list of [step, imbalance before, after] of the
+    new distributions over the ranks. Collective."""
     return {"solver": mpm.step.newton.describe(), "ghost_since": mpm.ghost_since,
-            "imbalance": round(mpm.imbalance(), 4),
-            "rebalances": [[step, round(before, 4), round(after, 4)] for step, before, after in mpm.rebalances]}
+            "imbalance": round(mpm.imbalance(), 4), "rebalances": [[step, round(before, 4), round(after, 4)]
+                                                                   for step, before, after in mpm.rebalances]}

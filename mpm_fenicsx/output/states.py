@@ -7,9 +7,8 @@ import numpy as np
 from ..errors import MPMError
 from ..grid.background import whole_mesh
 
-WHAT = (
-    "number of ranks", "rank", "dimension", "number of material points", "grid", "material points", "laws", "supports",
-    "interface, loads and walls", "kind of inertia", "outflow", "origin")
+WHAT = ("number of ranks", "rank", "dimension", "number of material points", "grid", "material points",
+        "laws", "supports", "interface, loads and walls", "kind of inertia", "outflow", "origin")
 SHOWN = 4  # of the first so many the values say more than that they differ
 
 
@@ -22,10 +21,10 @@ def fingerprint(model, conditions):
             for b in scene.bodies]
     outflow = sorted(scene.outflow.items()) if isinstance(scene.outflow, dict) else scene.outflow
     texts = laws, [(s.fix, s.name) for s in scene.supports], conditions, scene.inertia, outflow
-    return np.array([
-        model.comm.size, model.comm.rank, model.dim, sum(map(len, points)), _of_arrays(*whole_mesh(scene.grid)),
-        _of_arrays(*(array for p in points for array in (p.x, p.V0))), *map(_of_text, texts),
-        _of_arrays(model.origin)], float)
+    return np.array([model.comm.size, model.comm.rank, model.dim, sum(map(len, points)),
+                     _of_arrays(*whole_mesh(scene.grid)),
+                     _of_arrays(*(array for p in points for array in (p.x, p.V0))), *map(_of_text, texts),
+                     _of_arrays(model.origin)], float)
 
 
 def _of_arrays(*arrays):
@@ -55,7 +54,7 @@ def while_open(method):
     @wraps(method)
     def checked(self, *args, **kwargs):
         if self.closed:
-            raise MPMError(f"{method.__name__}() was called after close(): the solver is gone, make a new MPM or "
-                           "close this one later")
+            raise MPMError(f"{method.__name__}() was called after close(): the solver is gone, make a new "
+                           "MPM or close this one later")
         return method(self, *args, **kwargs)
     return checked

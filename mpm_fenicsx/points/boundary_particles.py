@@ -41,8 +41,8 @@ class BoundaryParticles:
         force = check.shaped("force", force, shape)
         if not np.isfinite(force).all():
             bad = np.argwhere(~np.isfinite(force))[0][0]
-            raise MPMError(f"the force on boundary particle {bad} is not a number at t = {time:.6g} s: look at "
-                           "the grains that sent it")
+            raise MPMError(f"the force on boundary particle {bad} is not a number at t = {time:.6g} s: look "
+                           "at the grains that sent it")
         return force
 
     @property
@@ -85,8 +85,8 @@ class BoundaryParticles:
         change = outline.find_change(x, old.elements, old.resampling, force.any(axis=1), has_mass, changed)
         if change is not None:
             if not len(change.x):
-                raise MPMError(f"nothing is left of the outline at t = {time:.6g} s: no boundary particle has a "
-                               "material point near it; give it a smaller spacing, or more inset")
+                raise MPMError(f"nothing is left of the outline at t = {time:.6g} s: no boundary particle "
+                               "has a material point near it; give it a smaller spacing, or more inset")
             n, x0 = len(change.x), change.interpolate(np.asarray(old.x, float))
             self.interface = replace(old, x=x0, elements=change.elements)
             self.points.restore(dict(gid=np.arange(n), cell=np.zeros(n, np.int32), x=change.x,
@@ -98,7 +98,8 @@ class BoundaryParticles:
         """What the rule changes besides the points, as name → array copy."""
         if not self.resampled:
             return {}
-        return {"interface.x": np.array(self.interface.x), "interface.elements": np.array(self.interface.elements)}
+        return {"interface.x": np.array(self.interface.x),
+                "interface.elements": np.array(self.interface.elements)}
 
     def set_state(self, state):
         """Go back to what ``get_state`` gave."""

@@ -35,7 +35,8 @@ def remove(i, following, before):
 
 def end_of(following, before, last):
     """The last or the first particle of the open chain; NONE when there is no such chain."""
-    ends = np.flatnonzero((following == NONE) & (before != NONE) if last else (before == NONE) & (following != NONE))
+    ends = np.flatnonzero((following == NONE) & (before != NONE) if last
+                          else (before == NONE) & (following != NONE))
     return ends[0] if len(ends) else NONE
 
 

@@ -61,7 +61,8 @@ class Outflow:
         """For ``sets.Set``: what becomes of points of ``body`` without a rank. None: they end the run."""
         if not self.active:
             return None
-        points, held = body.points, Points(**{name: values[:0] for name, values in body.points.copy().items()})
+        points, held = body.points, Points(**{name: values[:0]
+                                              for name, values in body.points.copy().items()})
         self.held.append(held)
 
         def leave(rank, number, search):
@@ -121,8 +122,8 @@ class Outflow:
     def check_left(self, count, time):
         """MPMError when of ``count`` points none is left."""
         if count <= self._sums[0]:
-            raise MPMError(f"all {count} material points have left the grid at t = {time:.6g} s: enlarge it, or "
-                           "end the run earlier")
+            raise MPMError(f"all {count} material points have left the grid at t = {time:.6g} s: enlarge it, "
+                           "or end the run earlier")
 
     def get_state(self):
         """As name → array copy."""

@@ -54,14 +54,15 @@ class Sets:
 
     def _raise_if_outside(self, points, rank, time):
         """Name the first point that left the grid, on all ranks alike."""
-        found = [(int(points.gid[p]), (points.x[p] + self._origin).tolist()) for p in np.flatnonzero(rank < 0)[:1]]
+        found = [(int(points.gid[p]), (points.x[p] + self._origin).tolist())
+                 for p in np.flatnonzero(rank < 0)[:1]]
         found = sum(self._comm.allgather(found), [])
         if found:
             number, x = min(found)
             material = any(points is s.points and s.name.startswith("points") for s in self._sets)
             kind = "material point" if material else "boundary particle"
-            raise MPMError(f"{kind} {number} left the grid at x = {x} m, t = {time:.6g} s: enlarge the grid, or "
-                           "look for the cause in an unstable step")
+            raise MPMError(f"{kind} {number} left the grid at x = {x} m, t = {time:.6g} s: enlarge the grid, "
+                           "or look for the cause in an unstable step")
 
     def names(self):
         """Name of each set, with the number of its points here."""

@@ -25,7 +25,8 @@ class BeamScene(NamedTuple):
 
 @dataclass(frozen=True)
 class SimplySupportedBeam:
-    """A beam along x whose ends are held up, on a grid of three beam heights. The origin is at midspan on top.
+    """A beam along x whose ends are held up, on a grid of three beam heights. The origin is at midspan on
+    top.
 
     >>> from mpm_fenicsx import SimplySupportedBeam, linear
     >>> beam = SimplySupportedBeam(length=0.1, h=2e-3, body=(50, 5), segments=(50,))
@@ -42,11 +43,15 @@ class SimplySupportedBeam:
     nu: float = 0.289  # Poisson's ratio [-]
     rho: float = 7960.0  # density [kg/m^3]
     h: float = 2e-3  # size of the background cells, of which columns stand at the beam's ends [m]
-    cells: Optional[Tuple[int, ...]] = None  # of the grid along, up (3 beam heights) and across [-]; replaces h
-    cell: Optional[Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron"]] = None  # of grid and body
+    # of the grid along, up (3 beam heights) and across [-]; replaces h
+    cells: Optional[Tuple[int, ...]] = None
+    # of grid and body
+    cell: Optional[Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron"]] = None
     body: Optional[Tuple[int, ...]] = None  # body cells along, up and across [-]; none: those of the case
-    points: int = 2  # material points per body cell: in all (triangle, tetrahedron) or per direction (others) [-]
-    segments: Optional[Tuple[int, ...]] = None  # of the interface on top, along and across [-]; none: those of the case
+    # material points per body cell: in all (triangle, tetrahedron) or per direction (others) [-]
+    points: int = 2
+    # of the interface on top, along and across [-]; none: those of the case
+    segments: Optional[Tuple[int, ...]] = None
 
     counts = {"h": (lambda keys: keys["cells"] is None, "without cells=")}  # of a key: when it has an effect
 
@@ -57,7 +62,8 @@ class SimplySupportedBeam:
         return Box((-half, -self.height, -across)[:self.dim], (half, 0.0, across)[:self.dim])
 
     def scene(self, law: Law, plane: str = "stress", f_bar: bool = False, shift: float = 0.0) -> BeamScene:
-        """Grid, beam, its supports and the interface on top, ``shift`` [m] inside it. plane: "stress" or "strain"."""
+        """Grid, beam, its supports and the interface on top, ``shift`` [m] inside it. plane: "stress" or
+        "strain"."""
         box, grid = self.box, self.grid()
         state, thickness = (f"plane_{plane}", self.width) if self.dim == 2 else (None, 1.0)
         beam = Body(box, self.body, self.points, law, self.rho, state, thickness, self.cell, f_bar=f_bar)
@@ -67,7 +73,8 @@ class SimplySupportedBeam:
         return BeamScene(grid, beam, supports, Interface.top(box, segments, shift))
 
     def grid(self) -> Grid:
-        """Cells of size h, one column beside the beam on each side; or ``cells``, 2.6 mm beside it as in the paper."""
+        """Cells of size h, one column beside the beam on each side; or ``cells``, 2.6 mm beside it as in the
+        paper."""
         box, size, beside = self.box, self.box.size, [d for d in range(self.dim) if d != 1]
         margin, cells = np.full(self.dim, BESIDE), self.cells
         if cells is None:

@@ -34,8 +34,10 @@ class Grid:
         object.__setattr__(self, "cell", cell_of(self.box.dim, self.cell, "grid"))
         n = cell_count(self.cells, self.cell)
         what = f"{n:.3g} cells of the grid (cells={','.join(map(str, self.cells))})"
-        check.check_memory(what, n * BYTES_PER_CELL[self.dim], "take larger and fewer cells (h), or a smaller box")
-        check.check_work(f"{what} at the start", n * START_PER_CELL, "take larger and fewer cells (h), or a smaller box")
+        check.check_memory(what, n * BYTES_PER_CELL[self.dim], "take larger and fewer cells (h), or a "
+                           "smaller box")
+        check.check_work(f"{what} at the start", n * START_PER_CELL, "take larger and fewer cells (h), or a "
+                         "smaller box")
 
     @property
     def dim(self) -> int:
@@ -51,7 +53,8 @@ class Grid:
         """
         size = check.numbers("size of the box", size, len(np.atleast_1d(size)), "m", check.positive)
         check.positive("h", h, "m", f"the cell size must lie between 0 and {min(size):.3g} m")
-        check.between("h", h, 0, min(size), "m", f"the cell size must lie between 0 and {min(size):.3g} m", "(]")
+        check.between("h", h, 0, min(size), "m", f"the cell size must lie between 0 and {min(size):.3g} m",
+                      "(]")
         return tuple(max(1, round(length / h)) for length in size)
 
 
@@ -125,7 +128,8 @@ class Body:
         elif isinstance(self.shape, Mesh):
             put("cell", self.shape.cell)
         elif not isinstance(self.shape, Cloud):
-            raise ValueError(f"the shape of a body is a Box, a Mesh or a Cloud, not {check.shown(self.shape)}: give one")
+            raise ValueError("the shape of a body is a Box, a Mesh or a Cloud, not "
+                             f"{check.shown(self.shape)}: give one")
         check.record("law of the body", self.law, Law)
         put("rho", check.positive("rho", self.rho, "kg/m^3", "the density must be positive"))
         put("thickness", check.positive("thickness", self.thickness, "m", "it must be positive"))
@@ -144,7 +148,8 @@ class Body:
         tensor = self.cell in ("quadrilateral", "hexahedron")
         allowed = TENSOR_POINTS if tensor else SIMPLEX_POINTS[self.dim]
         if self.points not in list(allowed) or isinstance(self.points, bool):
-            raise ValueError(f"points is {check.shown(self.points)}: choose one of {', '.join(map(str, allowed))} "
+            raise ValueError(f"points is {check.shown(self.points)}: choose one of "
+                             f"{', '.join(map(str, allowed))} "
                              f"({'per direction' if tensor else f'per {self.cell}'})")
         if isinstance(self.shape, Mesh):
             cells = len(self.shape.cells)
@@ -186,7 +191,8 @@ class Support:
 
     def __post_init__(self) -> None:
         if not isinstance(self.fix, str) or not self.fix or set(self.fix) - set(AXES):
-            raise ValueError(f"{self.name} fixes {check.shown(self.fix)}: give one or more of the letters x, y, z")
+            raise ValueError(f"{self.name} fixes {check.shown(self.fix)}: give one or more of the letters x, "
+                             "y, z")
         check.function(f"where of {self.name}", self.where)
         if self.motion is not None:
             check.function(f"motion of {self.name}", self.motion)

@@ -63,10 +63,11 @@ class Penalty:
         if self.motion is not None:
             check.function(f"the motion of {self.name}", self.motion)
         if self.normal is None and (self.friction or self.separates or self.at is not None):
-            raise ValueError(f"{self.name} sticks, as it has no normal: give one for friction, separates or at")
+            raise ValueError(f"{self.name} sticks, as it has no normal: give one for friction, separates or "
+                             "at")
         if self.at is not None and not self.follows:
-            raise ValueError(f"{self.name} has a plane at {self.at} but stays in space: only particles that follow the "
-                             "body (follows=True) can have a distance to it")
+            raise ValueError(f"{self.name} has a plane at {self.at} but stays in space: only particles that "
+                             "follow the body (follows=True) can have a distance to it")
         if self.normal is not None:
             object.__setattr__(self, "normal", self._unit_normals())
 
@@ -77,7 +78,8 @@ class Penalty:
         length = np.linalg.norm(normal, axis=1)
         bad = ~(np.isfinite(length) & (length > 0))
         if bad.any():
-            raise ValueError(f"the normal of {self.name} is {normal[bad][0].tolist()}: it must be finite and not zero")
+            raise ValueError(f"the normal of {self.name} is {normal[bad][0].tolist()}: it must be finite and "
+                             "not zero")
         return normal / length[:, None]
 
 
@@ -105,8 +107,8 @@ class GridWall:
 
     def __post_init__(self) -> None:
         if self.normal not in [sign + axis for sign in "+-" for axis in AXES]:
-            raise ValueError(f"the normal of {self.name} is {check.shown(self.normal)}: give a sign and an axis, as "
-                             "\"+y\"")
+            raise ValueError(f"the normal of {self.name} is {check.shown(self.normal)}: give a sign and an "
+                             "axis, as " "\"+y\"")
         check.function(f"where of {self.name}", self.where)
         _check_rubbing(self)
 
@@ -118,8 +120,8 @@ class GridWall:
         """The same as a ``Penalty`` on the vertices [m], shape (n, dim), of the grid."""
         axis = AXES.index(self.normal[1])
         if axis >= vertices.shape[1]:
-            raise ValueError(f"the normal of {self.name} is {self.normal!r}, the scene has {vertices.shape[1]} "
-                             "dimensions: give one of its axes")
+            raise ValueError(f"the normal of {self.name} is {self.normal!r}, the scene has "
+                             f"{vertices.shape[1]} dimensions: give one of its axes")
         x = vertices[self.holds(vertices)]
         if not len(x):
             raise ValueError(f"{self.name} holds no node of the grid: look at where")
@@ -153,13 +155,13 @@ class Load:
         check.record(f"the surface of {self.name}", self.surface, Interface)
         given = self._given()
         if len(given) != 1:
-            raise ValueError(f"{self.name} has {' and '.join(given) or 'nothing'}: give one of force, traction, "
-                             "pressure")
+            raise ValueError(f"{self.name} has {' and '.join(given) or 'nothing'}: give one of force, "
+                             "traction, pressure")
         if not callable(getattr(self, self.kind)):
             check.array(f"the {self.kind} of {self.name}", getattr(self, self.kind), *self.shapes)
         if self.kind != "force" and not len(self.surface.elements):
-            raise ValueError(f"{self.name} has a {self.kind}, but its surface has no elements to take the area from: give "
-                             "a force, or a surface of segments or triangles")
+            raise ValueError(f"{self.name} has a {self.kind}, but its surface has no elements to take the "
+                             "area from: give a force, or a surface of segments or triangles")
 
     def _given(self) -> List[str]:
         return [kind for kind in ("force", "traction", "pressure") if getattr(self, kind) is not None]
@@ -180,4 +182,5 @@ class Load:
         value = getattr(self, self.kind)
         if not callable(value):
             return np.asarray(value, float)
-        return check.values(f"the {self.kind} of {self.name} at t = {time:.6g} s", value, (time,), *self.shapes)
+        return check.values(f"the {self.kind} of {self.name} at t = {time:.6g} s", value, (time,),
+                            *self.shapes)

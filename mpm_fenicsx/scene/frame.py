@@ -1,8 +1,9 @@
-"""The frame in which the MPM computes: coordinates as in maps keep few digits, so its origin moves near the scene.
+"""The frame in which the MPM computes: coordinates as in maps keep few digits, so its origin moves near the
+scene.
 
-At 5e6 m two doubles are 1e-9 m apart, more than points creep in a step and 1e-7 of a centimetre's cell. The scene is
-therefore moved when it is taken over, what is given out is moved back, and functions of the user get true positions. A
-frame of numbers in a map grid is a shift alone: no rotation, no scale.
+At 5e6 m two doubles are 1e-9 m apart, more than points creep in a step and 1e-7 of a centimetre's cell. The
+scene is therefore moved when it is taken over, what is given out is moved back, and functions of the user get
+true positions. A frame of numbers in a map grid is a shift alone: no rotation, no scale.
 """
 import copy
 from dataclasses import replace
@@ -21,7 +22,8 @@ FAR = 64.0  # distance from zero over the size of the grid: from there on six bi
 
 
 def find_origin(box: Box) -> np.ndarray:
-    """Origin [m], shape (dim,), of the frame for a grid with this ``box``: zero along axes on which it is near zero.
+    """Origin [m], shape (dim,), of the frame for a grid with this ``box``: zero along axes on which it is
+    near zero.
 
     A multiple of a power of two that is larger than the grid, so that the differences to it are exact.
     """
@@ -102,7 +104,8 @@ def _(interface: Interface, by: np.ndarray) -> Interface:
 
 @shifted.register(Resampling)
 def _(rule: Resampling, by: np.ndarray) -> Resampling:
-    return replace(rule, feet=tuple(foot and (foot[0], foot[1] + by[SIDES[foot[0]][0]]) for foot in rule.feet))
+    return replace(rule, feet=tuple(foot and (foot[0], foot[1] + by[SIDES[foot[0]][0]])
+                                    for foot in rule.feet))
 
 
 @shifted.register(Penalty)

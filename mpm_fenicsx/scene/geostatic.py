@@ -17,7 +17,8 @@ def at_rest(top: float, rho: float, gravity: float, ratio: float) -> Callable[[n
     >>> at_rest(top=2.0, rho=1500.0, gravity=10.0, ratio=0.5)(np.array([(0.0, 1.0)]))
     array([[ -7500., -15000.,  -7500.]])
     """
-    check.not_negative("ratio", ratio, rule="the ratio of horizontal to vertical stress must be 0 or a positive number")
+    check.not_negative("ratio", ratio, rule="the ratio of horizontal to vertical stress must be 0 or a "
+                       "positive number")
 
     def stress(x: np.ndarray) -> np.ndarray:
         vertical = -rho * gravity * np.maximum(top - x[:, 1], 0.0)

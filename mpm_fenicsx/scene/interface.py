@@ -11,7 +11,8 @@ from .bodies import BYTES_PER_POINT, Body
 from .mesh import Box, Mesh
 
 FINEST = 1e-3  # spacing of an outline in body cells
-SIDES = {"x-": (0, 1.0), "y+": (1, -1.0), "x+": (0, -1.0), "y-": (1, 1.0)}  # clockwise; axis, and the way into the box
+# clockwise; axis, and the way into the box
+SIDES = {"x-": (0, 1.0), "y+": (1, -1.0), "x+": (0, -1.0), "y-": (1, 1.0)}
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,9 @@ class Resampling:
 
     def __post_init__(self) -> None:
         check.positive("the spacing of the outline", self.spacing, "m", "it must be positive")
-        if not 0 <= check.not_negative("the outline's shortest segment", self.shortest) < 0.5 * check.positive(
-                "the outline's longest segment", self.longest):
+        if not 0 <= check.not_negative("the outline's shortest segment",
+                                       self.shortest) < 0.5 * check.positive("the outline's longest segment",
+                                                                             self.longest):
             raise ValueError(f"the outline's shortest segment is {self.shortest} spacings and its longest "
                              f"{self.longest}: a longest one, divided, must stay longer than the shortest")
         check.not_negative("the reach of the outline's feet", self.reach)
@@ -45,8 +47,8 @@ class Resampling:
             check.refuse("feet of the outline", self.feet, "give two, each a side and a level, or None")
         for foot in feet:
             if foot is not None and (len(foot) != 2 or foot[0] not in SIDES):
-                raise ValueError(f"a foot of the outline is {foot!r}: give its side, one of {', '.join(SIDES)}, and "
-                                 "its level")
+                raise ValueError(f"a foot of the outline is {foot!r}: give its side, one of "
+                                 f"{', '.join(SIDES)}, and its level")
 
 
 @dataclass(frozen=True)
@@ -69,8 +71,8 @@ class Interface:
         elements = check.shaped("elements of the interface", self.elements, ("n", "nodes of each"))
         columns = (1, x.shape[1]) if elements.size else elements.shape[1:]
         object.__setattr__(self, "x", x)
-        object.__setattr__(self, "elements", check.indices("elements of the interface", elements, len(x), columns,
-                                                           "particles"))
+        object.__setattr__(self, "elements", check.indices("elements of the interface", elements, len(x),
+                                                           columns, "particles"))
         if self.resampling is not None:
             check.record("resampling of the interface", self.resampling, Resampling)
 
@@ -92,8 +94,8 @@ class Interface:
         (61, None)
         """
         if check.record("body", body, Body).dim != 2 or not isinstance(body.shape, Box):
-            raise ValueError("an outline goes around a plane body whose shape is a Box: give other interfaces their "
-                             "particles, elements and Resampling")
+            raise ValueError("an outline goes around a plane body whose shape is a Box: give other "
+                             "interfaces their particles, elements and Resampling")
         cell = min(body.box.size / body.cells)
         spacing = 0.5 * cell if spacing is None else check.positive("spacing", spacing, "m")
         check.between("inset", inset, 0, 0.5 * min(body.box.size) / cell, "body cells",
@@ -101,8 +103,9 @@ class Interface:
         n = 2 * sum(body.box.size) / spacing
         what = f"{n:.3g} boundary particles of the outline (spacing={spacing:g} m)"
         check.check_memory(what, n * BYTES_PER_POINT[2], "take a larger spacing")
-        check.between("spacing", spacing, FINEST * cell, check.MOST, "m", "boundary particles move with the grid, more "
-                      f"of them show nothing more below a thousandth of a body cell, {FINEST * cell:.3g} m: take that")
+        check.between("spacing", spacing, FINEST * cell, check.MOST, "m", "boundary particles move with the "
+                      "grid, more of them show nothing more below a thousandth of a body cell, "
+                      f"{FINEST * cell:.3g} m: take that")
         check.record("open_sides", open_sides, tuple, list)
         corner, ends = _corners(body.box, inset * cell, tuple(open_sides), floor)
         resampling = Resampling(spacing, feet=ends, **rule)
@@ -152,8 +155,10 @@ class Interface:
         x = np.insert(x, 1, box.upper[1] - shift, axis=1)
         nodes = np.arange(len(x)).reshape(*(n + 1 for n in counts), order="F")
         if box.dim == 2:
-            return Interface(x, np.column_stack([nodes[:-1], nodes[1:]]))  # rightwards: the outside is on the left hand
-        a, b, c, d = (part.ravel(order="F") for part in (nodes[:-1, :-1], nodes[1:, :-1], nodes[:-1, 1:], nodes[1:, 1:]))
+            # rightwards: the outside is on the left hand
+            return Interface(x, np.column_stack([nodes[:-1], nodes[1:]]))
+        a, b, c, d = (part.ravel(order="F") for part in (nodes[:-1, :-1], nodes[1:, :-1], nodes[:-1, 1:],
+                                                         nodes[1:, 1:]))
         return Interface(x, np.concatenate([np.column_stack([a, c, d]), np.column_stack([a, d, b])]))
 
     @staticmethod
@@ -206,7 +211,8 @@ def _corners(box: Box, inset: float, open_sides: Sequence[str],
     for side in (*open_sides, *([] if floor is None else [floor])):
         check.choice("side of the outline", side, tuple(SIDES))
     if floor is not None and floor not in open_sides:
-        raise ValueError(f"the floor is side {floor!r}, which has boundary particles: name it among the open sides")
+        raise ValueError(f"the floor is side {floor!r}, which has boundary particles: name it among the open "
+                         "sides")
     (left, bottom), (right, top) = np.add(box.lower, inset), np.subtract(box.upper, inset)
     names, corner = list(SIDES), np.array([(left, bottom), (left, top), (right, top), (right, bottom)])
     starts = [k for k in range(4) if names[k] not in open_sides and names[k - 1] in open_sides]

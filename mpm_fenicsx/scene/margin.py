@@ -16,9 +16,9 @@ MARGIN = 0.1  # of a cell; a wall as near as that to the edge needs it too
 
 def margins_at_walls(grid: Union[Grid, Mesh],
                      penalties: Sequence[Union[Penalty, GridWall]]) -> Optional[np.ndarray]:
-    """Margin below and above the grid along each axis [cells], shape (D, 2): 0, and ``MARGIN`` where a wall of
-    the ``Penalty`` and ``GridWall`` records lies. None for a ``Mesh``, which has no sides: give it a layer of
-    cells behind a wall that gives."""
+    """Margin below and above the grid along each axis [cells], shape (D, 2): 0, and ``MARGIN`` where a wall
+    of the ``Penalty`` and ``GridWall`` records lies. None for a ``Mesh``, which has no sides: give it a layer
+    of cells behind a wall that gives."""
     if not isinstance(grid, Grid):
         return None
     margin, h = np.zeros((grid.dim, 2)), grid.box.size / grid.cells

@@ -13,7 +13,8 @@ NODES = {"quadrilateral": 4, "triangle": 3, "hexahedron": 8, "tetrahedron": 4}
 BYTES_PER_CELL = {2: 600, 3: 1300}  # of a grid, on each rank, measured
 START_PER_CELL = 2.5e4  # operations to set up a grid, measured
 FLAT = 1e-12  # volume of a cell over the cube (in the plane: square) of its longest edge
-# Facets of a cell as local vertices, outward by the right hand (left hand of a→b in the plane) for positive cells.
+# Facets of a cell as local vertices, outward by the right hand (left hand of a→b in the plane) for positive
+# cells.
 FACETS: Dict[str, List[Tuple[int, ...]]] = {
     "triangle": [(1, 0), (2, 1), (0, 2)],
     "quadrilateral": [(1, 0), (3, 1), (2, 3), (0, 2)],
@@ -48,12 +49,14 @@ class Box:
     def __post_init__(self) -> None:
         lower, upper = (tuple(end) if np.ndim(end) == 1 else () for end in (self.lower, self.upper))
         if len(lower) != len(upper) or len(lower) not in CELLS:
-            raise ValueError(f"box from {self.lower} to {self.upper}: give two corners with 2 or 3 coordinates each")
+            raise ValueError(f"box from {self.lower} to {self.upper}: give two corners with 2 or 3 "
+                             "coordinates each")
         for name in ("lower", "upper"):
             corner = check.numbers(f"{name} corner of the box", getattr(self, name), len(lower), "m")
             object.__setattr__(self, name, corner)
         if not all(high > low for low, high in zip(self.lower, self.upper)):
-            raise ValueError(f"box from {self.lower} to {self.upper}: every upper coordinate must exceed the lower one")
+            raise ValueError(f"box from {self.lower} to {self.upper}: every upper coordinate must exceed the "
+                             "lower one")
 
     @property
     def dim(self) -> int:
@@ -126,14 +129,14 @@ class Mesh:
         order, first, count = _alike(facets)
         if count.max() > 2:
             place = self.vertices[facets[order[first[np.argmax(count)]]]].mean(axis=0)
-            raise ValueError(f"the mesh is not a manifold: {count.max()} cells share the facet at {place} m: repair "
-                             "the mesh")
+            raise ValueError(f"the mesh is not a manifold: {count.max()} cells share the facet at {place} m: "
+                             "repair the mesh")
         pair = np.stack([order[first[count == 2]], order[first[count == 2] + 1]])
         same = _runs_up(facets[pair[0]]) == _runs_up(facets[pair[1]])
         if same.any():
             one, other = pair[:, np.argmax(same)] // len(FACETS[self.cell])
-            raise ValueError(f"{self._place(one)} and cell {other} lie on the same side of their common facet: one is "
-                             "inside out or there twice, repair the mesh")
+            raise ValueError(f"{self._place(one)} and cell {other} lie on the same side of their common "
+                             "facet: one is inside out or there twice, repair the mesh")
 
     def _place(self, cell: int) -> str:
         return f"cell {cell} of the mesh at {self.vertices[self.cells[cell]].mean(axis=0)} m"
@@ -157,7 +160,8 @@ class Mesh:
         used, cells = np.unique(self.cells[self.groups[group]], return_inverse=True)
         number = np.full(len(self.vertices), -1)
         number[used] = np.arange(len(used))
-        surfaces = {name: number[facets][(number[facets] >= 0).all(axis=1)] for name, facets in self.surfaces.items()}
+        surfaces = {name: number[facets][(number[facets] >= 0).all(axis=1)]
+                    for name, facets in self.surfaces.items()}
         return Mesh(self.vertices[used], cells.reshape(-1, NODES[self.cell]), self.cell,
                     surfaces={name: facets for name, facets in surfaces.items() if len(facets)})
 
@@ -199,15 +203,16 @@ class Mesh:
             wanted = {tuple(facet) for facet in np.sort(self._surface(surface), axis=1).tolist()}
             facets = facets[[tuple(facet) in wanted for facet in np.sort(facets, axis=1).tolist()]]
             if len(facets) < len(wanted):
-                raise ValueError(f"{len(wanted) - len(facets)} of {len(wanted)} facets of the surface {surface!r} are not "
-                                 "on the boundary of the mesh: take the part of the mesh on one side of them")
+                raise ValueError(f"{len(wanted) - len(facets)} of {len(wanted)} facets of the surface "
+                                 f"{surface!r} are not on the boundary of the mesh: take the part of the "
+                                 "mesh on one side of them")
         around = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2)
         edges = around if self.dim == 3 else facets.reshape(-1, 1)
         order, first, count = _alike(edges)
         if count.max() > 2:
             place = self.vertices[edges[order[first[np.argmax(count)]]]].mean(axis=0)
-            raise ValueError(f"the surface of the mesh is not a manifold: {count.max()} facets meet at {place} m: repair "
-                             "the mesh, or take its parts one by one")
+            raise ValueError(f"the surface of the mesh is not a manifold: {count.max()} facets meet at "
+                             f"{place} m: repair the mesh, or take its parts one by one")
         return facets
 
 
@@ -252,7 +257,8 @@ def lattice(box: Box, counts: Sequence[int], cell: Optional[str]) -> Tuple[np.nd
     axes = [np.linspace(lo, hi, n + 1) for lo, hi, n in zip(box.lower, box.upper, counts)]
     vertices = np.stack([a.ravel(order="F") for a in np.meshgrid(*axes, indexing="ij")], axis=1)
     strides = np.cumprod([1, *(n + 1 for n in counts[:-1])])
-    corner = sum(s * i.ravel(order="F") for s, i in zip(strides, np.meshgrid(*map(np.arange, counts), indexing="ij")))
+    corner = sum(s * i.ravel(order="F") for s, i in zip(strides, np.meshgrid(*map(np.arange, counts),
+                                                                             indexing="ij")))
     if cell == CELLS[D][0]:
         offsets = [sum(strides[d] for d in range(D) if (a >> d) & 1) for a in range(2**D)]
         return vertices, corner[:, None] + np.array(offsets)

@@ -15,7 +15,8 @@ from .mesh import CELLS, NODES, Mesh
 
 MESHIO = {"quad": "quadrilateral", "triangle": "triangle", "hexahedron": "hexahedron", "tetra": "tetrahedron"}
 FACET = {"quadrilateral": "line", "triangle": "line", "hexahedron": "quad", "tetrahedron": "triangle"}
-TENSOR = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}  # from around the cell (VTK, Gmsh)
+# from around the cell (VTK, Gmsh)
+TENSOR = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}
 
 
 def read_mesh(path: Union[str, Path], dim: int) -> Mesh:
@@ -37,12 +38,14 @@ def read_mesh(path: Union[str, Path], dim: int) -> Mesh:
     data, path = _read(path)
     cell = _kind(data, path, dim)
     for block in (block for block in data.cells if block.type in (*MESHIO, *FACET.values())):
-        check.indices(f"{block.type} cells of {path}", block.data, len(data.points), (block.data.shape[-1],), "points")
+        check.indices(f"{block.type} cells of {path}", block.data, len(data.points), (block.data.shape[-1],),
+                      "points")
     blocks = [b for b, block in enumerate(data.cells) if MESHIO.get(block.type) == cell]
     first = dict(zip(blocks, np.cumsum([0, *(len(data.cells[b].data) for b in blocks)])))
     cells = np.concatenate([np.asarray(data.cells[b].data, np.int64) for b in blocks])
     named = read_groups(path)
-    cells, place = _once(cells) if named is not None and named.entities is None else (cells, np.arange(len(cells)))
+    cells, place = _once(cells) if named is not None and named.entities is None else (cells,
+                                                                                      np.arange(len(cells)))
     used, cells = np.unique(cells[:, TENSOR.get(cell, range(NODES[cell]))], return_inverse=True)
     number = np.full(len(data.points), -1)
     number[used] = np.arange(len(used))
@@ -56,8 +59,8 @@ def read_mesh(path: Union[str, Path], dim: int) -> Mesh:
     surfaces = {name: np.concatenate(facets) for name, facets in facets_of.items()}
     for name, facets in surfaces.items():
         if facets.min() < 0:
-            raise ValueError(f"the surface {name!r} of {path} has vertices that belong to no cell: give cells to them, or "
-                             "leave it out")
+            raise ValueError(f"the surface {name!r} of {path} has vertices that belong to no cell: give "
+                             "cells to them, or leave it out")
     return Mesh(data.points[used, :dim], cells.reshape(-1, NODES[cell]), cell,
                 {name: np.concatenate(lots) for name, lots in groups.items()}, surfaces)
 
@@ -75,8 +78,9 @@ def read_cloud(path: Union[str, Path], dim: int) -> Cloud:
     check.choice("dim", dim, tuple(CELLS))
     data, path = _read(path)
     if "volume" not in data.point_data:
-        raise ValueError(f"{path} has no point data \"volume\" but {', '.join(sorted(data.point_data)) or 'none'}: add "
-                         "the volume of each point in m^3")
+        raise ValueError(
+            f"{path} has no point data \"volume\" but {', '.join(sorted(data.point_data)) or 'none'}: add "
+            "the volume of each point in m^3")
     _check_plane(data.points, path, dim)
     return Cloud(data.points[:, :dim], np.ravel(data.point_data["volume"]))
 
@@ -91,10 +95,11 @@ def _read(given: Union[str, Path]) -> Tuple[Any, Path]:
             data = meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio's readers fail in many ways, some by leaving Python
         if "gmsh:physical" in str(error):
-            raise ValueError(f"in {path} some elements belong to a physical group and others to none, which meshio cannot "
-                             "read: let Gmsh save the elements of groups alone (Mesh.SaveAll = 0)") from None
-        raise ValueError(f"{path} cannot be read as a mesh ({_reason(error, said.getvalue())}): give a file that meshio "
-                         "knows") from None
+            raise ValueError(f"in {path} some elements belong to a physical group and others to none, which "
+                             "meshio cannot read: let Gmsh save the elements of groups alone "
+                             "(Mesh.SaveAll = 0)") from None
+        raise ValueError(f"{path} cannot be read as a mesh ({_reason(error, said.getvalue())}): give a file "
+                         "that meshio knows") from None
     print(said.getvalue(), end="", file=sys.stderr)
     return data, path
 
@@ -103,7 +108,8 @@ def _reason(error: BaseException, said: str) -> str:
     """Why a reader of meshio failed with the ``error``, after it had printed the text ``said``."""
     if not isinstance(error, SystemExit):
         return f"{type(error).__name__}: {error}"
-    lines = [line for line in said.splitlines() if line.strip() and not line.startswith("Error: Couldn't read")]
+    lines = [line for line in said.splitlines() if line.strip()
+             and not line.startswith("Error: Couldn't read")]
     return check.shown(lines[0], plain=True) if lines else "it is not of the format that its ending says"
 
 
@@ -113,21 +119,23 @@ def _kind(data: Any, path: Path, dim: int) -> str:
     kinds = sorted({block.type for block in data.cells if block.dim == dim and len(block.data)})
     higher = sorted({block.type for block in data.cells if block.dim > dim and len(block.data)})
     if higher or not kinds:
-        raise ValueError(f"{path} holds {', '.join(higher or found) or 'no cells'}: for a {dim}D scene give a "
-                         f"{dim}D mesh")
+        raise ValueError(f"{path} holds {', '.join(higher or found) or 'no cells'}: for a {dim}D scene give "
+                         f"a {dim}D mesh")
     if len(kinds) > 1 or MESHIO.get(kinds[0]) not in CELLS[dim]:
         known = " or ".join(name for name, cell in MESHIO.items() if cell in CELLS[dim])
-        raise ValueError(f"{path} holds cells of kind {', '.join(kinds)}: a {dim}D mesh has one kind, {known}")
+        raise ValueError(
+            f"{path} holds cells of kind {', '.join(kinds)}: a {dim}D mesh has one kind, {known}")
     _check_plane(data.points, path, dim)
     return MESHIO[kinds[0]]
 
 
 def _check_plane(points: np.ndarray, path: Path, dim: int) -> None:
     if points.shape[1] < dim:
-        raise ValueError(f"the points of {path} have {points.shape[1]} coordinates: for a {dim}D scene give {dim}")
+        raise ValueError(f"the points of {path} have {points.shape[1]} coordinates: for a {dim}D scene give "
+                         f"{dim}")
     if len(points) and np.ptp(points[:, dim:], axis=0).any():
-        raise ValueError(f"{path} is not plane, z goes from {points[:, 2].min()} to {points[:, 2].max()} m: for a 2D "
-                         "scene give points with one z")
+        raise ValueError(f"{path} is not plane, z goes from {points[:, 2].min()} to {points[:, 2].max()} m: "
+                         "for a 2D scene give points with one z")
 
 
 def _once(cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
@@ -148,7 +156,8 @@ def _named(data: Any, groups: Optional[Groups]) -> Iterator[Tuple[str, int, np.n
                         if chosen is not None and len(chosen))
         return
     if groups is None:  # Gmsh's tags in another format
-        groups = Groups({(int(dim), int(number)): name for name, (number, dim) in data.field_data.items()}, None)
+        groups = Groups({(int(dim), int(number)): name for name, (number, dim) in data.field_data.items()},
+                        None)
     kind = "gmsh:physical" if groups.entities is None else "gmsh:geometrical"
     for b, (block, tags) in enumerate(zip(data.cells, data.cell_data.get(kind, ()))):
         for tag in np.unique(tags).tolist():

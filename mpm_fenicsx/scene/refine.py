@@ -21,7 +21,8 @@ def as_fine_as_the_grid(penalty: Penalty, background: Any) -> Penalty:
         return penalty
     corners = x[elements]
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    longest = SPACING * np.sqrt(x.shape[1] - 1) * _cell_sizes(background, corners)  # two triangles make half a square
+    # two triangles make half a square
+    longest = SPACING * np.sqrt(x.shape[1] - 1) * _cell_sizes(background, corners)
     pieces = np.ceil(edges / longest - 1e-9).astype(int)
     if pieces.max() <= 1:
         return penalty

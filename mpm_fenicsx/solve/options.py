@@ -10,7 +10,8 @@ from ..grid import compat
 from . import solvers
 
 PREFIX = "mpm_"
-BELOW_ONE, FINITE = ("snes_rtol", "snes_stol", "ksp_rtol"), ("snes_atol", "ksp_atol")  # tolerances of each kind
+# tolerances of each kind
+BELOW_ONE, FINITE = ("snes_rtol", "snes_stol", "ksp_rtol"), ("snes_atol", "ksp_atol")
 UNCHECKED = {("snes_type", "ksponly"), ("snes_convergence_test", "skip")}
 DECIDE = (*BELOW_ONE, *FINITE, *(name for name, _ in UNCHECKED), "snes_max_it", "snes_force_iteration")
 LARGE = 1e4  # residual over that of the program's own tolerance from which a step counts as not solved
@@ -20,7 +21,8 @@ def given():
     """Options from the command line, PETSC_OPTIONS, .petscrc and files of options: name (without dash) →
     text."""
     all_of_them = PETSc.Options().getAll()
-    return {name: text for name, text in all_of_them.items() if not solvers.is_preset(name, text, all_of_them)}
+    return {name: text for name, text in all_of_them.items() if not solvers.is_preset(name, text,
+                                                                                      all_of_them)}
 
 
 def used():
@@ -44,7 +46,8 @@ def check():
             _check_tolerance(name, options.getString(name))
     for name, value in UNCHECKED:
         if options.getString(name, "") == value:
-            warnings.warn(f"-{PREFIX}{name} {value}: no step is checked, its residual may be anything", stacklevel=2)
+            warnings.warn(f"-{PREFIX}{name} {value}: no step is checked, its residual may be anything",
+                          stacklevel=2)
 
 
 def _check_tolerance(name, text):
@@ -52,11 +55,12 @@ def _check_tolerance(name, text):
         value = math.nan if "_" in text else float(text)
     except ValueError:
         value = math.nan
-    top, rule = (1.0, "at least 0 and below 1") if name in BELOW_ONE else (math.inf, "that is finite and at least 0")
+    top, rule = (1.0, "at least 0 and below 1") if name in BELOW_ONE else (math.inf,
+                                                                           "that is finite and at least 0")
     if not 0.0 <= value < top:
         accepts = ", which accepts everything" if value >= top else ""
-        raise ValueError(f"-{PREFIX}{name} is {text or 'without a value'}{accepts}: give a number {rule}, or leave the "
-                         "option out")
+        raise ValueError(f"-{PREFIX}{name} is {text or 'without a value'}{accepts}: give a number {rule}, or "
+                         "leave the option out")
 
 
 class Doubt:
@@ -72,5 +76,6 @@ class Doubt:
         if self._names and residual > LARGE * own and not self._told:
             self._told = True
             names = ", ".join(f"-{PREFIX}{name}" for name in self._names)
-            warnings.warn(f"{when} was accepted with a residual of {residual:.3g} N, {residual / own:.1e} times the usual "
-                          f"tolerance of {own:.3g} N: the step is not solved, correct {names}", stacklevel=2)
+            warnings.warn(f"{when} was accepted with a residual of {residual:.3g} N, {residual / own:.1e} "
+                          f"times the usual tolerance of {own:.3g} N: the step is not solved, correct "
+                          f"{names}", stacklevel=2)

@@ -163,8 +163,8 @@ class Newton:
         iterations.
 
         rest: the displacement that only moves supported nodes; atol: residual norm to stop at [N]; when: a
-        text for the message, such as "step 3, t = 1e-6 s". Raises MPMDivergedError with PETSc's reason in words
-        and the option to try."""
+        text for the message, such as "step 3, t = 1e-6 s". Raises MPMDivergedError with PETSc's reason in
+        words and the option to try."""
         if not self._user_atol:
             self.snes.setTolerances(atol=atol)
         self._trial, iterations, tried = None, 0, []
@@ -219,13 +219,13 @@ class Newton:
     def _raise_diverged(self, reason, when, iterations, tried):
         in_vain = f"; {', '.join(tried)} did not help"
         if reason == SINGULAR:
-            raise MPMDivergedError(f"the tangent of {when} cannot be factorised (nearly empty cells, stiff bodies "
-                              f"beside soft ones){in_vain}",
-                              "take more material points, a smaller dt or -mpm_pc_type lu")
+            raise MPMDivergedError(f"the tangent of {when} cannot be factorised (nearly empty cells, stiff "
+                                   f"bodies beside soft ones){in_vain}", "take more material points, a "
+                                   "smaller dt or -mpm_pc_type lu")
         name = REASONS.get(reason, str(reason))
-        raise MPMDivergedError(f"Newton's method diverged in {when} after {iterations} iterations with residual "
-                          f"{self.snes.getFunctionNorm():.3g} N ({name}){in_vain}",
-                          ADVICE.get(name, "try a smaller dt"))
+        raise MPMDivergedError(f"Newton's method diverged in {when} after {iterations} iterations with "
+                               f"residual {self.snes.getFunctionNorm():.3g} N ({name}){in_vain}",
+                               ADVICE.get(name, "try a smaller dt"))
 
     def destroy(self):
         """Free the SNES: petsc4py does not break the cycle through the callbacks by itself."""

@@ -1,14 +1,13 @@
 """The linear solver inside Newton's method: presets, which set PETSc's options where the user has set none.
 
-    direct    cholesky where the tangent is symmetric, else lu
-    cholesky  factorisation by CHOLMOD, on several ranks by MUMPS
-    lu        factorisation by UMFPACK, on several ranks by MUMPS
-    cg        conjugate gradients, incomplete Cholesky factors on each rank
-    gmres     the same for tangents that are not symmetric, with incomplete LU factors
-    gamg      conjugate gradients (gmres) with algebraic multigrid that knows the rigid-body modes
-    hypre     conjugate gradients (gmres) with hypre's algebraic multigrid
-    auto      direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept, FRESH_UP_TO where it is made
-              in every iteration; beyond that cg (gmres) where inertia dominates the tangent, gamg where stiffness does
+    direct    cholesky where the tangent is symmetric, else lu cholesky  factorisation by CHOLMOD, on several
+    ranks by MUMPS lu        factorisation by UMFPACK, on several ranks by MUMPS cg        conjugate
+    gradients, incomplete Cholesky factors on each rank gmres     the same for tangents that are not
+    symmetric, with incomplete LU factors gamg      conjugate gradients (gmres) with algebraic multigrid that
+    knows the rigid-body modes hypre     conjugate gradients (gmres) with hypre's algebraic multigrid auto
+    direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept, FRESH_UP_TO where it is made
+              in every iteration; beyond that cg (gmres) where inertia dominates the tangent, gamg where
+              stiffness does
 
 Iterative ones stop at -mpm_ksp_rtol 1e-8. On several ranks direct solves systems below REDUNDANT_UP_TO
 unknowns whole on each rank (-mpm_pc_type redundant). docs/solvers.md says which one does what."""
@@ -18,10 +17,12 @@ from ..scene.numerics import SOLVERS
 
 FACTORISATIONS = ("cholesky", "lu")
 DIRECT_UP_TO = {2: 100_000, 3: 60_000}  # unknowns: a factor that is kept pays up to here
-FRESH_UP_TO = {2: 20_000, 3: 3_000}  # and one that is made in every iteration, where inertia dominates, up to here
+# and one that is made in every iteration, where inertia dominates, up to here
+FRESH_UP_TO = {2: 20_000, 3: 3_000}
 REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
-PRESET = "preset_"  # before an option's name: PETSc's own store keeps under that name what a preset has put in
+# before an option's name: PETSc's own store keeps under that name what a preset has put in
+PRESET = "preset_"
 
 
 def is_preset(name, text, given):
@@ -58,7 +59,8 @@ def configure(ksp, prefix, name, coordinates, symmetric):
     else:
         ksp.setType("cg" if symmetric and name != "gmres" else "gmres")
         ksp.setTolerances(rtol=1e-8)
-        _precondition(ksp, options, asked or {"cg": "bjacobi", "gmres": "bjacobi"}.get(name, name), coordinates)
+        _precondition(ksp, options, asked or {"cg": "bjacobi", "gmres": "bjacobi"}.get(name, name),
+                      coordinates)
 
 
 def _factorise(ksp, options, kind, symmetric):

@@ -20,7 +20,8 @@ from ..scene.mesh import FACETS
 D = 2  # fixed by specialise
 BEHIND, UNKNOWN, FRONT, THROUGH = -1, 0, 1, 2  # sides; THROUGH plus the number of the wall
 DEEP, FAR = 0.5, 2.0  # cells behind a wall, and from it
-TIE = 1e-9  # of two elements equally near, as at their common corner, the one that looks more straight at the point
+# of two elements equally near, as at their common corner, the one that looks more straight at the point
+TIE = 1e-9
 
 
 class WallElements(NamedTuple):
@@ -59,7 +60,8 @@ def look(x, bins: Bins, elements: WallElements, deep, far, side):
             if square > best * (1.0 + TIE) or square > far * far:
                 continue
             if element >= 0 and square >= best * (1.0 - TIE):
-                if abs(ahead) < abs(along) * (1.0 - TIE) or (abs(ahead) <= abs(along) * (1.0 + TIE) and ahead < along):
+                if abs(ahead) < abs(along) * (1.0 - TIE) or (abs(ahead) <= abs(along) * (1.0 + TIE)
+                                                             and ahead < along):
                     continue
             best, along, element = square, ahead, e
             for a in range(D):
@@ -120,8 +122,8 @@ class Behind:
         self._bins = make_bins(corners.min(axis=1) - far, corners.max(axis=1) + far, far)
 
     def _update(self):
-        return sum(self._look(body.points.x, self._bins, self._walls, DEEP * self._h, FAR * self._h, body.points.side)
-                   for body in self._bodies)
+        return sum(self._look(body.points.x, self._bins, self._walls, DEEP * self._h, FAR * self._h,
+                              body.points.side) for body in self._bodies)
 
     def __call__(self, time):
         """After a step that ends at ``time`` [s]: warn of every wall through which the first points have
@@ -137,8 +139,8 @@ class Behind:
                 self._told.add(wall)
                 if self._comm.rank == 0:
                     warnings.warn(f"{count} material point{'s have' if count > 1 else ' has'} gone through "
-                                  f"{self.names[wall]}, more than {DEEP} cells deep, at t = {time:.6g} s: take a smaller "
-                                  "dt, smaller cells or a stiffer wall", stacklevel=2)
+                                  f"{self.names[wall]}, more than {DEEP} cells deep, at t = {time:.6g} s: "
+                                  "take a smaller dt, smaller cells or a stiffer wall", stacklevel=2)
 
     def counts(self):
         """Points now behind each wall."""
@@ -150,7 +152,8 @@ class Behind:
 def find_rim(x, elements, h):
     """Whether a surface ends at each corner of its elements, and at the edge opposite, shape (m, D, 2).
     Particles in one place are one."""
-    place = np.unique(np.round(x / (1e-6 * h)).astype(np.int64), axis=0, return_inverse=True)[1].ravel()[elements]
+    place = np.unique(np.round(x / (1e-6 * h)).astype(np.int64), axis=0,
+                      return_inverse=True)[1].ravel()[elements]
     D = elements.shape[1]
     facets = np.stack([np.delete(place, a, axis=1) for a in range(D)], axis=1)  # opposite each corner
     facets.sort(axis=2)
@@ -168,7 +171,8 @@ def watch(scene, background, bodies):
         if isinstance(condition, GridWall):
             x, cells = background.whole
             wall = condition.penalty(x)
-            facets, motion = wall_facets(x, cells, background.grid.cell, condition.holds(x), wall.normal[0]), None
+            facets, motion = wall_facets(x, cells, background.grid.cell, condition.holds(x),
+                                         wall.normal[0]), None
             front = np.broadcast_to(wall.normal[0], x.shape)
         else:
             x, motion = np.asarray(condition.surface.x, float), condition.motion

@@ -238,6 +238,6 @@ def warn_if_in_pieces(bodies, background):
     for n, term in enumerate(bodies):
         groups = background.groups(np.unique(term.points.cell))
         if groups > 1:
-            warnings.warn(f"the material points of body {n + 1} lie in {groups} groups of cells without common "
-                          "nodes, and nothing holds these together: seed more points, or take a coarser grid",
-                          stacklevel=3)
+            warnings.warn(f"the material points of body {n + 1} lie in {groups} groups of cells without "
+                          "common nodes, and nothing holds these together: seed more points, or take a "
+                          "coarser grid", stacklevel=3)

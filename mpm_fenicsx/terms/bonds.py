@@ -40,13 +40,15 @@ class Bonds:
         """Between the nearest of their points in cells at shared nodes [m]."""
         from scipy.spatial import cKDTree  # takes time to import, and few scenes need it
 
-        near = (reached[:, a] & reached[:, b])[active_cells.cells].any(axis=1) & (active_cells.cells[:, 0] >= 0)
+        near = (reached[:, a] & reached[:, b])[active_cells.cells].any(axis=1) & (active_cells.cells[:, 0]
+                                                                                  >= 0)
         places = [np.concatenate(self._comm.allgather(p.x[near[p.cell]]))
                   for p in (self._bodies[n].points for n in (a, b))]
         return cKDTree(places[0]).query(places[1])[0].min()
 
     def _warn(self, a, b, distance, h, time):
         if self._comm.rank == 0:
-            warnings.warn(f"bodies {a + 1} and {b + 1}, {distance:.3g} m from point to point, share grid nodes at t = "
-                          f"{time:.6g} s and stick together from now on, as there is no contact between bodies: keep "
-                          f"them two cells ({2 * h:.3g} m) apart, or say MPM(bonded=True) if they are one", stacklevel=2)
+            warnings.warn(f"bodies {a + 1} and {b + 1}, {distance:.3g} m from point to point, share grid "
+                          f"nodes at t = {time:.6g} s and stick together from now on, as there is no "
+                          f"contact between bodies: keep them two cells ({2 * h:.3g} m) apart, or say "
+                          "MPM(bonded=True) if they are one", stacklevel=2)

@@ -19,7 +19,8 @@ and to second order, a_ijkl = F_jM A_iMkN F_lN, u = a : I + tau, w = I : a + tau
 
 q being the patch's sum of V0 tr(tau) / D over its volume, sum V_old j, and per patch
 
-    d ln j_mean (sum V0 dev(w) / D : grad du) + its transpose with u + (d ln j_mean)^2 sum V0 (s / D^2 - tr(tau) / D),
+    d ln j_mean (sum V0 dev(w) / D : grad du) + its transpose with u + (d ln j_mean)^2 sum V0 (s / D^2 -
+    tr(tau) / D),
 
 which couples all nodes of the patch. Where A is symmetric so is the whole. The pressure that acts is the mean
 of the patch, as in the method of mean dilatation (Simo, Taylor & Pister 1985, doi

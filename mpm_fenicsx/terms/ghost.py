@@ -55,7 +55,8 @@ class Facets:
         """shapes: the kernel of that name, see ``shape``. Collective."""
         self._background, self._shapes, D = background, shapes, background.dim
         K = background.cells.shape[1]
-        self.volume = 1.0 / np.abs(np.linalg.det(background.maps.inverse)) / (1.0 if K == 2**D else [2.0, 6.0][D - 2])
+        self.volume = 1.0 / np.abs(np.linalg.det(background.maps.inverse)) / (1.0 if K == 2**D
+                                                                              else [2.0, 6.0][D - 2])
         local = local_facets(D, K)
         facets = background.cells[:, local].reshape(-1, local.shape[1])
         order = np.lexsort(np.sort(facets, axis=1).T)
@@ -69,7 +70,8 @@ class Facets:
         self.cells, self._facet = cells[mine], facets[first[mine]]
         self.nodes, place = self._all_nodes(background.cells[self.cells])
         self.matrix = self._integrate(place)
-        self._values = ghosted_vector(background.cell_numbering, background.comm) if background.comm.size > 1 else None
+        self._values = ghosted_vector(background.cell_numbering,
+                                      background.comm) if background.comm.size > 1 else None
 
     def with_ghosts(self, values):
         """Values of this rank's cells, shape (m,), those of ghosts from the ranks that own them.
@@ -101,12 +103,14 @@ class Facets:
         x = self._background.x[self._facet]
         if x.shape[2] == 2:
             along = x[:, 1] - x[:, 0]
-            normal, points = np.column_stack([-along[:, 1], along[:, 0]]), [x[:, 0] + s * along for s in GAUSS]
+            normal, points = np.column_stack([-along[:, 1], along[:, 0]]), [x[:, 0] + s * along
+                                                                            for s in GAUSS]
             area = np.linalg.norm(along, axis=1)
         else:
             first, second = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
             normal, triangle = np.cross(first, second), x.shape[1] == 3
-            points = [x.mean(axis=1)] if triangle else [x[:, 0] + s * first + t * second for s in GAUSS for t in GAUSS]
+            points = [x.mean(axis=1)] if triangle else [x[:, 0] + s * first + t * second for s in GAUSS
+                                                        for t in GAUSS]
             area = np.linalg.norm(normal, axis=1) * (0.5 if triangle else 1.0)
         return points, normal / np.linalg.norm(normal, axis=1)[:, None] * np.sqrt(area / len(points))[:, None]
 
@@ -120,7 +124,8 @@ class Facets:
             for side, sign in ((0, 1.0), (1, -1.0)):
                 cell = self.cells[:, side].astype(np.int32)
                 self._shapes(cell, np.ascontiguousarray(x), b.maps, N, G)
-                np.add.at(jump, (np.arange(n)[:, None], place[:, side]), sign * np.einsum("nki,ni->nk", G, normal))
+                np.add.at(jump, (np.arange(n)[:, None], place[:, side]), sign * np.einsum("nki,ni->nk", G,
+                                                                                          normal))
             matrix += jump[:, :, None] * jump[:, None, :]
         return matrix
 

@@ -11,8 +11,10 @@ from ..compiled import specialise
 from ..points.bins import Bins, bin_of, make_bins
 
 D = 2  # fixed by specialise
-ROUND = 0.5  # radius of a point over the side of the square or cube of its volume: it reaches to its neighbours
-TOUCHING = 1.0 / 3.0  # the same for what has surely come to the wall: every rule of points keeps this from the surface
+# radius of a point over the side of the square or cube of its volume: it reaches to its neighbours
+ROUND = 0.5
+# the same for what has surely come to the wall: every rule of points keeps this from the surface
+TOUCHING = 1.0 / 3.0
 
 
 class WallParticles(NamedTuple):

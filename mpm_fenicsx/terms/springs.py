@@ -4,7 +4,8 @@ the body.
 A particle of area A holds what lies at its place by the force (Chandra et al. 2021, doi
 10.1007/s11440-020-01123-3)
 
-    f = -k A (g_n n + g_t),   k A |g_t| <= mu N  by radial return (Coulomb),   g_n := 0 when it separates and g_n > 0,
+    f = -k A (g_n n + g_t),   k A |g_t| <= mu N  by radial return (Coulomb),   g_n := 0 when it separates and
+    g_n > 0,
 
 k: stiffness per area [Pa/m]; g: gap [m], the body's motion since contact began less the wall's; n: into the
 body. The gap is a state of the particle, so that a load at rest sinks in once, by pressure / k, and does not
@@ -25,7 +26,8 @@ import numpy as np
 
 AHEAD = 0.5  # steps
 LEAD = 1.0 + 2.0 * AHEAD  # change of the gap ahead per displacement over the step
-FREE, STICK, SLIDE, CLOSED = 0, 1, 2, 8  # along the wall, SLIDE plus 0 to 5 for its direction; CLOSED is added
+# along the wall, SLIDE plus 0 to 5 for its direction; CLOSED is added
+FREE, STICK, SLIDE, CLOSED = 0, 1, 2, 8
 D, K = 2, 4  # fixed by specialise
 
 

@@ -35,8 +35,8 @@ CONSISTENT, FBAR = True, False
 point_stress = point_tangent = strain_energy = stress = None
 
 
-def residual(points: Quadrature, elements: Elements, old: Deformation, new: Deformation, patches: Patches, params,
-             increment: Increment, R):
+def residual(points: Quadrature, elements: Elements, old: Deformation, new: Deformation, patches: Patches,
+             params, increment: Increment, R):
     """Add internal and inertia forces [N] to R, shape (nodes, D), with FBAR all but the mean pressure's, for
     which bulk[:, 0] is added to; fills ``new``."""
     cell, N, G, mass, V0 = points
@@ -105,8 +105,8 @@ def _pull(A, F, weight, D, half, B):
                     B[i, j, k, m] = s
 
 
-def tangent(points: Quadrature, elements: Elements, old: Deformation, new: Deformation, patches: Patches, params,
-            increment: Increment, Ke):
+def tangent(points: Quadrature, elements: Elements, old: Deformation, new: Deformation, patches: Patches,
+            params, increment: Increment, Ke):
     """Add the point's share to the element matrices Ke [N/m], shape (rows, K, D, D, K): Ke[c, b, k, i, e] is
     the derivative of the force on node e in direction i by the displacement of node b in direction k, the
     mean volume change held; with FBAR also to bulk[:, 1], push and pull. ``new`` and bulk[:, 0] are those of
@@ -138,7 +138,8 @@ def tangent(points: Quadrature, elements: Elements, old: Deformation, new: Defor
             grown = V0[q] * determinant(F_old[q], D) * F33_old[q]
             grown *= deformed_gradients(c, q, cells, G, u, D, K, found)
             _pull(A, F[q], V0[q], D, half, B)
-            bulk[own, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[own, 0] / volume[own, 0], D, forth, back)
+            bulk[own, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[own, 0] / volume[own, 0], D, forth,
+                                           back)
             spread(forth, g, place[c], D, K, push[own])
             spread(back, g, place[c], D, K, pull[own])
         else:

@@ -2,9 +2,9 @@
 
     python tests/benchmarks/bench_beam.py [peer=PYTHON script=BEAM_IMPACT_PY] [repeat=3]
 
-peer: an interpreter with Kratos' MPM, DEM and CoSimulation applications; script: a script that runs the same case on it
-and takes --steps, --work and --summary. Both run in this one call, one after the other, so that the ratio is of one
-machine at one time. Prints Markdown tables; nothing passes or fails here.
+peer: an interpreter with Kratos' MPM, DEM and CoSimulation applications; script: a script that runs the same
+case on it and takes --steps, --work and --summary. Both run in this one call, one after the other, so that
+the ratio is of one machine at one time. Prints Markdown tables; nothing passes or fails here.
 """
 import json
 import os
@@ -43,10 +43,11 @@ def phases(repeat):
     """Median milliseconds per phase of the paper's coupled step, both back ends."""
     reports = {dem: best(repeat, *PAPER, f"dem={dem}") for dem in ("reference", "liggghts")}
     names = list(reports["reference"]["phases_ms"])
-    print(f"Coupled step of the paper's beam, {reports['reference']['points']} points, one rank, median [ms]\n")
+    print(
+        f"Coupled step of the paper's beam, {reports['reference']['points']} points, one rank, median [ms]\n")
     table(["DEM", *names, "whole window", "start [s]"],
-          [[dem, *(f"{r['phases_ms'][n]:.2f}" for n in names), f"{r['window_ms']['median']:.2f}", r["startup_s"]]
-           for dem, r in reports.items()])
+          [[dem, *(f"{r['phases_ms'][n]:.2f}" for n in names), f"{r['window_ms']['median']:.2f}",
+            r["startup_s"]] for dem, r in reports.items()])
     return reports["reference"]["window_ms"]["median"]
 
 
@@ -62,10 +63,12 @@ def peer(python, script, ours):
 
 
 def large_background(repeat):
-    """Median MPM step in a background grid as in the paper and in one with ten times as many cells, all empty."""
+    """Median MPM step in a background grid as in the paper and in one with ten times as many cells, all
+    empty."""
     from mpm_fenicsx import MPM, Body, Box, Grid, Interface, Support, linear
 
-    beam = Body(Box((-0.07675, -0.01), (0.07675, 0.0)), (120, 8), 4, linear(215.82e9, 0.289), 7960.0, "plane_stress", 0.01)
+    beam = Body(Box((-0.07675, -0.01), (0.07675, 0.0)), (120, 8), 4, linear(215.82e9, 0.289), 7960.0,
+                "plane_stress", 0.01)
     rows = []
     for times in (1, 10):
         grid = Grid(Box((-0.07935, -0.02), (0.07935, 0.01 + 0.03 * (times - 1))), (62, 13 * times))
@@ -91,13 +94,14 @@ def left_out(repeat):
     small, large = large_background(repeat)
     whole = lambda report: f"{report['window_ms']['median']:.2f}"  # noqa: E731
     print("With and without, median window [ms]\n")
-    table(["what", "without", "with"], [
-        ["new tangent and factorisation in every iteration", whole(kept), whole(fresh)],
-        ["contact", whole(free), whole(kept)],
-        ["friction and its history", whole(kept), whole(friction)],
-        ["ten times as many background cells, empty (MPM step alone)", f"{small:.2f}", f"{large:.2f}"],
-        ["ParaView files every 10 windows (mean window)", *(f"{1e3 * (r['wall_s'] - r['startup_s']) / r['windows']:.2f}"
-                                                           for r in (kept, written))]])
+    table(["what", "without", "with"], [["new tangent and factorisation in every iteration", whole(kept),
+                                         whole(fresh)], ["contact", whole(free), whole(kept)],
+                                        ["friction and its history", whole(kept), whole(friction)],
+                                        ["ten times as many background cells, empty (MPM step alone)",
+                                         f"{small:.2f}", f"{large:.2f}"], ["ParaView files every 10 windows "
+                                                                           "(mean window)",
+                                                                           *(
+        f"{1e3 * (r['wall_s'] - r['startup_s']) / r['windows']:.2f}" for r in (kept, written))]])
 
 
 def main(words):

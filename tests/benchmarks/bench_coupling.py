@@ -23,24 +23,28 @@ INNER = 5e-8  # [s]
 MESH = dict(cells=(31, 7), body=(60, 4), points=3, segments=(30,))
 ITERATED = dict(iterate=50, tol=1e-6)
 SHOWN = ("u_beam", "u_sphere", "v_sphere")
-BEAM, VOLUME = 7960.0 * 0.1535 * 1e-4, 4.0 / 3.0 * np.pi * 1e-6  # mass of the beam [kg], volume of the sphere [m^3]
+# mass of the beam [kg], volume of the sphere [m^3]
+BEAM, VOLUME = 7960.0 * 0.1535 * 1e-4, 4.0 / 3.0 * np.pi * 1e-6
 
 
 def run(substeps, t_end=1.92e-4, **keys):
     """History of a run with windows of so many DEM steps, or the first words of the error."""
-    with tempfile.TemporaryDirectory() as out, contextlib.redirect_stdout(io.StringIO()), np.errstate(all="ignore"):
+    with tempfile.TemporaryDirectory() as out, contextlib.redirect_stdout(io.StringIO()), np.errstate(
+            all="ignore"):
         try:
-            (history,) = beam_impact.main(**MESH, dt=substeps * INNER, substeps=substeps, t_end=t_end, out=out,
-                                          **keys).values()
+            (history,) = beam_impact.main(**MESH, dt=substeps * INNER, substeps=substeps, t_end=t_end,
+                                          out=out, **keys).values()
         except (RuntimeError, ArithmeticError, ValueError) as error:
             return str(error).split(":")[0]
     return history
 
 
 def differences(history, fine):
-    """Largest difference of each quantity at six times from the one with short windows, relative to its largest."""
+    """Largest difference of each quantity at six times from the one with short windows, relative to its
+    largest."""
     times = 3.2e-5 * np.arange(1, 7)
-    return [max(abs(np.interp(times, history["time"], history[name]) - np.interp(times, fine["time"], fine[name])))
+    return [max(abs(np.interp(times, history["time"], history[name]) - np.interp(times, fine["time"],
+                                                                                 fine[name])))
             / abs(fine[name]).max() for name in SHOWN]
 
 
@@ -53,9 +57,11 @@ def rates():
         for substeps in (320, 160, 80, 40, 20, 10):
             history = run(substeps, **keys)
             errors = differences(history, fine)
-            slopes = ["" if before is None else f"{np.log2(b / e):.2f}" for b, e in zip(before or errors, errors)]
+            slopes = ["" if before is None else f"{np.log2(b / e):.2f}" for b, e in zip(before or errors,
+                                                                                        errors)]
             cells = " | ".join(f"{e:.2e} | {s}" for e, s in zip(errors, slopes))
-            print(f"| {substeps * INNER:.2g} | {name} | {cells} | {history['interface_error'][-1]:.1e} |", flush=True)
+            print(f"| {substeps * INNER:.2g} | {name} | {cells} | {history['interface_error'][-1]:.1e} |",
+                  flush=True)
             before = errors
 
 
@@ -72,23 +78,25 @@ def methods():
 
 
 def masses():
-    """The force against short windows; the sphere stays on the beam, or comes back, the longer the heavier it is."""
+    """The force against short windows; the sphere stays on the beam, or comes back, the longer the heavier it
+    is."""
     print("| sphere / beam | window [s] | weak | iterated | computations | weak, adapt=0.02 | windows |")
     print("|---|---|---|---|---|---|---|")
     for ratio in 10.0 ** np.arange(-3, 4):
         keys = dict(rho_sphere=ratio * BEAM / VOLUME, t_end=5.76e-4)
         fine = run(20, **keys, iterate=50)
         for substeps in (80, 320, 960):
-            weak, both, short = (run(substeps, **keys, **more) for more in ({}, dict(iterate=50), dict(adapt=0.02)))
+            weak, both, short = (run(substeps, **keys, **more) for more in ({}, dict(iterate=50),
+                                                                            dict(adapt=0.02)))
             computations, windows = ("" if isinstance(h, str) else text(h) for h, text in (
                 (both, lambda h: f"{h['iterations'].mean():.2f}"), (short, len)))
-            print(f"| {ratio:g} | {substeps * INNER:.2g} | {told(weak, fine)} | {told(both, fine)} | {computations} | "
-                  f"{told(short, fine)} | {windows} |", flush=True)
+            print(f"| {ratio:g} | {substeps * INNER:.2g} | {told(weak, fine)} | {told(both, fine)} | "
+                  f"{computations} | {told(short, fine)} | {windows} |", flush=True)
 
 
 def told(history, fine):
-    """Largest difference of the impulse so far from the one with short windows, relative to its largest; or what went
-    wrong."""
+    """Largest difference of the impulse so far from the one with short windows, relative to its largest; or
+    what went wrong."""
     if isinstance(history, str):
         return history
     times = 4.8e-5 * np.arange(1, 13)

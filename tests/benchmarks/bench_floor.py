@@ -1,11 +1,13 @@
-"""What is left of the beam's errors when everything is refined: beam theory, dent, supports, grid, windows, one by one.
+"""What is left of the beam's errors when everything is refined: beam theory, dent, supports, grid, windows,
+one by one.
 
     python tests/benchmarks/bench_floor.py [scenes=2,3,three] [runs=yes|no|only]
 
-The beam is solved once more without MPM and without coupling: eigenmodes of a finite element model (tensor products of
-1D elements, quadratic and graded towards the load, or the linear ones of a background grid) take the place of the modes
-of the Timoshenko beam in ``beam_theory.impact``, which integrates them exactly against Hertz's law. Each row changes one
-thing. What the finite elements give is what a coupled run tends to; coupled runs follow. Prints Markdown tables.
+The beam is solved once more without MPM and without coupling: eigenmodes of a finite element model (tensor
+products of 1D elements, quadratic and graded towards the load, or the linear ones of a background grid) take
+the place of the modes of the Timoshenko beam in ``beam_theory.impact``, which integrates them exactly against
+Hertz's law. Each row changes one thing. What the finite elements give is what a coupled run tends to; coupled
+runs follow. Prints Markdown tables.
 """
 import shutil
 import sys
@@ -29,7 +31,8 @@ H, W, V0, E, NU, RHO = 0.01, 0.01, 0.01, 215.82e9, 0.289, 7960.0
 
 
 class Scene(NamedTuple):
-    """Beam and sphere: length and radius [m], end of the run [s], modes of the reference, dimensions, case."""
+    """Beam and sphere: length and radius [m], end of the run [s], modes of the reference, dimensions,
+    case."""
 
     length: float
     radius: float
@@ -39,15 +42,16 @@ class Scene(NamedTuple):
     case: str
 
 
-SCENES = {"2": Scene(0.1535, 0.01, 4e-4, 50, 2, "beam_impact"), "3": Scene(0.1535, 0.01, 4e-4, 50, 3, "beam_impact"),
+SCENES = {"2": Scene(0.1535, 0.01, 4e-4, 50, 2, "beam_impact"), "3": Scene(0.1535, 0.01, 4e-4, 50, 3,
+                                                                           "beam_impact"),
           "three": Scene(0.307, 0.02, 4e-3, 500, 2, "multiple_impact")}
 TITLES = {"2": "beam in the plane", "3": "beam in space", "three": "three impacts, in the plane"}
 GAUSS = np.polynomial.legendre.leggauss(4)
 
 
 def line(x, order):
-    """1D elements between the places x [m]: their nodes, and the matrices of N N, N' N, N N' and N' N', by the (left,
-    right) derivatives."""
+    """1D elements between the places x [m]: their nodes, and the matrices of N N, N' N, N N' and N' N', by
+    the (left, right) derivatives."""
     nodes = x if order == 1 else np.sort(np.concatenate([x, 0.5 * (x[1:] + x[:-1])]))
     reference = np.linspace(-1, 1, order + 1)
     basis = [np.polynomial.Polynomial.fromroots(np.delete(reference, i)) for i in range(order + 1)]
@@ -56,7 +60,8 @@ def line(x, order):
     matrices = {}
     for left in (0, 1):
         for right in (0, 1):
-            element, rows, columns, data = np.einsum("iq,jq,q->ij", values[left], values[right], GAUSS[1]), [], [], []
+            element, rows, columns, data = np.einsum("iq,jq,q->ij", values[left], values[right],
+                                                     GAUSS[1]), [], [], []
             for e, size in enumerate(np.diff(x)):
                 number = order * e + np.arange(order + 1)
                 rows += np.repeat(number, order + 1).tolist()
@@ -75,10 +80,11 @@ def along(parts):
 
 
 def solid(axes, order, thickness=1.0):
-    """Places of the nodes [m], shape (n, D), stiffness and mass matrix, D components one after the other; plane stress
-    or in space. axes: places of the elements' ends along each direction."""
+    """Places of the nodes [m], shape (n, D), stiffness and mass matrix, D components one after the other;
+    plane stress or in space. axes: places of the elements' ends along each direction."""
     D, lines = len(axes), [line(np.asarray(x), order) for x in axes]
-    mu, lam = E / (2 * (1 + NU)), (E * NU / (1 - NU**2) if len(axes) == 2 else E * NU / ((1 + NU) * (1 - 2 * NU)))
+    mu, lam = E / (2 * (1 + NU)), (E * NU / (1 - NU**2) if len(axes) == 2
+                                   else E * NU / ((1 + NU) * (1 - 2 * NU)))
     gradients = {(a, b): along([m[int(d == a), int(d == b)] for d, (_, m) in enumerate(lines)])
                  for a in range(D) for b in range(D)}
     laplace = sum(gradients[a, a] for a in range(D))
@@ -86,15 +92,16 @@ def solid(axes, order, thickness=1.0):
                for j in range(D)] for i in range(D)]
     places = np.stack(np.meshgrid(*[nodes for nodes, _ in lines], indexing="ij"), -1).reshape(-1, D)
     mass = RHO * along([m[0, 0] for _, m in lines])
-    return places, thickness * bmat(blocks, "csc"), thickness * bmat([[mass if i == j else None for j in range(D)]
-                                                                      for i in range(D)], "csc")
+    return places, thickness * bmat(blocks,
+                                    "csc"), thickness * bmat([[mass if i == j else None for j in range(D)]
+                                                              for i in range(D)], "csc")
 
 
 def struck(axes, order, load, support, modes, half=True):
-    """(omega, modal mass) of a beam, or of the half or quarter of it beyond the planes of symmetry at x = 0 and z = 0;
-    one more mode stands for the give of all that are left out. load: function of the places and of the lengths that
-    belong to each node, weights of the nodes that carry the force and whose mean motion is the deflection; support: of
-    the places, those that are held upright."""
+    """(omega, modal mass) of a beam, or of the half or quarter of it beyond the planes of symmetry at x = 0
+    and z = 0; one more mode stands for the give of all that are left out. load: function of the places and of
+    the lengths that belong to each node, weights of the nodes that carry the force and whose mean motion is
+    the deflection; support: of the places, those that are held upright."""
     places, K, M = solid(axes, order, W if len(axes) == 2 else 1.0)
     n, D = places.shape
     held = np.zeros((D, n), bool)
@@ -112,7 +119,8 @@ def struck(axes, order, load, support, modes, half=True):
     moved = share > 1e-9 * share.max()
     omega, share = np.sqrt(values[moved]), share[moved]
     mass = 1 / share
-    static = push @ splu(csc_matrix(K + 1e2 * M)).solve(push) * parts  # the shift: nothing holds the beam along x
+    # the shift: nothing holds the beam along x
+    static = push @ splu(csc_matrix(K + 1e2 * M)).solve(push) * parts
     give = static - np.sum(share / omega**2)
     if give > 1e-6 * np.sum(share / omega**2):
         omega, mass = np.append(omega, 3 * omega[-1]), np.append(mass, 1 / (9 * give * omega[-1] ** 2))
@@ -126,8 +134,8 @@ def lengths(axes, order):
 
 
 def spread(width):
-    """Load on the upper side as that of a grid with cells of ``width`` [m] of which two nodes lie beside the middle:
-    even between them, down to nothing over the next cell."""
+    """Load on the upper side as that of a grid with cells of ``width`` [m] of which two nodes lie beside the
+    middle: even between them, down to nothing over the next cell."""
     def weights(places, own):
         beside = [d for d in range(len(own)) if d != 1]
         hats = [np.clip(1.5 - np.abs(places[:, d]) / width, 0, 1) * own[d] for d in beside]
@@ -136,7 +144,8 @@ def spread(width):
 
 
 def on_nodes(size):
-    """Load of a point in the middle of the upper side on the nodes of linear cells of ``size`` [m], shape (D,)."""
+    """Load of a point in the middle of the upper side on the nodes of linear cells of ``size`` [m], shape
+    (D,)."""
     def weights(places, own):
         hats = [np.clip(1 - np.abs(places[:, d]) / size[d], 0, 1) for d in range(len(own)) if d != 1]
         return np.prod(hats, axis=0) * np.isclose(places[:, 1], 0)
@@ -173,7 +182,8 @@ def fine(scene):
     if scene.dim == 3:
         return [graded(half, 20, 5e-4), -graded(H, 6, 5e-4)[::-1], graded(W / 2, 4, 5e-4)]
     y = -graded(H, 20, 1.5e-4)[::-1]
-    return [graded(half, 60, 2.5e-4), np.sort(np.append(y[np.abs(y + H / 2) > 3e-4], -H / 2))]  # a node at half height
+    # a node at half height
+    return [graded(half, 60, 2.5e-4), np.sort(np.append(y[np.abs(y + H / 2) > 3e-4], -H / 2))]
 
 
 @lru_cache(None)
@@ -182,20 +192,24 @@ def reference(scene):
 
 
 def impact(scene, modes, **changes):
-    return beam_theory.impact(scene.length, H, W, scene.radius, V0, E, NU, RHO, scene.t_end, modes=modes, **changes)
+    return beam_theory.impact(scene.length, H, W, scene.radius, V0, E, NU, RHO, scene.t_end, modes=modes,
+                              **changes)
 
 
 def errors(scene, modes, **changes):
-    """Force, deflection, the sphere's final speed and the last peak against the reference, for other ``modes``."""
+    """Force, deflection, the sphere's final speed and the last peak against the reference, for other
+    ``modes``."""
     own, other = reference(scene), impact(scene, modes, **changes)
     return (report.relative_l2(other.force, own.force), report.relative_l2(other.u_beam, own.u_beam),
-            abs(other.v_sphere[-1] / own.v_sphere[-1] - 1), other.contacts()[-1].peak / own.contacts()[-1].peak - 1)
+            abs(other.v_sphere[-1] / own.v_sphere[-1] - 1),
+            other.contacts()[-1].peak / own.contacts()[-1].peak - 1)
 
 
 def rows_of_theory(scene):
     if scene.modes < 500:
         yield "Timoshenko's beam, 500 modes instead of 50", errors(scene, 500)
-    yield "Cowper's shear coefficient instead of 5/6", errors(scene, scene.modes, shear=10 * (1 + NU) / (12 + 11 * NU))
+    yield "Cowper's shear coefficient instead of 5/6", errors(scene, scene.modes,
+                                                              shear=10 * (1 + NU) / (12 + 11 * NU))
     yield "Euler-Bernoulli beam", errors(scene, scene.modes, theory="euler_bernoulli")
 
 
@@ -212,7 +226,8 @@ def rows_of_solid(scene):
     for width in (4e-3, 2e-3, 1e-3, 5e-4)[:4 if plane else 3]:
         yield f"{place}, force on top over two nodes {1e3 * width:g} mm apart", body(spread(width))
     for h in (5e-3, 2.5e-3, 2e-3, 1e-3)[:4 if plane else 3]:
-        axes = [np.linspace(-H, 0, round(H / h) + 1) if d == 1 else np.linspace(-s / 2, s / 2, round(s / h) + 1)
+        axes = [np.linspace(-H, 0, round(H / h) + 1) if d == 1 else np.linspace(-s / 2, s / 2,
+                                                                                round(s / h) + 1)
                 for d, s in enumerate([scene.length, H, W][:scene.dim])]
         size = [axis[1] - axis[0] for axis in axes]
         yield (f"linear cells of {1e3 * h:.3g} mm, force on the nodes at the middle",
@@ -220,7 +235,8 @@ def rows_of_solid(scene):
 
 
 def table(title, rows):
-    print(f"\n{title}\n\n| | force | deflection | final speed of the sphere | last peak |\n" + "|" + " --- |" * 5)
+    print(f"\n{title}\n\n| | force | deflection | final speed of the sphere | last peak |\n" + "|" + " --- |"
+          * 5)
     for name, values in rows:
         cells = [name, *(f"{value:.2%}" for value in values[:3]), f"{values[3]:+.2%}"]
         print("| " + " | ".join(cells) + " |", flush=True)
@@ -237,7 +253,8 @@ RUNS = {"2": ["h=5e-3 body=31x2", "h=2.5e-3 body=61x4", "h=2e-3 body=77x5", "h=1
 
 
 def rows_of_runs(name):
-    """Coupled runs: cells, points and windows, one at a time. The last peak is that of the history's windows."""
+    """Coupled runs: cells, points and windows, one at a time. The last peak is that of the history's
+    windows."""
     scene = SCENES[name]
     own = reference(scene).contacts()[-1].peak
     with tempfile.TemporaryDirectory() as folder:

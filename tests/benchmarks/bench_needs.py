@@ -2,8 +2,9 @@
 
     python tests/benchmarks/bench_needs.py [repeat=3] [parts=needs,start]
 
-Every number is the CPU time of a process of its own, the least of ``repeat``, so that other work on the machine does
-not count for much; "with" and "without" take turns. Prints Markdown; nothing passes or fails here.
+Every number is the CPU time of a process of its own, the least of ``repeat``, so that other work on the
+machine does not count for much; "with" and "without" take turns. Prints Markdown; nothing passes or fails
+here.
 """
 import json
 import os
@@ -27,8 +28,8 @@ CASES = [  # what, words without, words with; the case of cases/beam_impact.py
 SCENES = [  # what, key of ``measure_scene`` without and with; the MPM alone
     ("ten times as many background cells, empty", "plain", "empty"),
     ("the body as two, half each", "plain", "halves")]
-IMPORTS = ["numpy", "numba", "mpi4py.MPI", "scipy.sparse", "coupling", "references.beam_theory", "dem_liggghts", "petsc4py",
-           "dolfinx.mesh", "mpm_fenicsx", "beam_impact"]  # in the order of a run
+IMPORTS = ["numpy", "numba", "mpi4py.MPI", "scipy.sparse", "coupling", "references.beam_theory",
+           "dem_liggghts", "petsc4py", "dolfinx.mesh", "mpm_fenicsx", "beam_impact"]  # in the order of a run
 LATER = {"scipy.spatial": "several ranks or bodies, named surfaces of a mesh, mapping=nearest",
          "matplotlib.pyplot": "the figure at the end", "meshio": "ParaView files, meshes from files",
          "h5py": "XDMF meshes (by meshio)", "dem_liggghts.liggghts": "dem=liggghts"}
@@ -39,7 +40,8 @@ def environment(**more):
 
 
 def run_case(words, **more):
-    """CPU milliseconds per window, start-up [s] (wall), whole process [CPU s] and memory [MB] of a run of the beam."""
+    """CPU milliseconds per window, start-up [s] (wall), whole process [CPU s] and memory [MB] of a run of the
+    beam."""
     with tempfile.TemporaryDirectory() as out:
         before = os.times()
         subprocess.run([sys.executable, ROOT / "cases/beam_impact.py", f"out={out}", *words], check=True,
@@ -47,14 +49,14 @@ def run_case(words, **more):
         after = os.times()
         report = json.loads((Path(out) / "report.json").read_text())
     whole = after.children_user - before.children_user + after.children_system - before.children_system
-    return {"window": 1e3 * report["window_cpu_s"] / report["windows"], "start": report["startup_s"], "whole": whole,
-            "memory": max(report["peak_mb"])}
+    return {"window": 1e3 * report["window_cpu_s"] / report["windows"], "start": report["startup_s"],
+            "whole": whole, "memory": max(report["peak_mb"])}
 
 
 def run_scene(name):
     """CPU milliseconds per step and memory [MB] of the MPM alone."""
-    answer = subprocess.run([sys.executable, __file__, f"measure={name}"], check=True, capture_output=True, text=True,
-                            env=environment())
+    answer = subprocess.run([sys.executable, __file__, f"measure={name}"], check=True, capture_output=True,
+                            text=True, env=environment())
     return json.loads(answer.stdout)
 
 
@@ -85,8 +87,8 @@ def measure_scene(name):
 
 
 def measure_start():
-    """In a process of its own: CPU seconds of each import, then of reference, scene and windows; last, what is loaded
-    only later."""
+    """In a process of its own: CPU seconds of each import, then of reference, scene and windows; last, what
+    is loaded only later."""
     import importlib
     from time import process_time
 
@@ -119,7 +121,8 @@ def measure_start():
     follow = case.linear(interface.x, interface.elements, interface.x)
     lap("wall, particles, map")
     for name in ("first window", "second window"):
-        couple(solid, grains, follow, case.Scheme(key["dt"], solid.time + key["dt"], substeps=key["substeps"]))
+        couple(solid, grains, follow, case.Scheme(key["dt"], solid.time + key["dt"],
+                                                  substeps=key["substeps"]))
         lap(name)
     for name in LATER:
         with suppress(ImportError):
@@ -131,8 +134,8 @@ def measure_start():
 def start(repeat):
     """Where the start-up goes, warm and cold."""
     def run(**more):
-        answer = subprocess.run([sys.executable, __file__, "measure=start"], check=True, capture_output=True, text=True,
-                                env=environment(**more))
+        answer = subprocess.run([sys.executable, __file__, "measure=start"], check=True, capture_output=True,
+                                text=True, env=environment(**more))
         return json.loads(answer.stdout)
 
     warm = [run() for _ in range(repeat)]

@@ -2,9 +2,10 @@
 
     python tests/benchmarks/bench_solvers.py [scenes=plane,space,…] [solvers=direct,lu,…] [out=FILE]
 
-Each scene is a few windows of a case, each run a process of its own. Prints a Markdown table per scene; nothing passes
-or fails here. The times are those of PETSc's events: "factor" is the set-up of the preconditioner, "solve" the Krylov
-method or the two triangular solves. Options of the table's last rows are what a user can type.
+Each scene is a few windows of a case, each run a process of its own. Prints a Markdown table per scene;
+nothing passes or fails here. The times are those of PETSc's events: "factor" is the set-up of the
+preconditioner, "solve" the Krylov method or the two triangular solves. Options of the table's last rows are
+what a user can type.
 """
 import json
 import os
@@ -26,9 +27,11 @@ SCENES = {  # name → (title, script, words)
     "three": ("three impacts", "multiple_impact", ["t_end=2e-4"]),
     "column": ("granular column", "column_collapse", ["t_end=0.01"])}
 SOLVERS = {"direct": ["solver=direct"], "lu": ["solver=lu"], "cg": ["solver=cg"], "gmres": ["solver=gmres"],
-           "gamg": ["solver=gamg"], "hypre": ["solver=hypre"],
-           "cg -mpm_pc_type jacobi": ["solver=cg", "-mpm_pc_type", "jacobi"],
-           "direct -mpm_pc_factor_mat_solver_type mumps": ["solver=direct", "-mpm_pc_factor_mat_solver_type", "mumps"]}
+           "gamg": ["solver=gamg"], "hypre": ["solver=hypre"], "cg -mpm_pc_type jacobi": ["solver=cg",
+                                                                                          "-mpm_pc_type",
+                                                                                          "jacobi"],
+           "direct -mpm_pc_factor_mat_solver_type mumps": ["solver=direct", "-mpm_pc_factor_mat_solver_type",
+                                                           "mumps"]}
 EVENTS = {"factor": ("PCSetUp", "PCSetUpOnBlocks"), "solve": ("KSPSolve",)}
 
 
@@ -60,7 +63,8 @@ def measure(script, words, out):
     Newton._run, Equations.tangent = counted, assembled
     case = __import__(script)
     case.main(**cli.parse(case.main, [*words, f"out={out}"]))
-    events = {name: [PETSc.Log.Event(event).getPerfInfo() for event in names] for name, names in EVENTS.items()}
+    events = {name: [PETSc.Log.Event(event).getPerfInfo() for event in names]
+              for name, names in EVENTS.items()}
     done |= {name: sum(info["time"] for info in infos) for name, infos in events.items()}
     (Path(out) / "solver.json").write_text(json.dumps(done))
 
@@ -68,19 +72,20 @@ def measure(script, words, out):
 def run(script, words):
     """What the solver did and the report of the run, or the reason why there is none."""
     with tempfile.TemporaryDirectory() as out:
-        answer = subprocess.run([sys.executable, __file__, f"measure={script}", f"out={out}", *words], text=True,
-                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        answer = subprocess.run([sys.executable, __file__, f"measure={script}", f"out={out}", *words],
+                                text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                                 env={"OMP_NUM_THREADS": "1", **os.environ})
         if answer.returncode:
             lines = answer.stderr.strip().splitlines() or ["failed"]
-            return next((line.split("Error: ", 1)[-1] for line in reversed(lines) if "Error: " in line), lines[-1])
+            return next((line.split("Error: ", 1)[-1] for line in reversed(lines) if "Error: " in line),
+                        lines[-1])
         return [json.loads((Path(out) / name).read_text()) for name in ("solver.json", "report.json")]
 
 
 def table(title, script, words, solvers):
     print(f"\n{title} (`python cases/{script}.py {' '.join(words)}`)\n")
-    print("| solver | in PETSc's words | Newton per window | linear per Newton | factors made | factor [ms] | "
-          "solve [ms] | solver per window [ms] | whole window [ms] |\n" + "|" + " --- |" * 9)
+    print("| solver | in PETSc's words | Newton per window | linear per Newton | factors made | factor [ms] "
+          "| " "solve [ms] | solver per window [ms] | whole window [ms] |\n" + "|" + " --- |" * 9)
     run(script, [*words, "solver=direct"])  # the first run compiles
     for name in solvers:
         answer = run(script, [*words, *SOLVERS[name]])
@@ -89,9 +94,11 @@ def table(title, script, words, solvers):
             continue
         done, report = answer
         windows, solves = report["windows"], max(done["solves"], 1)
-        cells = [name, report["solver"].split(", ", 1)[1], f"{solves / windows:.2f}", f"{done['linear'] / solves:.1f}",
-                 done["factors"], f"{1e3 * done['factor'] / max(done['factors'], 1):.2f}",
-                 f"{1e3 * done['solve'] / solves:.3f}", f"{1e3 * (done['factor'] + done['solve']) / windows:.2f}",
+        cells = [name, report["solver"].split(", ", 1)[1], f"{solves / windows:.2f}",
+                 f"{done['linear'] / solves:.1f}", done["factors"],
+                 f"{1e3 * done['factor'] / max(done['factors'], 1):.2f}",
+                 f"{1e3 * done['solve'] / solves:.3f}",
+                 f"{1e3 * (done['factor'] + done['solve']) / windows:.2f}",
                  f"{1e3 * report['window_s'] / windows:.2f}"]
         print("| " + " | ".join(map(str, cells)) + " |", flush=True)
 

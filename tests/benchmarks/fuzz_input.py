@@ -1,10 +1,11 @@
-"""Bad input, by the thousand: command lines of every case and snippets of every public class, all in one process.
+"""Bad input, by the thousand: command lines of every case and snippets of every public class, all in one
+process.
 
     python tests/benchmarks/fuzz_input.py [every=N] [first=N] [show=all]
 
-Each must come out right, with finite numbers, or be refused in one sentence that names the key and the remedy. What is
-neither is printed and counted; the exit status is 1 unless nothing is left. every: makes only each N-th line, first:
-begins with that one. The values come from the type of each key, the same in every run.
+Each must come out right, with finite numbers, or be refused in one sentence that names the key and the
+remedy. What is neither is printed and counted; the exit status is 1 unless nothing is left. every: makes only
+each N-th line, first: begins with that one. The values come from the type of each key, the same in every run.
 """
 import contextlib
 import copy
@@ -44,12 +45,14 @@ SCENES = [  # case, words that run in a moment
 FLOATS = ["nan", "-inf", "-1", "0", "1e30", "1e-300", "1e300", "abc", "1,2", "1_0", "٣", ""]
 INTS = ["-1", "0", "1.5", "nan", "1e9", "1000000000", "4294967316", "abc", "1_0", "٣", ""]
 BOOLS = ["maybe", "2", "", "nan"]
-PATHS = ["", "/dev/null/x", "\udcff\udcfe", "a\0b", "x" * 300, "~nobody-of-this-name/x", "{folder}/pipe", "/proc/x"]
-NEVER = {"nan", "inf", "-inf", "1e999", "abc", "1e", "1_0", "٣", "0x10", "1+1", "maybe", ""}  # right for no number
+PATHS = ["", "/dev/null/x", "\udcff\udcfe", "a\0b", "x" * 300, "~nobody-of-this-name/x", "{folder}/pipe",
+         "/proc/x"]
+# right for no number
+NEVER = {"nan", "inf", "-inf", "1e999", "abc", "1e", "1_0", "٣", "0x10", "1+1", "maybe", ""}
 SIGNED = {"at", "fly", "angle", "shift", "nu", "floor"}  # keys of which a negative number may be right
-ZERO = {"restitution", "soil_restitution", "friction", "shift", "gap", "cohesion", "psi", "phi", "nu", "picture", "v0",
-        "gravity", "adhesion", "inset", "adapt", "spread", "tension", "ratio", "fly", "angle", "at", "floor", "iterate",
-        "paraview", "animation"}  # of which zero may be
+ZERO = {"restitution", "soil_restitution", "friction", "shift", "gap", "cohesion", "psi", "phi", "nu",
+        "picture", "v0", "gravity", "adhesion", "inset", "adapt", "spread", "tension", "ratio", "fly",
+        "angle", "at", "floor", "iterate", "paraview", "animation"}  # of which zero may be
 UNUSED = [  # case, words with a key that has no effect beside the others
     *(("column_collapse", words) for words in (
         "ratio=-1", "ratio=0.5", "depth=0.3", "open_side=yes", "law=von_mises cohesion=1e3 phi=30",
@@ -80,7 +83,8 @@ RUINS = [  # sizes beyond all machines, which must be refused at once
         "box=1e30,1e30", "block=1e15,1e15", "iterate=1000000000", "adapt=1e30")),
     *(("extreme", words) for words in (
         "h=1e-7", "refine=10000", "substeps=1000000000", "windows=99999999999999", "length=1e9"))]
-SLOW = {("extreme", "windows"): (1e9,)}  # values that are right though nobody waits: the most windows of a run
+# values that are right though nobody waits: the most windows of a run
+SLOW = {("extreme", "windows"): (1e9,)}
 OTHERS = [  # words that are wrong as such
     "=", "=1", "h", "h==1", "--h=1", "-h=1", "h=1e-3 h=2e-3", "nonsense=1", "preset=none-such", "H=1", "out=/",
     "--options_file={folder}/missing"]
@@ -89,8 +93,9 @@ RAW = re.compile(r"broadcast|out of bounds|bug in the program|Traceback|operand|
                  r"unexpected keyword|error code|negative dimensions|cannot convert|array element|too many values|"
                  r"not enough values|Errno|division by zero|overflow|too large|zero-size|empty sequence|embedded null|"
                  r"surrogates|LinAlg|Singular matrix|positional|\bCODEC|codec can't|maximum recursion|NoneType", re.I)
-REMEDY = re.compile(r"\b(give|take|choose|move|enlarge|leave|look|use|try|remove|repair|must|separate|let|needs?|known|"
-                    r"cannot be read as|shorten|reverse|name|add|seed|say|end)\b")
+REMEDY = re.compile(
+    r"\b(give|take|choose|move|enlarge|leave|look|use|try|remove|repair|must|separate|let|needs?|known|"
+    r"cannot be read as|shorten|reverse|name|add|seed|say|end)\b")
 
 
 class TimeUp(BaseException):
@@ -98,7 +103,8 @@ class TimeUp(BaseException):
 
 
 def too_late(*_):
-    """Called by the alarm. A compilation is not interrupted: its callbacks swallow exceptions; it has time once more."""
+    """Called by the alarm. A compilation is not interrupted: its callbacks swallow exceptions; it has time
+    once more."""
     signal.alarm(PATIENCE)
     if not global_compiler_lock.is_locked():
         raise TimeUp
@@ -148,7 +154,8 @@ def values(key, kind):
     if origin is typing.Union:
         return values(key, args[0])
     if origin is typing.Literal:
-        return [(text, True) for text in ("", "none-such", str(args[0]).upper() + "x", "nan", f"{args[0]},{args[-1]}")]
+        return [(text, True) for text in ("", "none-such", str(args[0]).upper() + "x", "nan",
+                                          f"{args[0]},{args[-1]}")]
     if origin is tuple:
         return list(tuples(key, args))
     if kind is bool:
@@ -162,8 +169,8 @@ def values(key, kind):
 
 def tuples(key, args):
     one = args[0] is int
-    for text in ("", ",", "1,", "1,2,3,4", "nan,1", "1,inf", "-1,-1", "0,0", "1e30,1e30", "1e-300,1e-300", "abc", "1;2",
-                 "(1,2", "1_0,2", "٣,3", "9999999999,9999999999", "1.5,2.5"):
+    for text in ("", ",", "1,", "1,2,3,4", "nan,1", "1,inf", "-1,-1", "0,0", "1e30,1e30", "1e-300,1e-300",
+                 "abc", "1;2", "(1,2", "1_0,2", "٣,3", "9999999999,9999999999", "1.5,2.5"):
         parts = text.strip("()").split(",")
         wrong = any(p in NEVER for p in parts) or ";" in text or len(parts) > 3 or (one and "." in text) or \
             "(" in text or any(must_refuse(key, p) for p in parts) or "e30" in text and key != "at"
@@ -216,19 +223,21 @@ def accepted(kept, wrong):
 
 def sentence(text, key):
     """What is bad about a sentence; key: which it must name, or None."""
-    own = re.sub(r"\(\w+: [^)]*\)", "", text) if "look at this function" in text else text  # what a user's function says
+    # what a user's function says
+    own = re.sub(r"\(\w+: [^)]*\)", "", text) if "look at this function" in text else text
     if RAW.search(own):
         return f"raw: {text}"
     if "\n" in text or len(text) > 600:
         return f"not one sentence: {text[:300]}"
-    if key and not re.search(rf"(?<![A-Za-z]){re.escape(key.replace('_', ' '))}|(?<!\w){re.escape(key)}", text):
+    if key and not re.search(rf"(?<![A-Za-z]){re.escape(key.replace('_', ' '))}|(?<!\w){re.escape(key)}",
+                             text):
         return f"does not name {key}: {text}"
     return None if REMEDY.search(text) else f"no remedy: {text}"
 
 
 def timed(attempt, *arguments):
-    """What is bad about an attempt, also when it takes too long twice, the first time perhaps for compilation, or fails
-    in a way of its own."""
+    """What is bad about an attempt, also when it takes too long twice, the first time perhaps for
+    compilation, or fails in a way of its own."""
     late = f"takes more than {PATIENCE} s"
     what = once(attempt, arguments, late)
     return once(attempt, arguments, late) if what == late else what

@@ -163,8 +163,9 @@ TABLE = [  # name, what is called, arguments that are right, kind of value of ea
      dict(dt="positive", t_end="positive", substeps="count", iterate="share", tol="positive", relax="word",
           adapt="optional")),
 ]
-ALIASES = {"x_solid": "interface", "x_wall": "wall", "force": "", "most": "", "cells": "cell", "counts": "", "n": "",
-           "a": "", "b": "", "mass_of": "mass of", "path": "", "x": "x|positions?|particles?|nodes?|centres?"}
+ALIASES = {"x_solid": "interface", "x_wall": "wall", "force": "", "most": "", "cells": "cell", "counts": "",
+           "n": "", "a": "", "b": "", "mass_of": "mass of", "path": "",
+           "x": "x|positions?|particles?|nodes?|centres?"}
 MAY = {  # (name, field): values of the kind that are right there, by their repr
     ("linear", "nu"): {"-0.1"}, ("neo_hooke", "nu"): {"-0.1"}, ("mohr_coulomb", "nu"): {"-0.1"},
     ("drucker_prager", "nu"): {"-0.1"}, ("von_mises", "nu"): {"-0.1"}, ("Material", "nu"): {"-0.1"},

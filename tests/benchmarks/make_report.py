@@ -1,12 +1,13 @@
-"""All measured numbers, made anew by one command: ./dev report. Writes docs/report.md, its pictures, and the tables in
-docs/solvers.md and docs/error_floor.md.
+"""All measured numbers, made anew by one command: ./dev report. Writes docs/report.md, its pictures, and the
+tables in docs/solvers.md and docs/error_floor.md.
 
     ./dev report [parts=beam_2d,solvers,…] [peer=PYTHON script=FILE] [out=out/report]
 
-peer: the interpreter of another program and its script of the beam, see cases/studies/peer.py; without it the stored
-numbers of cases/references/kratos_beam.csv stand beside ours. Every part runs by itself with a limit of time; one that
-fails says so in its section, the others go on, and the exit status is 1. A part that is not asked for keeps its last
-section. The machine should do nothing else meanwhile; the load before the run is in the report.
+peer: the interpreter of another program and its script of the beam, see cases/studies/peer.py; without it the
+stored numbers of cases/references/kratos_beam.csv stand beside ours. Every part runs by itself with a limit
+of time; one that fails says so in its section, the others go on, and the exit status is 1. A part that is not
+asked for keeps its last section. The machine should do nothing else meanwhile; the load before the run is in
+the report.
 """
 import csv
 import os
@@ -30,8 +31,8 @@ MISSING = "(nothing yet: run ./dev report)"
 
 
 class Part(NamedTuple):
-    """A section: what it is called, its command, where its Markdown goes, seconds it may take, and the module or case
-    without which it is left out."""
+    """A section: what it is called, its command, where its Markdown goes, seconds it may take, and the module
+    or case without which it is left out."""
 
     title: str
     command: list
@@ -44,27 +45,29 @@ def bench(name, *words):
     return [sys.executable, f"tests/benchmarks/{name}.py", *words]
 
 
-PARTS = {
-    "beam_2d": Part("Error against run time: beam in the plane",
-                    [*WORK, "cases/beam_impact.py", "h=5e-3,2.5e-3,2e-3", "dt=8e-6,4e-6,2e-6,1e-6", "repeat=2",
-                     "show=force,u_beam"], limit=600.0),
-    "beam_3d": Part("Error against run time: beam in space",
-                    [*WORK, "cases/beam_impact.py", "dim=3", "h=5e-3,3.3333e-3,2e-3", "dt=8e-6,4e-6,2e-6",
-                     "show=force,u_beam"], limit=400.0),
-    "three_impacts": Part("Error against run time: three impacts",
-                          [*WORK, "cases/multiple_impact.py", "h=5e-3,2.5e-3,2e-3", "dt=4e-6,2e-6",
-                           "show=force,u_beam,peak_1,peak_2,peak_3"], limit=400.0),
-    "needs": Part("What a scene does not need", bench("bench_needs", "repeat=2", "parts=needs")),
-    "start": Part("Start-up", bench("bench_needs", "repeat=2", "parts=start")),
-    "stability": Part("Stability of stiff and extreme cases", [sys.executable, "-m", "coupling.stability"], limit=600.0,
-                      needs="cases/studies/stability.py"),
-    "solvers": Part("Tables", bench("bench_solvers"), "docs/solvers.md", 600.0),
-    "floor": Part("Tables", bench("bench_floor"), "docs/error_floor.md", 600.0)}
+PARTS = {"beam_2d": Part("Error against run time: beam in the plane",
+                         [*WORK, "cases/beam_impact.py", "h=5e-3,2.5e-3,2e-3", "dt=8e-6,4e-6,2e-6,1e-6",
+                          "repeat=2", "show=force,u_beam"], limit=600.0),
+         "beam_3d": Part("Error against run time: beam in space", [*WORK, "cases/beam_impact.py", "dim=3",
+                                                                   "h=5e-3,3.3333e-3,2e-3",
+                                                                   "dt=8e-6,4e-6,2e-6", "show=force,u_beam"],
+                         limit=400.0), "three_impacts": Part("Error against run time: three impacts",
+                                                             [*WORK, "cases/multiple_impact.py",
+                                                              "h=5e-3,2.5e-3,2e-3", "dt=4e-6,2e-6",
+                                                              "show=force,u_beam,peak_1,peak_2,peak_3"],
+                                                             limit=400.0),
+         "needs": Part("What a scene does not need", bench("bench_needs", "repeat=2", "parts=needs")),
+         "start": Part("Start-up", bench("bench_needs", "repeat=2", "parts=start")),
+         "stability": Part("Stability of stiff and extreme cases",
+                           [sys.executable, "-m", "coupling.stability"], limit=600.0,
+                           needs="cases/studies/stability.py"),
+         "solvers": Part("Tables", bench("bench_solvers"), "docs/solvers.md", 600.0),
+         "floor": Part("Tables", bench("bench_floor"), "docs/error_floor.md", 600.0)}
 WARM_UP = [("column_collapse", "t_end=1e-3"), ("beam_impact", "t_end=2e-5"),
            ("beam_impact", "dim=3", "t_end=4e-6"), ("multiple_impact", "t_end=2e-5"),
            ("beam_impact", "dem=liggghts", "t_end=2e-5")]  # so that no part measures the compiler
-PICTURES = {"beam_2d": "work_precision.png", "beam_3d": "work_precision.png", "three_impacts": "work_precision.png",
-            "stability": "stability.png"}
+PICTURES = {"beam_2d": "work_precision.png", "beam_3d": "work_precision.png",
+            "three_impacts": "work_precision.png", "stability": "stability.png"}
 
 
 def run(name, part, folder, more):
@@ -72,8 +75,8 @@ def run(name, part, folder, more):
     folder.mkdir(parents=True, exist_ok=True)
     begin, tool = perf_counter(), part.command[1] == "-m"
     with open(folder / "output.md", "w") as out, open(folder / "log.txt", "w") as log:
-        process = subprocess.Popen([*part.command, *more, *([f"out={folder}"] if tool else [])], cwd=ROOT, stdout=out,
-                                   stderr=log, env=environment(), start_new_session=True)
+        process = subprocess.Popen([*part.command, *more, *([f"out={folder}"] if tool else [])], cwd=ROOT,
+                                   stdout=out, stderr=log, env=environment(), start_new_session=True)
         try:
             status = process.wait(part.limit)
         except subprocess.TimeoutExpired:
@@ -86,7 +89,8 @@ def run(name, part, folder, more):
     if status != 0:
         print(f"{name} failed ({status}): see {folder / 'log.txt'}", file=sys.stderr, flush=True)
         return None, seconds
-    made = next(iter(sorted(folder.glob("*.md"), key=lambda path: path.name == "output.md")))  # a file of its own first
+    # a file of its own first
+    made = next(iter(sorted(folder.glob("*.md"), key=lambda path: path.name == "output.md")))
     return made.read_text(encoding="utf-8"), seconds
 
 
@@ -114,7 +118,8 @@ def put(document, name, text):
 def targets(folder):
     """What the numbers have to reach, from the sweep of the beam in the plane."""
     with open(folder / "beam_2d" / "work_precision.csv", newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row["status"] == "ok" and float(row["error_force"]) <= 0.008]
+        rows = [row for row in csv.DictReader(file) if row["status"] == "ok" and float(row["error_force"])
+                <= 0.008]
     if not rows:
         return "Beam in the plane: **no run has a force error of at most 0.8 %.**\n"
     best = min(rows, key=lambda row: float(row["window_s"]))
@@ -134,8 +139,8 @@ def machine(load):
     """A line on what this ran on."""
     lines = Path("/proc/cpuinfo").read_text().splitlines()
     model = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), "")
-    return (f"{model or platform.machine()}, {os.cpu_count()} cores, load {load:.1f} before the run (below 0.5: "
-            f"quiet), Python {platform.python_version()}; one rank unless it says otherwise.")
+    return (f"{model or platform.machine()}, {os.cpu_count()} cores, load {load:.1f} before the run (below "
+            f"0.5: quiet), Python {platform.python_version()}; one rank unless it says otherwise.")
 
 
 def main(words):
@@ -143,7 +148,8 @@ def main(words):
     chosen = given.get("parts", ",".join(PARTS)).split(",")
     if unknown := set(chosen) - set(PARTS):
         sys.exit(f"error: parts={','.join(sorted(unknown))}: choose of {', '.join(PARTS)}")
-    folder, begin, failed, costs = Path(given.get("out", ROOT / "out/report")).resolve(), perf_counter(), False, []
+    folder, begin, failed, costs = Path(given.get("out",
+                                                  ROOT / "out/report")).resolve(), perf_counter(), False, []
     pictures = ROOT / "docs"
     put("docs/report.md", "machine", machine(os.getloadavg()[0]) + "\n")
     warm_up(folder)

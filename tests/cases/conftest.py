@@ -69,8 +69,8 @@ def run(case, tmp_path):
 
 @pytest.fixture
 def words(tmp_path):
-    """``words("key=value …")``: the coarse beam as words of a command line, but for the keys that are given; of a key
-    given twice the last value counts."""
+    """``words("key=value …")``: the coarse beam as words of a command line, but for the keys that are given;
+    of a key given twice the last value counts."""
     def begin(more=""):
         given = {word.partition("=")[0] for word in more.split()}
         keys = {**coarse("h" in given), "out": tmp_path}
@@ -98,11 +98,12 @@ def pieces():
 
 @pytest.fixture
 def joined():
-    """``joined(meshes)``: positions, fields, and the corners of the cells of all pieces, each in an order of its own:
-    points by number, else by place. Nodes that several pieces have are there as often."""
+    """``joined(meshes)``: positions, fields, and the corners of the cells of all pieces, each in an order of
+    its own: points by number, else by place. Nodes that several pieces have are there as often."""
     def join(meshes):
         x = np.concatenate([mesh.points for mesh in meshes])
-        data = {name: np.concatenate([mesh.point_data[name] for mesh in meshes]) for name in meshes[0].point_data}
+        data = {name: np.concatenate([mesh.point_data[name] for mesh in meshes])
+                for name in meshes[0].point_data}
         corners = np.concatenate([mesh.points[mesh.cells[0].data] for mesh in meshes])
         order = np.argsort(data["gid"]) if "gid" in data else np.lexsort(np.round(x, 9).T)
         by_place = np.lexsort(np.round(corners.mean(axis=1), 9).T)

@@ -1,4 +1,5 @@
-"""The sphere on the beam in space: pinned numbers, both kinds of cell, both back ends; against Timoshenko's beam."""
+"""The sphere on the beam in space: pinned numbers, both kinds of cell, both back ends; against Timoshenko's
+beam."""
 import json
 from dataclasses import fields
 from inspect import signature
@@ -27,7 +28,8 @@ def run_3d(case, tmp_path):
     (dict(), 4.997614, -7.735278e-7, 3.097888e-3, 95),
     (TETRAHEDRA, 5.199772, -7.001933e-7, 3.304280e-3, 92)], ids=["hexahedra", "tetrahedra"])
 def test_pinned_numbers(run_3d, keys, peak, u_beam, v_sphere, newton):
-    """Two cells over the height: tetrahedra lock, their deflection is 10 % too small, that of hexahedra 1 %."""
+    """Two cells over the height: tetrahedra lock, their deflection is 10 % too small, that of hexahedra 1
+    %."""
     history, errors = run_3d(**keys)
     assert history["force"].max() == pytest.approx(peak, rel=2e-5)
     assert history["u_beam"][-1] == pytest.approx(u_beam, rel=2e-5)
@@ -44,18 +46,20 @@ def test_back_ends_agree(run_3d, both):
 
 
 def test_wall_of_other_triangles(run_3d):
-    """The map keeps force and impulse; the sphere meets another triangle, which changes the force by less than 2 %."""
+    """The map keeps force and impulse; the sphere meets another triangle, which changes the force by less
+    than 2 %."""
     plain, _ = run_3d(t_end=8e-5)
     other, _ = run_3d(t_end=8e-5, wall_segments=(43, 6))
     assert np.abs(other["force"] - plain["force"]).max() < 0.02 * plain["force"].max()
     assert other["impulse_grains"][-1] > 1e-4 and exchange.impulse_error(other) < 1e-12
 
 
-@pytest.mark.parametrize("keys, kind, cells", [
-    (dict(), "hexahedron", 33 * 6 * 4), (TETRAHEDRA, "tetra", 6 * 33 * 6 * 4)], ids=["hexahedra", "tetrahedra"])
+@pytest.mark.parametrize("keys, kind, cells", [(dict(), "hexahedron", 33 * 6 * 4),
+                                               (TETRAHEDRA, "tetra", 6 * 33 * 6 * 4)],
+                         ids=["hexahedra", "tetrahedra"])
 def test_paraview_series(run_3d, tmp_path, keys, kind, cells):
-    """All series are read back: right cells, finite fields, positive volumes, the same force and displacement as in
-    the history."""
+    """All series are read back: right cells, finite fields, positive volumes, the same force and displacement
+    as in the history."""
     history, _ = run_3d(t_end=4e-5, paraview=5, **keys)
     meshes = {}
     for name in ("points", "grid", "interface", "wall", "particles"):
@@ -70,14 +74,17 @@ def test_paraview_series(run_3d, tmp_path, keys, kind, cells):
     assert volume.sum() == pytest.approx(np.ptp(grid.points, axis=0).prod())
     assert len(wall.cells_dict["triangle"]) == len(meshes["interface"].cells_dict["triangle"]) == 2 * 31 * 4
     assert -wall.point_data["force"].sum(axis=0)[1] == pytest.approx(history["force"][9])
-    assert meshes["particles"].points[0] == pytest.approx([0.0, 0.01 + history["u_sphere"][9], 0.0], abs=1e-12)
+    assert meshes["particles"].points[0] == pytest.approx([0.0, 0.01 + history["u_sphere"][9], 0.0],
+                                                          abs=1e-12)
     assert meshes["points"].point_data["mass"].sum() == pytest.approx(7960 * 0.1535e-4)
     assert meshes["points"].point_data["cauchy_stress"].shape[1] == 9
 
 
 def test_preset_is_the_papers_discretisation(case):
-    """Grid of 62 x 13 x 7 hexahedra over 15.87 x 3 x 1.52 cm, body of 120 x 8 x 10, wall of 77 x 10, 5e-8 s."""
-    keys = {**{name: p.default for name, p in signature(case.main).parameters.items()}, **case.PRESETS["paper_3d"]}
+    """Grid of 62 x 13 x 7 hexahedra over 15.87 x 3 x 1.52 cm, body of 120 x 8 x 10, wall of 77 x 10, 5e-8
+    s."""
+    keys = {**{name: p.default for name, p in signature(case.main).parameters.items()},
+            **case.PRESETS["paper_3d"]}
     names = [field.name for field in fields(case.SimplySupportedBeam)]
     beam = case.SimplySupportedBeam(**{name: keys[name] for name in names})
     grid, body, _, interface = beam.scene(case.LAWS["linear"](beam.E, beam.nu))

@@ -22,7 +22,8 @@ def only(histories):
 
 
 def test_pinned_numbers(run, backend):
-    """The same on both back ends. Newton iterations may move by rounding, the numbers by the solver's tolerance."""
+    """The same on both back ends. Newton iterations may move by rounding, the numbers by the solver's
+    tolerance."""
     history = only(run(dem=backend))
     assert len(history) == 50 and history["force"].max() == pytest.approx(4.99318, rel=1e-5)
     assert history["u_beam"][-1] == pytest.approx(-7.82657e-7, rel=1e-5)
@@ -32,11 +33,14 @@ def test_pinned_numbers(run, backend):
     assert (history["force"][:40] >= 0).all() and not history["force"][42:].any()  # contact ends at 0.16 ms
 
 
-@pytest.mark.parametrize("keys, peak, u_beam", [
-    (dict(law="neo_hooke"), 4.99318, -7.82657e-7), (dict(plane="strain"), 5.03152, -7.71669e-7),
-    (dict(cell="triangle", points=7), 5.15939, -7.19297e-7), (dict(shift=1e-3), 4.99113, -7.83211e-7),
-    (dict(h=2e-3), 4.91068, -7.79568e-7), (dict(restitution=0.5), 3.62556, -6.51451e-7),
-    (dict(friction=0.3), 4.99318, -7.82657e-7)], ids=lambda value: "-".join(value) if isinstance(value, dict) else "")
+@pytest.mark.parametrize("keys, peak, u_beam", [(dict(law="neo_hooke"), 4.99318, -7.82657e-7),
+                                                (dict(plane="strain"), 5.03152, -7.71669e-7),
+                                                (dict(cell="triangle", points=7), 5.15939, -7.19297e-7),
+                                                (dict(shift=1e-3), 4.99113, -7.83211e-7),
+                                                (dict(h=2e-3), 4.91068, -7.79568e-7),
+                                                (dict(restitution=0.5), 3.62556, -6.51451e-7),
+                                                (dict(friction=0.3), 4.99318, -7.82657e-7)],
+                         ids=lambda value: "-".join(value) if isinstance(value, dict) else "")
 def test_variants(run, keys, peak, u_beam):
     history = only(run(**keys))
     assert history["force"].max() == pytest.approx(peak, rel=2e-5)
@@ -74,12 +78,13 @@ def test_impulse_balance(run, backend):
     history = only(run(dem=backend))
     mass = 4.0 / 3.0 * np.pi * 7960e-6
     assert history["impulse_grains"][-1] == pytest.approx(mass * (history["v_sphere"][-1] + 0.01))
-    assert abs(history["impulse_grains"] + history["impulse_solid"]).max() < 1e-12 * history["impulse_grains"][-1]
+    assert abs(history["impulse_grains"] + history["impulse_solid"]).max() < 1e-12 * history[
+        "impulse_grains"][-1]
 
 
 def test_energy_error_falls_with_the_window(run):
-    """What the scheme makes at the interface is of third order; what remains is the smoothing of the grid, which the
-    window does not change."""
+    """What the scheme makes at the interface is of third order; what remains is the smoothing of the grid,
+    which the window does not change."""
     rows = [only(run(dt=dt, substeps=substeps)) for dt, substeps in ((4e-6, 80), (2e-6, 40), (1e-6, 20))]
     made = [abs(history["interface_error"][-1]) for history in rows]  # 1.9e-4, 9e-6, 5e-7
     assert made[0] < 3e-4 and made[1] < made[0] / 8 and made[2] < made[1] / 8, made
@@ -89,14 +94,17 @@ def test_energy_error_falls_with_the_window(run):
 
 
 def test_half_the_energy_is_lost_with_restitution(run):
-    """Of the speed of approach a half comes back, so the energy lost is 3/4 of what the relative motion had."""
+    """Of the speed of approach a half comes back, so the energy lost is 3/4 of what the relative motion
+    had."""
     history = only(run(restitution=0.5))
-    assert history["energy_error"][-1] == pytest.approx(-0.477, abs=1e-3) and abs(history["interface_error"][-1]) < 1e-3
+    assert history["energy_error"][-1] == pytest.approx(-0.477,
+                                                        abs=1e-3) and abs(
+        history["interface_error"][-1]) < 1e-3
 
 
 def test_iterating_brings_both_sides_together(run, backend):
-    """Windows of 16 us, of which a contact lasts ten: the interface makes no energy, and the rest is as with short
-    ones."""
+    """Windows of 16 us, of which a contact lasts ten: the interface makes no energy, and the rest is as with
+    short ones."""
     weak, iterated = (only(run(dem=backend, dt=16e-6, substeps=320, t_end=1.92e-4, **keys))
                       for keys in ({}, {"iterate": 20}))
     assert abs(weak["interface_error"][-1]) > 0.005 and abs(iterated["interface_error"]).max() < 1e-4
@@ -104,8 +112,10 @@ def test_iterating_brings_both_sides_together(run, backend):
     impulse = iterated["impulse_grains"]
     assert abs(impulse + iterated["impulse_solid"]).max() < 1e-4 * impulse[-1]
     fine = only(run(dem=backend, iterate=20, t_end=1.92e-4))
-    for name, gain in (("u_sphere", 1.5), ("v_sphere", 2.0)):  # of the beam, its own waves are the larger part
-        errors = [abs(coarse[name] - fine[name][3::4]).max() / abs(fine[name]).max() for coarse in (iterated, weak)]
+    # of the beam, its own waves are the larger part
+    for name, gain in (("u_sphere", 1.5), ("v_sphere", 2.0)):
+        errors = [abs(coarse[name] - fine[name][3::4]).max() / abs(fine[name]).max() for coarse in (iterated,
+                                                                                                    weak)]
         assert errors[0] < errors[1] / gain and errors[0] < 0.015, (name, errors)
 
 
@@ -113,9 +123,11 @@ def test_window_follows_the_force(run, tmp_path, backend):
     """The first windows of the contact are the shortest; after it they are as long as they may."""
     history = only(run(dem=backend, dt=16e-6, substeps=320, t_end=1.92e-4, iterate=20, adapt=0.05))
     window, report = history["window"], json.loads((tmp_path / "report.json").read_text())
-    assert window[0] < 2e-6 and window.max() > 8e-6 and history["time"][-1] == pytest.approx(1.92e-4, rel=1e-14)
+    assert window[0] < 2e-6 and window.max() > 8e-6 and history["time"][-1] == pytest.approx(1.92e-4,
+                                                                                             rel=1e-14)
     assert history["time"] == pytest.approx(np.cumsum(window))
-    assert report["windows"] == len(window) and report["failed"] == 0 < report["retries"] == history["retries"].sum()
+    assert report["windows"] == len(window) and report["failed"] == 0 < report["retries"] == history[
+        "retries"].sum()
     assert report["coupling_mean"] == history["iterations"].mean() and report["errors"]["force"] < 0.03
 
 
@@ -156,8 +168,8 @@ def test_files_of_a_run(run, tmp_path, capsys):
     history = only(run())
     shown = capsys.readouterr()
     assert shown.out.count("\n") == 6 and shown.err == ""
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["beam_impact.png", "history.csv", "manifest.txt",
-                                                               "report.json"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["beam_impact.png", "history.csv",
+                                                                "manifest.txt", "report.json"]
     columns = read(tmp_path / "history.csv")
     assert list(columns)[:5] == FIRST
     for name, values in columns.items():
@@ -166,8 +178,8 @@ def test_files_of_a_run(run, tmp_path, capsys):
     assert all(line.startswith("# ") for line in head) and len(head) == 2 + len(columns)
     report = json.loads((tmp_path / "report.json").read_text())
     assert {"case", "parameters", "versions", "ranks", "points", "windows", "substeps", "wall_s", "startup_s",
-            "window_ms", "phases_ms", "newton_mean", "coupling_mean", "peak_mb", "errors", "solver", "imbalance",
-            "rebalances", "ghost_since", "retries", "failed", "window_s", "window_cpu_s",
+            "window_ms", "phases_ms", "newton_mean", "coupling_mean", "peak_mb", "errors", "solver",
+            "imbalance", "rebalances", "ghost_since", "retries", "failed", "window_s", "window_cpu_s",
             "cell_size", "points_per_cell", "explicit_limit", "options"} == set(report)
     assert (report["windows"], report["points"], report["substeps"]) == (50, 60 * 4 * 9, 80)
     assert set(report["errors"]) == {"force", "u_beam", "v_sphere_end"} and report["errors"]["force"] < 0.05
@@ -208,29 +220,36 @@ def test_back_ends_agree(run, both, tmp_path):
 
 
 def check_against_timoshenko(history, folder, energy):
-    """The bounds of the project's specification; energy: largest error of the energy, relative to the start."""
+    """The bounds of the project's specification; energy: largest error of the energy, relative to the
+    start."""
     errors = json.loads((folder / "report.json").read_text())["errors"]
     assert errors["force"] <= 0.015 and errors["u_beam"] <= 0.015 and errors["v_sphere_end"] <= 0.02, errors
     assert abs(history["energy_error"]).max() <= energy
-    assert abs(history["impulse_grains"] + history["impulse_solid"]).max() <= 1e-12 * history["impulse_grains"][-1]
+    assert abs(history["impulse_grains"] + history["impulse_solid"]).max() <= 1e-12 * history[
+        "impulse_grains"][-1]
 
 
 def test_default_against_timoshenko(case, tmp_path):
-    """Measured: force and deflection 0.16 %, velocity 0.2 %, energy at most 5.7e-4 on the way, 4e-5 at the end."""
+    """Measured: force and deflection 0.16 %, velocity 0.2 %, energy at most 5.7e-4 on the way, 4e-5 at the
+    end."""
     check_against_timoshenko(only(case.main(out=str(tmp_path))), tmp_path, 1e-3)
 
 
 @pytest.mark.validation
 def test_paper_against_timoshenko(case, backend, tmp_path):
-    """Measured: force 0.59 %, deflection 1.44 %, velocity 1.26 %, energy at most 1.04e-3 on the way, whatever the
-    window: that is the projection on the paper's grid, which is coarser than the default's."""
-    check_against_timoshenko(only(case.main(**case.PRESETS["paper"], dem=backend, out=str(tmp_path))), tmp_path, 1.2e-3)
+    """Measured: force 0.59 %, deflection 1.44 %, velocity 1.26 %, energy at most 1.04e-3 on the way, whatever
+    the window: that is the projection on the paper's grid, which is coarser than the default's."""
+    check_against_timoshenko(only(case.main(**case.PRESETS["paper"], dem=backend, out=str(tmp_path))),
+                             tmp_path, 1.2e-3)
 
 
 def test_preset_is_the_papers_discretisation(case):
-    """Grid 62 x 13 over 15.87 cm x 3 cm, 120 x 8 body cells of 16 points, 60 segments, 5e-8 s (Singer et al. 2022)."""
-    keys = {**{name: p.default for name, p in signature(case.main).parameters.items()}, **case.PRESETS["paper"]}
-    assert (keys["cells"], keys["body"], keys["points"] ** 2, keys["segments"]) == ((62, 13), (120, 8), 16, (60,))
+    """Grid 62 x 13 over 15.87 cm x 3 cm, 120 x 8 body cells of 16 points, 60 segments, 5e-8 s (Singer et al.
+    2022)."""
+    keys = {**{name: p.default for name, p in signature(case.main).parameters.items()},
+            **case.PRESETS["paper"]}
+    assert (keys["cells"], keys["body"], keys["points"] ** 2, keys["segments"]) == ((62, 13), (120, 8), 16,
+                                                                                    (60,))
     assert (keys["dt"], keys["substeps"], keys["wall_segments"]) == (5e-8, 1, None)
     assert (keys["length"], keys["radius"], keys["restitution"], keys["friction"]) == (0.1535, 0.01, 1.0, 0.0)
     grid = case.SimplySupportedBeam(cells=keys["cells"], cell="quadrilateral").grid()

@@ -1,4 +1,5 @@
-"""The modal reference against closed forms, an ODE solver, its own conservation laws, and its published numbers."""
+"""The modal reference against closed forms, an ODE solver, its own conservation laws, and its published
+numbers."""
 
 from math import pi, sqrt
 
@@ -67,7 +68,8 @@ def test_long_beam_is_struck_three_times():
 def test_long_timoshenko_peaks():
     first, second, third = peaks(impact(**LONG))
     assert (first, second) == pytest.approx((8.87, 11.62), abs=5e-3)
-    # The weakest of three contacts is the last to converge: 6.70 N with 25 modes, 6.66 N with 50, 6.63 N with 1000.
+    # The weakest of three contacts is the last to converge: 6.70 N with 25 modes, 6.66 N with 50, 6.63 N with
+    # 1000.
     assert third == pytest.approx(6.68, rel=4e-3)
 
 
@@ -117,7 +119,8 @@ def test_modes_of_any_body():
 @pytest.mark.parametrize("theory, error_of_50", [("euler_bernoulli", 1e-6), ("timoshenko", 2e-4)])
 def test_peak_converges_with_the_modes(theory, error_of_50):
     exact, = peaks(impact(**SHORT, theory=theory, modes=1600))
-    errors = [abs(peaks(impact(**SHORT, theory=theory, modes=modes))[0] / exact - 1) for modes in (5, 50, 200)]
+    errors = [abs(peaks(impact(**SHORT, theory=theory, modes=modes))[0] / exact - 1)
+              for modes in (5, 50, 200)]
     assert errors[0] > errors[1] > errors[2]
     assert errors[1] < error_of_50
 
@@ -168,8 +171,10 @@ def test_agrees_with_an_ode_solver(theory):
 
 
 def test_hertz_impact_on_a_rigid_beam():
-    """Chung and Ooi (2011), test 2: aluminium sphere, 0.2 m/s: 11.37 kN and 0.7316 ms, and no loss of speed."""
-    run = impact(1.0, 1.0, 1.0, 0.1, 0.2, E=1e20, nu=0.3, rho=1e12, t_end=1e-3, modes=10, sphere=(7e10, 0.3, 2699.0))
+    """Chung and Ooi (2011), test 2: aluminium sphere, 0.2 m/s: 11.37 kN and 0.7316 ms, and no loss of
+    speed."""
+    run = impact(1.0, 1.0, 1.0, 0.1, 0.2, E=1e20, nu=0.3, rho=1e12, t_end=1e-3, modes=10,
+                 sphere=(7e10, 0.3, 2699.0))
     contact, = run.contacts()
     assert contact.peak == pytest.approx(11370, rel=5e-4)
     assert contact.end == pytest.approx(0.7316e-3, rel=5e-4)

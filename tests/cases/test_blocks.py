@@ -1,4 +1,5 @@
-"""The case of the granular blocks: a coarse column close to the blocks, both contact routes, both back ends."""
+"""The case of the granular blocks: a coarse column close to the blocks, both contact routes, both back
+ends."""
 import json
 import warnings
 from pathlib import Path
@@ -20,7 +21,8 @@ def run(blocks, tmp_path):
 
 @pytest.mark.parametrize("contact, deepest", [("points", 5e-4), ("outline", 3e-3)])
 def test_soil_pushes_the_blocks_over(run, tmp_path, contact, deepest):
-    """At rest until the soil comes, then to the right; the soil stays out of the blocks, less so with an outline."""
+    """At rest until the soil comes, then to the right; the soil stays out of the blocks, less so with an
+    outline."""
     with warnings.catch_warnings():
         warnings.filterwarnings("error", message=".*weak coupling")  # short enough for what it meets
         more = dict(disc_E=2e7, animation=70) if contact == "points" else {}
@@ -67,7 +69,8 @@ def test_window_too_long_for_the_contact(run):
 
 def test_grid_too_low_names_point_and_time_and_keeps_the_results(run, tmp_path):
     from mpm_fenicsx import MPMError
-    with pytest.raises(MPMError, match=r"material point \d+ left the grid at x = .*, t = 0\.0.* s: enlarge the grid"):
+    with pytest.raises(MPMError,
+                       match=r"material point \d+ left the grid at x = .*, t = 0\.0.* s: enlarge the grid"):
         run(contact="points", at=0.16, box=(0.12, 0.3), outflow="stop")
     assert len((tmp_path / "history.csv").read_text().splitlines()) > 80
     assert "left the grid" in json.loads((tmp_path / "report.json").read_text())["error"]
@@ -77,16 +80,17 @@ def test_grid_too_low_names_point_and_time_and_keeps_the_results(run, tmp_path):
 @pytest.mark.validation
 @pytest.mark.parametrize("contact", ["points", "outline"])
 def test_paper(blocks, tmp_path, contact):
-    """Cells of 1 cm: what the paper tells of the second block and of the place of the top one; the turning of the top
-    block is sensitive, see docs/blocks.md, and no part of this. How the blocks are hit by single points is chance: of
-    three soils 0.1 degrees apart the median."""
+    """Cells of 1 cm: what the paper tells of the second block and of the place of the top one; the turning of
+    the top block is sensitive, see docs/blocks.md, and no part of this. How the blocks are hit by single
+    points is chance: of three soils 0.1 degrees apart the median."""
     runs = []
     for phi in (21.9, 22.0, 22.1):
         blocks.main(contact=contact, phi=phi, out=str(tmp_path))
         runs.append(json.loads((tmp_path / "report.json").read_text())["events"])
     here = {name: np.median([events[name]["here"] for events in runs]) for name in runs[0]}
     assert here["arrival"] == pytest.approx(0.235, abs=0.01)
-    assert here["floor2"] == pytest.approx(0.36, abs=0.02) and here["quarter2"] == pytest.approx(0.38, abs=0.03)
+    assert here["floor2"] == pytest.approx(0.36, abs=0.02) and here["quarter2"] == pytest.approx(0.38,
+                                                                                                 abs=0.03)
     assert here["left2"] == pytest.approx(0.355, abs=0.02)
     assert here["floor3"] == pytest.approx(0.39, abs=0.02) and here["left3"] == pytest.approx(0.40, abs=0.025)
 
@@ -97,7 +101,8 @@ def test_ranks_agree_until_the_impact(run, run_ranks, tmp_path, contact):
     """One rank and three, to 1e-8 until the soil arrives, and in three digits for a while after that."""
     keys = dict(COARSE, contact=contact, t_end=0.09)
     (alone,) = run(**keys).values()
-    words = [f"{key}={','.join(map(str, value)) if isinstance(value, tuple) else value}" for key, value in keys.items()]
+    words = [f"{key}={','.join(map(str, value)) if isinstance(value, tuple) else value}"
+             for key, value in keys.items()]
     done = run_ranks(3, CASES / "granular_blocks.py", *words, f"out={tmp_path / 'ranks'}")
     assert done.returncode == 0, done.stderr
     ranks = read(tmp_path / "ranks" / "history.csv")

@@ -40,19 +40,22 @@ def test_pinned_numbers(collapse, tmp_path, capsys):
     assert (history["gaps"] >= 0.0).all() and history["gaps"][-1] > 1e-6
     assert ((history["volume"] - history["gaps"]) / 0.02 - 1).max() < 1e-6  # the soil itself does not grow
     assert history["speed"].max() < np.sqrt(2 * 9.81 * 0.2)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["column_collapse.png", "column_collapse_flow.png",
-                                                                "history.csv", "manifest.txt", "report.json"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["column_collapse.png",
+                                                                "column_collapse_flow.png", "history.csv",
+                                                                "manifest.txt", "report.json"]
     assert read(tmp_path / "history.csv")["x99"] == pytest.approx(history["x99"], rel=1e-14)
     report = json.loads((tmp_path / "report.json").read_text())
     assert (report["points"], report["windows"], report["case"]) == (768, 100, "column_collapse")
-    assert set(report["errors"]) == {"energy_rise", "volume", "soil", "speed"} and report["errors"]["energy_rise"] < 1e-6
+    assert set(report["errors"]) == {"energy_rise", "volume", "soil",
+                                     "speed"} and report["errors"]["energy_rise"] < 1e-6
     assert report["phases_ms"]["tangent"] > 0 and "DEM" not in report["phases_ms"]
 
 
-@pytest.mark.parametrize("keys, front", VARIANTS, ids=lambda value: str(value) if isinstance(value, dict) else "")
+@pytest.mark.parametrize("keys, front", VARIANTS, ids=lambda value: str(value) if isinstance(value, dict)
+                         else "")
 def test_variants(collapse, keys, front):
-    """Nothing is faster than free fall, no step fails, and energy falls: with consistent inertia not strictly, for the
-    transfers between points and grid are made for the lumped one."""
+    """Nothing is faster than free fall, no step fails, and energy falls: with consistent inertia not
+    strictly, for the transfers between points and grid are made for the lumped one."""
     history = collapse(t_end=0.05, **keys)
     rise = 2e-5 * 25.5 if "inertia" in keys else 0.0
     assert np.diff(history["energy"]).max() <= rise and (history["retries"] == 0).all()
@@ -73,12 +76,14 @@ def test_soil_that_leaves_at_an_open_side_is_booked(collapse, way):
     history = collapse(box=(0.125, 0.25), outflow=way)
     count, energy = history["left_solid"], history["energy"] + history["left_solid_energy"]
     assert len(history) == 100 and count[0] == 0 and 3 < count[-1] < 30 and (np.diff(count) >= 0).all()
-    assert history["left_solid_mass"][-1] == pytest.approx(26.0 * count[-1] / 768, rel=1e-12)  # all points are alike
+    # all points are alike
+    assert history["left_solid_mass"][-1] == pytest.approx(26.0 * count[-1] / 768, rel=1e-12)
     assert history["left_solid_momentum_x"][-1] > 0 and (np.diff(energy) < 1e-9).all()
 
 
 def test_flow_that_leaves_the_grid_keeps_its_results(collapse, tmp_path):
-    with pytest.raises(MPMError, match=r"material point \d+ left the grid at x = .*, t = 0.08.* s: enlarge the grid"):
+    with pytest.raises(MPMError,
+                       match=r"material point \d+ left the grid at x = .*, t = 0.08.* s: enlarge the grid"):
         collapse(box=(0.125, 0.25), outflow="stop")
     columns = read(tmp_path / "history.csv")
     assert len(columns["time"]) == 88 and columns["front"][-2] < 0.125 < columns["front"][-1]
@@ -86,14 +91,20 @@ def test_flow_that_leaves_the_grid_keeps_its_results(collapse, tmp_path):
     assert (tmp_path / "column_collapse_flow.png").exists()
 
 
-@pytest.mark.parametrize("keys, sentence", [
-    (dict(phi=90.0), "phi is 90.0 degrees"), (dict(phi=-1.0), "phi is -1.0 degrees"),
-    (dict(psi=30.0), "psi is 30.0 degrees"), (dict(cohesion=-5.0), "cohesion is -5.0 Pa"),
-    (dict(tension=5.0), "tension_cutoff is 5.0 Pa"), (dict(floor="wood"), "floor is 'wood': give stick, slip or"),
-    (dict(floor="-0.1"), "floor is -0.1: give stick, slip or"), (dict(aspect=0.0), "aspect is 0.0: give a positive"),
-    (dict(box=(1.0,)), "give 2 numbers"), (dict(box=(0.05, 1.0)), "box is 0.05,1 m: it must hold"),
-    (dict(ratio=0.5), "ratio=0.5 has no effect here, it counts with initial=geostatic: leave it out"),
-    (dict(refine=0), "refine is 0"), (dict(points=0), "points is 0"), (dict(g=0.0), "g is 0.0"), (dict(h=0.3), "h is 0.3 m")], ids=str)
+@pytest.mark.parametrize("keys, sentence", [(dict(phi=90.0), "phi is 90.0 degrees"),
+                                            (dict(phi=-1.0), "phi is -1.0 degrees"),
+                                            (dict(psi=30.0), "psi is 30.0 degrees"),
+                                            (dict(cohesion=-5.0), "cohesion is -5.0 Pa"),
+                                            (dict(tension=5.0), "tension_cutoff is 5.0 Pa"),
+                                            (dict(floor="wood"), "floor is 'wood': give stick, slip or"),
+                                            (dict(floor="-0.1"), "floor is -0.1: give stick, slip or"),
+                                            (dict(aspect=0.0), "aspect is 0.0: give a positive"),
+                                            (dict(box=(1.0,)), "give 2 numbers"),
+                                            (dict(box=(0.05, 1.0)), "box is 0.05,1 m: it " "must hold"),
+                                            (dict(ratio=0.5), "ratio=0.5 has no effect here, it counts with "
+                                             "initial=geostatic: leave it out"),
+                                            (dict(refine=0), "refine is 0"), (dict(points=0), "points is 0"),
+                                            (dict(g=0.0), "g is 0.0"), (dict(h=0.3), "h is 0.3 m")], ids=str)
 def test_bad_input(collapse, keys, sentence):
     with pytest.raises(ValueError, match=sentence):
         collapse(**keys)
@@ -125,7 +136,8 @@ def test_ghost_penalty_goes_over_the_borders_of_the_ranks(run_ranks, tmp_path):
 
 @pytest.mark.validation
 def test_default_run(column, tmp_path):
-    """On cells of 1 cm; regression, within what the tolerance of Newton's method leaves open. The front is 14.2 +- 0.7,
+    """On cells of 1 cm; regression, within what the tolerance of Newton's method leaves open. The front is
+    14.2 +- 0.7,
     26.6 +- 1.2, 33.3 +- 1.2 cm where prototype and paper's grid have it."""
     history = column.main(out=str(tmp_path))["solid"]
     at = lambda name, time: history[name][round(time / 5e-4) - 1]  # noqa: E731
@@ -135,4 +147,5 @@ def test_default_run(column, tmp_path):
     assert arrival == pytest.approx(0.253, abs=2e-3)
     assert (np.diff(history["energy"]) < 0).all() and (history["retries"] == 0).all()
     assert abs(history["volume"] / 0.02 - 1).max() < 0.015
-    assert history["speed"].max() < 2.1  # of single points, to which others give energy; free fall from the top: 1.98
+    # of single points, to which others give energy; free fall from the top: 1.98
+    assert history["speed"].max() < 2.1

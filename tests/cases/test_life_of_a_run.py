@@ -46,8 +46,8 @@ def speed_in(folder):
 
 
 def test_a_run_killed_on_the_way_is_replaced_whole(run, start, tmp_path):
-    """kill -9 during the first window leaves the old set, later it leaves the new one, of which the next run removes
-    the ParaView files that it does not write itself."""
+    """kill -9 during the first window leaves the old set, later it leaves the new one, of which the next run
+    removes the ParaView files that it does not write itself."""
     (tmp_path / "points_of_mine.vtu").write_text("mine")
     run(v0=0.01, paraview=5, picture=1.0)
     old, before = files(tmp_path), manifest.read(tmp_path)
@@ -61,7 +61,8 @@ def test_a_run_killed_on_the_way_is_replaced_whole(run, start, tmp_path):
     assert files(tmp_path) - {"manifest.txt", "points_of_mine.vtu"} <= set(found.files)
     assert "beam_impact.png" in old - files(tmp_path)
     run(v0=0.03, t_end=2e-5)
-    assert files(tmp_path) == {"beam_impact.png", "history.csv", "manifest.txt", "points_of_mine.vtu", "report.json"}
+    assert files(tmp_path) == {"beam_impact.png", "history.csv", "manifest.txt", "points_of_mine.vtu",
+                               "report.json"}
     assert speed_in(tmp_path) == 0.03 and manifest.read(tmp_path).state == "complete"
     assert (tmp_path / "points_of_mine.vtu").read_text() == "mine"
 
@@ -84,7 +85,8 @@ def test_the_second_of_two_runs_in_one_folder_is_refused(start, tmp_path):
     second = start("v0=0.02")
     out, err = second.communicate(timeout=200)
     assert second.returncode == 1 and out == "" and err.count("\n") == 1
-    assert err.startswith(f"error: out={tmp_path} belongs to a run that has not ended (process {first.pid} on ")
+    assert err.startswith(f"error: out={tmp_path} belongs to a run that has not ended (process {first.pid} "
+                          "on ")
     assert first.poll() is None and speed_in(tmp_path) == 0.01
     first.kill()
     first.communicate()
@@ -120,7 +122,8 @@ def test_a_signal_is_obeyed_within_a_window_of_the_dem(start, tmp_path, backend)
 
 
 def test_options_that_changed_a_run_are_in_its_report(start, tmp_path):
-    """From the command line and PETSC_OPTIONS; one that accepts everything is warned of, one without sense refused."""
+    """From the command line and PETSC_OPTIONS; one that accepts everything is warned of, one without sense
+    refused."""
     process = start("t_end=8e-6 -mpm_snes_max_it 30 -mpm_snes_atol 1e6", petsc="-mpm_snes_stol 1e-30")
     _, err = process.communicate(timeout=200)
     assert process.returncode == 0 and err.count("\n") == 1, err
@@ -130,18 +133,20 @@ def test_options_that_changed_a_run_are_in_its_report(start, tmp_path):
     process = start("t_end=8e-6", petsc="-mpm_snes_rtol nan")
     _, err = process.communicate(timeout=200)
     assert process.returncode == 1 and err.count("\n") == 1
-    assert err.startswith("error: -mpm_snes_rtol is nan: give a number at least 0 and below 1, or leave the option out")
+    assert err.startswith("error: -mpm_snes_rtol is nan: give a number at least 0 and below 1, or leave the "
+                          "option out")
     assert json.loads((tmp_path / "report.json").read_text())["options"]["-mpm_snes_stol"] == "1e-30"
 
 
 def test_what_a_run_tells_of_itself(run, tmp_path, capsys, monkeypatch):
-    """How fine the scene is before the first window; without a terminal a line every minute, here after each window; a
-    figure in the summary only when there is one."""
+    """How fine the scene is before the first window; without a terminal a line every minute, here after each
+    window; a figure in the summary only when there is one."""
     monkeypatch.setattr(progress, "EVERY", 0.0)
     run(t_end=2e-5)
     first, *lines = capsys.readouterr().out.splitlines()
-    found = re.fullmatch(r"cells of (.*) x (.*) m, (.*) points per filled cell \((\d+) to (\d+)\), explicit limit of the "
-                         r"time step (.*) s", first)
+    found = re.fullmatch(
+        r"cells of (.*) x (.*) m, (.*) points per filled cell \((\d+) to (\d+)\), explicit limit of the "
+        r"time step (.*) s", first)
     width, height, mean, least, most, limit = map(float, found.groups())
     assert (width, height) == pytest.approx(((0.1535 + 0.0052) / 31, 0.03 / 7), rel=1e-3)
     assert least <= mean <= most and mean == pytest.approx(2160 / (31 * 3), rel=0.3)
@@ -149,13 +154,15 @@ def test_what_a_run_tells_of_itself(run, tmp_path, capsys, monkeypatch):
     report = json.loads((tmp_path / "report.json").read_text())
     assert report["explicit_limit"] == pytest.approx(limit, rel=1e-2) and report["options"] == {}
     assert len(lines) == 5 + 5 and re.fullmatch(
-        r"step 3, t = 1.2e-05 s \(60.0%\): \d\.\d\d Newton iterations per step, 00:\d\d gone, 00:\d\d to go", lines[2])
+        r"step 3, t = 1.2e-05 s \(60.0%\): \d\.\d\d Newton iterations per step, 00:\d\d gone, 00:\d\d to go",
+        lines[2])
     assert lines[-1] == f"results in {tmp_path}, figure {tmp_path / 'beam_impact.png'}"
 
 
 def test_a_summary_names_no_figure_where_there_is_none(start, tmp_path):
     script = ROOT / "cases/extreme.py"
-    done = subprocess.run([sys.executable, script, "windows=2", f"out={tmp_path}"], capture_output=True, text=True,
-                          env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}, timeout=100)
+    done = subprocess.run([sys.executable, script, "windows=2", f"out={tmp_path}"], capture_output=True,
+                          text=True, env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"},
+                          timeout=100)
     assert done.stdout.splitlines()[-1] == f"results in {tmp_path}", done.stderr
     assert not list(tmp_path.glob("*.png"))

@@ -27,19 +27,22 @@ def test_three_contacts(multiple, tmp_path):
     assert len(contacts) == 3 and errors["contacts"] == 0
     assert [c.peak for c in contacts] == pytest.approx([8.882970, 11.824288, 5.949889], rel=2e-5)
     assert max(value for name, value in errors.items() if name.startswith(("start", "end"))) < 0.02
-    assert errors["peak_1"] < 0.03 and errors["peak_2"] < 0.1 and errors["peak_3"] < 0.15 and errors["u_beam"] < 0.02
+    assert errors["peak_1"] < 0.03 and errors["peak_2"] < 0.1 and errors["peak_3"] < 0.15 and errors[
+        "u_beam"] < 0.02
     assert report["case"] == "multiple_impact" and (tmp_path / "multiple_impact.png").stat().st_size > 1e4
 
 
 def test_contacts_of_a_history():
     time, force = 0.5 * np.arange(1, 9), np.array([1.0, 3.0, 0, 0, 2.0, 0, 1.0, 1.0])
-    assert beam_theory.contacts(time, force) == [(0.0, 1.0, 3.0, 0.75), (2.0, 2.5, 2.0, 2.25), (3.0, 4.0, 1.0, 3.25)]
+    assert beam_theory.contacts(time, force) == [(0.0, 1.0, 3.0, 0.75), (2.0, 2.5, 2.0, 2.25),
+                                                 (3.0, 4.0, 1.0, 3.25)]
     assert beam_theory.contacts(time, 0 * force) == []
 
 
 def test_in_space(multiple, tmp_path):
     """The start of the first contact."""
-    history, report = run(multiple, tmp_path, dim=3, h=5e-3, body=(124, 4, 4), segments=(61, 4), dt=4e-6, t_end=1.2e-4)
+    history, report = run(multiple, tmp_path, dim=3, h=5e-3, body=(124, 4, 4), segments=(61, 4), dt=4e-6,
+                          t_end=1.2e-4)
     assert report["points"] == 8 * 124 * 16 and report["errors"]["force"] < 0.03
     assert history["force"].max() == pytest.approx(8.87, rel=0.03)
 
@@ -54,8 +57,8 @@ def test_manual_and_wrong_words(multiple):
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
     for word, status, sentence in (("dim=1", 2, "dim=1 does not exist"), ("gap=1", 2, "unknown key 'gap'"),
                                    ("t_end=1e-7", 1, "t_end is 1e-07 s, which is not a multiple")):
-        done = subprocess.run([sys.executable, ROOT / "cases/multiple_impact.py", word], env=env, capture_output=True,
-                              text=True, timeout=60)
+        done = subprocess.run([sys.executable, ROOT / "cases/multiple_impact.py", word], env=env,
+                              capture_output=True, text=True, timeout=60)
         assert done.returncode == status and done.stderr.startswith(f"error: {sentence}"), done.stderr
 
 

@@ -1,4 +1,5 @@
-"""Soil that flows against clusters: the outline is resampled, the wall of both back ends follows, nothing is lost."""
+"""Soil that flows against clusters: the outline is resampled, the wall of both back ends follows, nothing is
+lost."""
 from pathlib import Path
 
 import numpy as np
@@ -20,13 +21,15 @@ def heap(comm=None, **rule):
     grid = Grid(Box((0.0, 0.0), (0.14, 0.1)), (14, 10))
     outline = Interface.around(soil, open_sides=("x-", "y-"), floor="y-", **rule)
     held = [Support.column("x", 0.0, grid, "x"), Support.column("y", 0.0, grid, "xy")]
-    return MPM(grid, soil, held, outline, gravity=G, inertia="lumped", **({} if comm is None else dict(comm=comm)))
+    return MPM(grid, soil, held, outline, gravity=G, inertia="lumped",
+               **({} if comm is None else dict(comm=comm)))
 
 
 def scene(solid, clusters, **more):
     soft = Interaction(1.0, 0.3)
     wall = Wall(solid.interface.x, solid.interface.elements, depth=0.003, material="soil")
-    return Scene(wall=wall, clusters=clusters, materials={"wood": Material(5e6, 0.3), "soil": Material(5e5, 0.4)},
+    return Scene(wall=wall, clusters=clusters, materials={"wood": Material(5e6, 0.3),
+                                                          "soil": Material(5e5, 0.4)},
                  interactions={("wood", "wood"): soft, ("wood", "soil"): soft}, **more)
 
 
@@ -65,7 +68,8 @@ def test_flow_pushes_a_free_cluster_with_exact_momentum(dem):
         nonlocal impulse, replaced
         impulse = impulse + solid.applied * window.dt
         books = ledger(window)
-        worst.append([np.abs(impulse + momentum()).max(), abs(books["impulse_grains"] + books["impulse_solid"])])
+        worst.append([np.abs(impulse + momentum()).max(),
+                      abs(books["impulse_grains"] + books["impulse_solid"])])
         replaced += window.change is not None and not window.change.keeps_numbers and bool(impulse.any())
         sizes.append(len(window.x))
         assert not behind(window.x, solid.interface.elements, grains.particles()["x"][:, :2]).any()
@@ -74,7 +78,8 @@ def test_flow_pushes_a_free_cluster_with_exact_momentum(dem):
     assert replaced >= 5 and max(sizes) != min(sizes)
     assert momentum()[0] > 1e-3 and np.max(worst) < 1e-12 * np.abs(momentum()).max()
     x, e = solid.surface()[0], solid.interface.elements
-    assert x[-1] == pytest.approx([x[-2, 0], solid.interface.resampling.feet[1][1]], abs=2e-3)  # the foot follows
+    # the foot follows
+    assert x[-1] == pytest.approx([x[-2, 0], solid.interface.resampling.feet[1][1]], abs=2e-3)
     assert x[-1, 0] > 0.05 and np.array_equal(grains.scene.wall.elements, e)
     lengths = np.linalg.norm(x[e[:, 1]] - x[e[:, 0]], axis=1)
     assert lengths.max() < 2.5 * 2.0 * 0.0025
@@ -170,4 +175,5 @@ def test_two_ranks_give_what_one_gives(run_ranks, liggghts, tmp_path):
     assert two["shared"] == 2 and np.array_equal(one["sizes"], two["sizes"]) and len(set(one["sizes"])) > 2
     assert np.array_equal(one["elements"], two["elements"])
     for name in ("x", "v", "block"):
-        np.testing.assert_allclose(two[name], one[name], rtol=0, atol=1e-6 * abs(one[name]).max(), err_msg=name)
+        np.testing.assert_allclose(two[name], one[name], rtol=0, atol=1e-6 * abs(one[name]).max(),
+                                   err_msg=name)

@@ -1,4 +1,5 @@
-"""The same case on 1, 2, 3 and 4 ranks: forces, deflection, every point, the report, and the pieces for ParaView."""
+"""The same case on 1, 2, 3 and 4 ranks: forces, deflection, every point, the report, and the pieces for
+ParaView."""
 import json
 from pathlib import Path
 
@@ -10,7 +11,8 @@ from coupling.records.history import read
 SCRIPT = Path(__file__).parents[2] / "cases/beam_impact.py"
 WINDOWS = 400
 NEAR = 1e-10  # of the largest value: what the order of the sums may change
-DRIFT = 1e-7  # of the largest displacement: nothing holds the beam along its axis, where round-off moves it as a whole
+# of the largest displacement: nothing holds the beam along its axis, where round-off moves it as a whole
+DRIFT = 1e-7
 
 
 @pytest.fixture
@@ -29,7 +31,8 @@ def check_the_same(one, other, pieces, joined, ranks):
     """Histories, and the points at the last time of the ParaView series."""
     a, b = read(one / "history.csv"), read(other / "history.csv")
     for name in ("time", "force", "u_beam", "u_sphere", "v_sphere"):
-        assert len(a[name]) == len(b[name]) and abs(a[name] - b[name]).max() <= NEAR * abs(a[name]).max(), name
+        assert len(a[name]) == len(b[name]) and abs(a[name]
+                                                    - b[name]).max() <= NEAR * abs(a[name]).max(), name
     (_, first), *_, (_, last) = pieces(one, "points")
     _, others = pieces(other, "points")[-1]
     x, data, _ = joined(list(last.values()))
@@ -81,7 +84,8 @@ def test_pieces_make_the_whole(beam, pieces, joined, cell):
     for name in ("points", "grid", "interface", "wall", "particles"):
         whole, parts = pieces(one, name), pieces(two, name)
         assert [time for time, _ in whole] == [time for time, _ in parts] == [0.0, 4e-6, 8e-6]
-        assert sorted(path.name for path in one.glob(f"{name}_*")) == [f"{name}_0000{k}.vtu" for k in range(3)]
+        assert sorted(path.name for path in one.glob(f"{name}_*")) == [f"{name}_0000{k}.vtu"
+                                                                       for k in range(3)]
         shared = name in ("points", "grid")
         for (_, a), (_, b) in zip(whole, parts):
             assert set(a) == {None} and set(b) == ({0, 1} if shared else {0})
@@ -91,7 +95,8 @@ def test_pieces_make_the_whole(beam, pieces, joined, cell):
 
 
 def check_mesh(whole, parts):
-    """Cells as often as in the whole, and the same fields; nodes of the grid at the seam of two pieces agree."""
+    """Cells as often as in the whole, and the same fields; nodes of the grid at the seam of two pieces
+    agree."""
     (x, data, corners), (y, other, pieces_corners) = whole, parts
     assert corners.shape == pieces_corners.shape
     np.testing.assert_allclose(pieces_corners, corners, rtol=0, atol=1e-12)

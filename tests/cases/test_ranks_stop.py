@@ -51,7 +51,8 @@ def sentences(err):
 
 
 def runs(pid):
-    """Whether the process is there and not just waiting to be taken note of, as orphans in a container may for ever."""
+    """Whether the process is there and not just waiting to be taken note of, as orphans in a container may
+    for ever."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
     except FileNotFoundError:
@@ -59,12 +60,15 @@ def runs(pid):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("failure, options, sentence", [
-    ("point", "", r"error: material point \d+ left the grid at x = \[nan, nan\] m"),
-    ("nothing", "-mpm_snes_max_it 1 -mpm_snes_atol 0 -mpm_snes_rtol 1e-15", "error: Newton's method diverged in step 1"),
-    ("liggghts", "dem=liggghts", "error: LIGGGHTS: Unknown command: nonsense")])
-def test_errors_of_all_ranks_are_one_sentence(run_ranks, words, request, tmp_path, failure, options, sentence):
-    """Also that of a point on rank 1 alone, for the search asks all ranks. Nobody is aborted, the report is there."""
+@pytest.mark.parametrize("failure, options, sentence",
+                         [("point", "", r"error: material point \d+ left the grid at x = \[nan, nan\] m"),
+                          ("nothing", "-mpm_snes_max_it 1 -mpm_snes_atol 0 -mpm_snes_rtol 1e-15",
+                           "error: Newton's method diverged in step 1"),
+                          ("liggghts", "dem=liggghts", "error: LIGGGHTS: Unknown " "command: nonsense")])
+def test_errors_of_all_ranks_are_one_sentence(run_ranks, words, request, tmp_path, failure, options,
+                                              sentence):
+    """Also that of a point on rank 1 alone, for the search asks all ranks. Nobody is aborted, the report is
+    there."""
     if "liggghts" in options:
         request.getfixturevalue("liggghts")
     begin = time.monotonic()
@@ -73,7 +77,8 @@ def test_errors_of_all_ranks_are_one_sentence(run_ranks, words, request, tmp_pat
     (shown,) = sentences(done.stderr)
     assert re.match(sentence, shown), shown
     assert "MPI_ABORT" not in done.stderr and "Traceback" not in done.stderr
-    assert json.loads((tmp_path / "report.json").read_text())["error"].split(": ", 1)[1] == shown.split(": ", 1)[1]
+    assert json.loads((tmp_path / "report.json").read_text())["error"].split(": ", 1)[1] == shown.split(": ",
+                                                                                                        1)[1]
 
 
 @pytest.mark.mpi
@@ -94,8 +99,8 @@ def test_an_error_of_one_rank_ends_the_others(run_ranks, words, request, failure
 @pytest.mark.mpi
 @pytest.mark.parametrize("receiver", ["rank 0", "rank 1", "mpirun"])
 def test_an_interrupt_ends_all_ranks(start_ranks, words, tmp_path, receiver):
-    """One rank that is interrupted, or mpirun, which tells all ranks and kills those that are still there a second
-    later."""
+    """One rank that is interrupted, or mpirun, which tells all ranks and kills those that are still there a
+    second later."""
     process = start_ranks(2, "-c", FAILING, CASE, "wait", *words("dt=5e-9 substeps=1"))
     marks = [tmp_path / f"rank{rank}.pid" for rank in (0, 1)]
     while process.poll() is None and not all(mark.exists() and mark.read_text() for mark in marks):

@@ -34,15 +34,16 @@ ROWS = [("made", "good", "force=0.01", "right", {"force": 0.02}, "it is made so"
         ("made", "coarse", "force=0.03", "right", {"force": 0.02}, "it is made so"),
         ("made", "refused", "kind=refused", "stopped", {}, "it is made so"),
         ("wrong", "gains", "force=0.01 gain=0.06", "right", {"force": 0.02}, "it is made so"),
-        ("wrong", "allowed", "force=0.01 gain=0.06", "right", {"force": 0.02, "energy_gain": 0.1}, "it is made so"),
-        ("wrong", "nan", "force=nan", "right", {"force": 0.02}, "it is made so"),
-        ("wrong", "bug", "kind=bug", "stopped", {}, "it is made so"),
-        ("wrong", "crash", "kind=crash", "stopped", {}, "it is made so"),
-        ("wrong", "silent", "kind=silent", "stopped", {}, "it is made so"),
-        ("wrong", "other", "force=0.01", "right", {"moment": 0.02}, "it is made so"),
+        ("wrong", "allowed", "force=0.01 gain=0.06", "right", {"force": 0.02, "energy_gain": 0.1},
+         "it is made so"), ("wrong", "nan", "force=nan", "right", {"force": 0.02}, "it is made so"),
+        ("wrong", "bug", "kind=bug", "stopped", {}, "it is made so"), ("wrong", "crash", "kind=crash",
+                                                                       "stopped", {}, "it is made so"),
+        ("wrong", "silent", "kind=silent", "stopped", {}, "it is made so"), ("wrong", "other", "force=0.01",
+                                                                             "right", {"moment": 0.02},
+                                                                             "it is made so"),
         ("hang", "hangs", "kind=hang", "right", {"force": 0.02}, "it is made so")]
-FOUND = dict(good="right", coarse="inaccurate", refused="stopped", gains="wrong", allowed="right", nan="wrong",
-             bug="wrong", crash="wrong", silent="wrong", other="wrong", hangs="wrong")
+FOUND = dict(good="right", coarse="inaccurate", refused="stopped", gains="wrong", allowed="right",
+             nan="wrong", bug="wrong", crash="wrong", silent="wrong", other="wrong", hangs="wrong")
 
 
 @pytest.fixture
@@ -82,19 +83,23 @@ def test_goes_on_and_takes_names(matrix, tmp_path):
     assert stability.main([*words, "made"]) == 0 and list(table(tmp_path)) == ["good", "coarse", "refused"]
 
 
-@pytest.mark.parametrize("rows, words, message", [
-    (ROWS, ["goood"], "no row or group 'goood': did you mean good"), (ROWS, ["job=2"], "unknown key 'job'"),
-    (ROWS, ["jobs=0"], "jobs is 0"), ([ROWS[0], ROWS[0]], [], "two rows of one name"),
-    ([("a", "b", "force=1", "wrong", {"force": 1}, "why")], [], "expects 'wrong'"),
-    ([("a", "b", "force=1", "right", {}, "why")], [], "no bound"),
-    ([("a", "b", "force=1", "right", {"force": 1}, "")], [], "why"),
-    (ROWS, ["jobs=1", "jobs=2"], "jobs=2 repeats the key jobs: give it once"),
-    ([("a", "b")], [], "row 1 of the matrix is .'a', 'b'.: give a tuple of 6, group, name, words"),
-    ([("a", "b", "force=1", "right", 1.0, "why")], [], "of which bounds is a dictionary"), ([3], [], "row 1 .* is 3"),
-    (3, [], "cannot be read .TypeError: .*: give a Python file with CASE"),
-    ([("a", "../b", "force=1", "right", {"force": 1}, "why")], [], "called '../b', which is to be the name of a folder"),
-    ([("a", "..", "force=1", "right", {"force": 1}, "why")], [], "called '..'"),
-    ([("a", "b", "force=1", "right", {"force": -1}, "why")], [], "bound of force in row b is -1: give a positive")])
+@pytest.mark.parametrize("rows, words, message",
+                         [(ROWS, ["goood"], "no row or group 'goood': did you mean " "good"),
+                          (ROWS, ["job=2"], "unknown key 'job'"), (ROWS, ["jobs=0"], "jobs is 0"),
+                          ([ROWS[0], ROWS[0]], [], "two rows of one name"),
+                          ([("a", "b", "force=1", "wrong", {"force": 1}, "why")], [], "expects 'wrong'"),
+                          ([("a", "b", "force=1", "right", {}, "why")], [], "no bound"),
+                          ([("a", "b", "force=1", "right", {"force": 1}, "")], [], "why"),
+                          (ROWS, ["jobs=1", "jobs=2"], "jobs=2 repeats the key jobs: give it once"),
+                          ([("a", "b")], [], "row 1 of the matrix is .'a', 'b'.: give a tuple of 6, group, "
+                           "name, words"), ([("a", "b", "force=1", "right", 1.0, "why")], [],
+                                            "of which bounds is a dictionary"), ([3], [], "row 1 .* is 3"),
+                          (3, [], "cannot be read .TypeError: .*: give a Python file with CASE"),
+                          ([("a", "../b", "force=1", "right", {"force": 1}, "why")], [],
+                           "called '../b', which is to be the name of a folder"),
+                          ([("a", "..", "force=1", "right", {"force": 1}, "why")], [], "called '..'"),
+                          ([("a", "b", "force=1", "right", {"force": -1}, "why")], [],
+                           "bound of force in row b is -1: give a positive")])
 def test_bad_input(matrix, rows, words, message):
     with pytest.raises(cli.UsageError, match=message):
         stability.main([*matrix(rows)[:2], *words])
@@ -111,13 +116,15 @@ def test_every_row_is_a_command_line(extreme):
     """No key twice, none without effect in its scene."""
     keys = extreme.main.keys
     for row in stability.read(MATRIX)[1]:
-        values = {**{name: key.default for name, key in keys.items()}, **cli.parse(extreme.main, row.words.split())}
+        values = {**{name: key.default for name, key in keys.items()},
+                  **cli.parse(extreme.main, row.words.split())}
         refuse_without_effect(values, keys, extreme_keys.COUNTS)
         extreme_keys.check_keys(values)
 
 
 def test_rows_of_the_matrix(tmp_path):
-    assert stability.main(["restitution_0.05", "far_from_points", "beam_1e3_weak", f"out={tmp_path}", "jobs=3"]) == 0
+    assert stability.main(["restitution_0.05", "far_from_points", "beam_1e3_weak", f"out={tmp_path}",
+                           "jobs=3"]) == 0
     with open(tmp_path / "stability.csv", newline="") as file:
         right, *stopped = csv.DictReader(file)
     assert (right["row"], right["found"]) == ("beam_1e3_weak", "stopped") and "iterate=20" in right["says"]
@@ -127,6 +134,7 @@ def test_rows_of_the_matrix(tmp_path):
 
 def test_a_closed_system_that_gains_energy_is_stopped():
     exchange.check_closed({"interface_error": 0.2, "energy_error": -0.9}, 1.0)
-    for made in ({"interface_error": 0.3, "energy_error": 0.1}, {"interface_error": 0.0, "energy_error": 0.3}):
+    for made in ({"interface_error": 0.3, "energy_error": 0.1},
+                 {"interface_error": 0.0, "energy_error": 0.3}):
         with pytest.raises(exchange.UnstableError, match="gained energy until t = 2 s, .*30%.*iterate=20"):
             exchange.check_closed(made, 2.0)

@@ -1,4 +1,5 @@
-"""A sphere at rest on a soft bed, its contact damped, weakly coupled: nothing is thrown off without a word."""
+"""A sphere at rest on a soft bed, its contact damped, weakly coupled: nothing is thrown off without a
+word."""
 import warnings
 
 import numpy as np
@@ -14,9 +15,9 @@ NODE = 0.5 * 7960 * 5e-3**2 * 0.01  # mass of a node of the bed's upper side [kg
 
 @pytest.fixture
 def lie(extreme, tmp_path):
-    """``lie(part, restitution, key=value, …)``: the sphere laid on the bed, in windows of that part of the limit under
-    its weight, until it has gained too much energy; returns how much the force differs from the mean of those before
-    and after, at most, in weights, and the warnings."""
+    """``lie(part, restitution, key=value, …)``: the sphere laid on the bed, in windows of that part of the
+    limit under its weight, until it has gained too much energy; returns how much the force differs from the
+    mean of those before and after, at most, in weights, and the warnings."""
     def run(part, restitution, **keys):
         wall, soft = Wall([[-1.0, 0.0], [1.0, 0.0]], [[0, 1]]), Material(BED["E"], 0.289)
         ball = Scene(Spheres([[0.0, 0.01]], [[0.0, 0.0]], 0.01, 7960.0), wall, soft, soft,

@@ -77,7 +77,8 @@ def rows(folder):
 
 
 def test_words_of_a_sweep():
-    words = ["dt=1,2", "cells=62x13,31x7", "size=2e-3x1.5", "h=none", "dem=liggghts", "out=here", "peer_dt=1,2", "-mpm_snes_rtol", "1e-8"]
+    words = ["dt=1,2", "cells=62x13,31x7", "size=2e-3x1.5", "h=none", "dem=liggghts", "out=here",
+             "peer_dt=1,2", "-mpm_snes_rtol", "1e-8"]
     swept, fixed, own = sweep.parse(words, ("out", "peer_"))
     assert swept == {"dt": ["1", "2"], "cells": ["62x13", "31x7"]}
     assert fixed == ["size=2e-3,1.5", "h=none", "dem=liggghts", "-mpm_snes_rtol", "1e-8"]
@@ -96,7 +97,8 @@ def test_a_word_that_is_no_key(word):
 def test_front_and_speed_up():
     times, errors = [1, 2, 3, 2.5, 0.5], [0.1, 0.05, 0.06, 0.01, 0.3]
     assert figure.front(times, errors) == [4, 0, 1, 3]
-    assert work_precision.speed_up([1, 2], [0.1, 0.02], [10, 30, 50], [0.2, 0.05, 0.01]) == [(0.2, 10), (0.05, 15)]
+    assert work_precision.speed_up([1, 2], [0.1, 0.02], [10, 30, 50], [0.2, 0.05, 0.01]) == [(0.2, 10),
+                                                                                             (0.05, 15)]
 
 
 def test_a_sweep_and_its_table(pendulum, tmp_path, capsys):
@@ -104,15 +106,16 @@ def test_a_sweep_and_its_table(pendulum, tmp_path, capsys):
     words = [str(pendulum), "scheme=leapfrog,euler", "dt=0.1,0.01,-1", "size=3x2", f"out={out}", "repeat=2"]
     assert work_precision.main(words) == 0
     table = rows(out)
-    assert list(table[0]) == ["scheme", "dt", "window_s", "wall_s", "peak_mb", "status", "warnings", "error_x",
-                              "error_v"]
+    assert list(table[0]) == ["scheme", "dt", "window_s", "wall_s", "peak_mb", "status", "warnings",
+                              "error_x", "error_v"]
     by_key = {(row["scheme"], float(row["dt"])): row for row in table}
     assert len(table) == 6 and by_key["euler", 0.01]["peak_mb"] == "12.0"
     error = {key: float(row["error_x"]) for key, row in by_key.items() if row["status"] == "ok"}
     assert error["leapfrog", 0.1] / error["leapfrog", 0.01] == pytest.approx(100, rel=0.02)
     assert error["euler", 0.1] / error["euler", 0.01] == pytest.approx(10, rel=0.15)
     failed = by_key["euler", -1.0]
-    assert failed["status"] == "dt is -1 s: it must be positive" and failed["error_x"] == failed["window_s"] == ""
+    assert failed["status"] == "dt is -1 s: it must be positive" and failed["error_x"] == failed[
+        "window_s"] == ""
     assert calls(pendulum) == 2 * ["0.1 3"] + 2 * ["0.01 3"] + 2 * ["0.1 3"] + 2 * ["0.01 3"]
     text = (out / "work_precision.md").read_text()
     assert text.count("dt is -1 s: it must be positive |") == 2 and "| **leapfrog** | **0.01** |" in text
@@ -133,7 +136,8 @@ def test_a_sweep_goes_on_where_it_stopped(pendulum, tmp_path):
     (out / "runs" / "dt=0.05" / sweep.DONE).unlink()  # as of a run that was stopped
     work_precision.main([str(pendulum), "dt=0.1,0.05,-1", f"out={out}"])
     assert calls(pendulum) == ["0.1 1", "0.05 1", "0.05 1"]
-    work_precision.main([str(pendulum), "dt=0.1,0.05,-1", f"out={out}", "size=2x1"])  # other words: other runs
+    # other words: other runs
+    work_precision.main([str(pendulum), "dt=0.1,0.05,-1", f"out={out}", "size=2x1"])
     assert calls(pendulum)[3:] == ["0.1 2", "0.05 2"]
 
 
@@ -144,7 +148,8 @@ def test_runs_that_crash_or_hang_are_rows(pendulum, tmp_path):
 
 
 def test_an_interrupt_ends_the_run_below(pendulum, tmp_path):
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores the signal
+    # a shell's background job ignores the signal
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Timer(0.5, os.kill, [os.getpid(), signal.SIGINT]).start()
     begin = time.monotonic()
     try:
@@ -174,12 +179,14 @@ def test_what_a_user_can_get_wrong(pendulum, tmp_path, words, error, sentence):
 
 
 def test_others_beside_the_case(pendulum, tmp_path):
-    """The modal beam with few modes, as another program, and a table of results; the case is the beam itself."""
+    """The modal beam with few modes, as another program, and a table of results; the case is the beam
+    itself."""
     script, overlay, out = tmp_path / "modal.py", tmp_path / "others.csv", tmp_path / "sweep"
     script.write_text(MODAL.replace("ROOT", repr(str(CASES.parent))))
     overlay.write_text("# from nowhere\nlabel,time_s,error_force,error_u_beam\nothers: fine,100,0.5,0.2\n")
     coarse = ["cells=31x7", "body=60x4", "points=3", "segments=30", "substeps=80"]
-    words = [str(CASES / "beam_impact.py"), *coarse, "dt=4e-6", "t_end=4e-5", f"out={out}", f"overlay={overlay}"]
+    words = [str(CASES / "beam_impact.py"), *coarse, "dt=4e-6", "t_end=4e-5", f"out={out}",
+             f"overlay={overlay}"]
     words += [f"peer={sys.executable}", f"script={script}", "peer_dt=1e-7", "peer_modes=20"]
     assert work_precision.main(words) == 0
     table = rows(out)
@@ -191,9 +198,10 @@ def test_others_beside_the_case(pendulum, tmp_path):
     assert 0 < float(table[0]["window_s"]) < float(table[0]["wall_s"]) and report["window_cpu_s"] > 0
 
 
-@pytest.mark.parametrize("error, status, says", [
-    (cli.UsageError("no such key"), 2, "error: no such key"), (ValueError("no such place"), 1, "error: no such place"),
-    (KeyboardInterrupt(), 130, "interrupted; the same command goes on from here")])
+@pytest.mark.parametrize("error, status, says", [(cli.UsageError("no such key"), 2, "error: no such key"),
+                                                 (ValueError("no such place"), 1, "error: no such place"),
+                                                 (KeyboardInterrupt(), 130, "interrupted; the same command "
+                                                  "goes on from here")])
 def test_a_tool_ends_with_one_sentence_and_its_status(capsys, error, status, says):
     def main(words):
         raise error
@@ -209,6 +217,7 @@ def test_a_study_without_a_checkout_is_a_sentence(study, tmp_path):
     shutil.copytree(CASES.parent / "coupling", tmp_path / "coupling")
     for file in CASES.parent.glob("mpm_dem_*.py"):
         shutil.copy(file, tmp_path)
-    done = subprocess.run([sys.executable, "-m", f"coupling.{study}"], cwd=tmp_path, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-m", f"coupling.{study}"], cwd=tmp_path, capture_output=True,
+                          text=True)
     assert done.returncode == 1 and done.stderr.count("\n") == 1
     assert "the studies belong to the cases, run this in a checkout of the project" in done.stderr

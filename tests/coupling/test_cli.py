@@ -35,7 +35,8 @@ called = []
 @pytest.fixture(autouse=True)
 def fresh(monkeypatch):
     called.clear()
-    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # run() replaces it: put it back afterwards
+    # run() replaces it: put it back afterwards
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
 
 
 def run(monkeypatch, *words, function=CASE):
@@ -45,8 +46,8 @@ def run(monkeypatch, *words, function=CASE):
 
 def test_words_become_values():
     words = ["dt=2e-6", "cells=8,3", "size=(1,2.5)", "h=1e-3", "plane=strain", "fast=yes", "n=-4", "out=a=b"]
-    assert cli.parse(main, words) == dict(dt=2e-6, cells=(8, 3), size=(1.0, 2.5), h=1e-3, plane="strain", fast=True,
-                                          n=-4, out="a=b")
+    assert cli.parse(main, words) == dict(dt=2e-6, cells=(8, 3), size=(1.0, 2.5), h=1e-3, plane="strain",
+                                          fast=True, n=-4, out="a=b")
     assert cli.parse(main, ["h=none", "fast=0"]) == dict(h=None, fast=False)
     assert cli.parse(main, []) == {}
 
@@ -100,10 +101,15 @@ def test_run_calls_main(monkeypatch):
     assert called[0]["n"] == 2 and called[0]["cells"] == (62, 13)
 
 
-@pytest.mark.parametrize("error, status, sentence", [
-    (ValueError("dt is 0"), 1, "dt is 0"), (RuntimeError("a\nb"), 1, "a b"), (ImportError("get it"), 1, "get it"),
-    (FloatingPointError("lost"), 1, "lost"), (OSError("disk"), 1, "disk"), (MemoryError("too large"), 1, "too large"),
-    (cli.UsageError("no"), 2, "no"), (KeyboardInterrupt(), 130, "interrupted; what was written so far is complete")])
+@pytest.mark.parametrize("error, status, sentence", [(ValueError("dt is 0"), 1, "dt is 0"),
+                                                     (RuntimeError("a\nb"), 1, "a b"),
+                                                     (ImportError("get it"), 1, "get it"),
+                                                     (FloatingPointError("lost"), 1, "lost"),
+                                                     (OSError("disk"), 1, "disk"),
+                                                     (MemoryError("too large"), 1, "too large"),
+                                                     (cli.UsageError("no"), 2, "no"),
+                                                     (KeyboardInterrupt(), 130,
+                                                      "interrupted; what was written so far is complete")])
 def test_an_error_is_one_sentence_and_a_status(monkeypatch, capsys, error, status, sentence):
     def failing():
         raise error

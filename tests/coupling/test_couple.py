@@ -17,7 +17,8 @@ def run(substeps, t_end=T_END, gravity=0.0):
 
 
 def test_second_order_in_the_window():
-    """Extrapolated wall motion and a mean force that acts over the whole window: the error falls with dt squared."""
+    """Extrapolated wall motion and a mean force that acts over the whole window: the error falls with dt
+    squared."""
     sizes, reference = np.array([160, 80, 40, 20]), exact()
     errors = []
     for substeps in sizes:
@@ -32,18 +33,21 @@ def test_second_order_in_the_window():
 def test_impulse_balances_to_round_off(gravity):
     solid, grains, books = run(80, gravity=gravity)
     assert abs(books["impulse_grains"]).max() > 1.0  # it bounced
-    assert abs(books["impulse_grains"] + books["impulse_solid"]).max() < 1e-13 * abs(books["impulse_grains"]).max()
-    assert books["impulse_solid"][-1] == pytest.approx(-(BALL * (grains.v + SPEED - gravity * T_END)), rel=1e-13)
+    assert abs(books["impulse_grains"]
+               + books["impulse_solid"]).max() < 1e-13 * abs(books["impulse_grains"]).max()
+    assert books["impulse_solid"][-1] == pytest.approx(-(BALL * (grains.v + SPEED - gravity * T_END)),
+                                                       rel=1e-13)
 
 
 def test_energy_error_is_made_at_the_interface_and_falls_with_the_window():
-    """The oscillator's Newmark conserves energy and the ball's error is tiny: what is left, and booked, is of the
-    scheme. It is of third order."""
+    """The oscillator's Newmark conserves energy and the ball's error is tiny: what is left, and booked, is of
+    the scheme. It is of third order."""
     coarse, fine = run(80)[2], run(40)[2]
     for books in (coarse, fine):
         energy = 0.5 * BALL * SPEED**2
         assert books["energy_grains"][0] + books["energy_solid"][0] == pytest.approx(energy, rel=1e-3)
-        assert books["interface_error"] * energy == pytest.approx(books["work_solid"] - books["work_wall"], rel=1e-12)
+        assert books["interface_error"] * energy == pytest.approx(books["work_solid"] - books["work_wall"],
+                                                                  rel=1e-12)
         assert books["interface_error"][-1] == pytest.approx(books["energy_error"][-1], rel=0.05)
     assert abs(coarse["energy_error"]).max() < 2.5e-3
     assert abs(fine["energy_error"]).max() < abs(coarse["energy_error"]).max() / 6.0
@@ -84,7 +88,8 @@ def test_windows_tell_what_happened():
 
 
 @pytest.mark.parametrize("where, quantity", [("force", "force on the wall"), ("x", "position of a particle"),
-                                             ("v", "velocity of a particle"), ("u", "position of the interface"),
+                                             ("v", "velocity of a particle"),
+                                             ("u", "position of the interface"),
                                              ("speed", "velocity of the interface")])
 def test_lost_numbers_are_named(where, quantity):
     solid, grains = Oscillator(), Ball()
@@ -99,7 +104,8 @@ def test_lost_numbers_are_named(where, quantity):
         lost = 0 if where == "u" else 1
         solid.advance = lambda dt, force: tuple(np.full((1, 2), np.nan) if k == lost else a
                                                 for k, a in enumerate(step(dt, force)))
-    with pytest.raises(FloatingPointError, match=f"the {quantity} is not a finite number in window 1, .* 0.00015 s: "):
+    with pytest.raises(FloatingPointError, match=f"the {quantity} is not a finite number in window 1, .* "
+                       "0.00015 s: "):
         couple(solid, grains, COPY, Scheme(INNER, 2 * INNER))
 
 
@@ -113,22 +119,26 @@ def test_large_numbers_are_not_lost():
     assert len(windows) == 1 and (windows[0].particles["x"] == 1.5e308).all()
 
 
-@pytest.mark.parametrize("t_end, dt, substeps, start, count", [
-    (4e-4, 1e-6, 20, 0.0, 400), (4e-4, 5e-8, 1, 0.0, 8000), (0.3, 0.1, 1, 0.0, 3), (4e-4, 1e-6, 1, 1e-4, 300)])
+@pytest.mark.parametrize("t_end, dt, substeps, start, count",
+                         [(4e-4, 1e-6, 20, 0.0, 400), (4e-4, 5e-8, 1, 0.0, 8000), (0.3, 0.1, 1, 0.0, 3),
+                          (4e-4, 1e-6, 1, 1e-4, 300)])
 def test_count_windows(t_end, dt, substeps, start, count):
     assert count_windows(t_end, dt, substeps, start) == count
 
 
-@pytest.mark.parametrize("t_end, dt, substeps, text", [
-    (4.05e-4, 1e-5, 1, "t_end is 0.000405 s, .* dt = 1e-05 s: take t_end=0.0004$"), (1.0, 0.0, 1, "dt is 0.0 s: "),
-    (1.0, -0.1, 1, "dt is -0.1 s: "), (1.0, np.nan, 1, "dt is nan s: "), (-1.0, 0.1, 1, "t_end is -1.0 s: "),
-    (np.inf, 0.1, 1, "t_end is inf s: "), (1.0, 1e-12, 1, "dt is 1e-12 s: that makes 1e.12 windows .* more than 1e.09"),
-    (1.0, 0.1, 0, "substeps is 0: "), (1.0, 0.1, 1.5, "substeps is 1.5: ")])
+@pytest.mark.parametrize("t_end, dt, substeps, text",
+                         [(4.05e-4, 1e-5, 1, "t_end is 0.000405 s, .* dt = " "1e-05 s: take t_end=0.0004$"),
+                          (1.0, 0.0, 1, "dt is 0.0 s: "), (1.0, -0.1, 1, "dt is -0.1 s: "),
+                          (1.0, np.nan, 1, "dt is nan s: "), (-1.0, 0.1, 1, "t_end is -1.0 s: "),
+                          (np.inf, 0.1, 1, "t_end is inf s: "),
+                          (1.0, 1e-12, 1, "dt is 1e-12 s: that makes 1e.12 windows " ".* more than 1e.09"),
+                          (1.0, 0.1, 0, "substeps is 0: "), (1.0, 0.1, 1.5, "substeps is 1.5: ")])
 def test_count_windows_refuses(t_end, dt, substeps, text):
     with pytest.raises(ValueError, match=text):
         count_windows(t_end, dt, substeps)
 
 
 def test_substeps_must_fill_the_window():
-    with pytest.raises(ValueError, match="3 substeps of the DEM's 0.00015 s do not make a window of 0.0003 s"):
+    with pytest.raises(ValueError,
+                       match="3 substeps of the DEM's 0.00015 s do not make a window of 0.0003 s"):
         couple(Oscillator(), Ball(), COPY, Scheme(2 * INNER, 4 * INNER, substeps=3))

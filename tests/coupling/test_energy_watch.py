@@ -1,4 +1,5 @@
-"""A solid that gains energy out of nothing is warned of and stopped; work done on it at its interface is none."""
+"""A solid that gains energy out of nothing is warned of and stopped; work done on it at its interface is
+none."""
 import warnings
 from types import SimpleNamespace
 
@@ -68,7 +69,8 @@ def test_springs_may_give_back_what_they_took(springs):
     energies = iter([1.0, 0.2, 0.9])
     solid.energy = lambda: {"kinetic": next(energies), "strain": 0.0, "potential": 0.0}
     watch = EnergyWatch(solid)
-    at_rest = SimpleNamespace(force=np.zeros((1, 2)), moved=np.zeros((1, 2)), particles=Ball().particles()[:0])
+    at_rest = SimpleNamespace(force=np.zeros((1, 2)), moved=np.zeros((1, 2)),
+                              particles=Ball().particles()[:0])
     look = lambda k: watch(SimpleNamespace(number=k * EVERY, time=float(k), **vars(at_rest)))
     look(1)
     if springs:

@@ -20,8 +20,8 @@ def test_written_values_come_back(tmp_path):
         history.add({"force": force, "time": time})
     history.close()
     lines = (tmp_path / "history.csv").read_text().splitlines()
-    assert lines[:5] == ["# beam", "# dt=1 out=a b", "# time [s]: end of the window", "# force [N]: on the sphere",
-                         "time,force"]
+    assert lines[:5] == ["# beam", "# dt=1 out=a b", "# time [s]: end of the window",
+                         "# force [N]: on the sphere", "time,force"]
     columns = read(tmp_path / "history.csv")
     assert list(columns) == ["time", "force"] and len(history) == 5
     for name in columns:
@@ -77,7 +77,9 @@ def test_memory_does_not_grow_with_the_rows(tmp_path):
     solid = SimpleNamespace(phases={"solve": 1.0})
     window = SimpleNamespace(seconds={"DEM": 0.0, "mapping": 0.0, "MPM": 0.0})
     columns = {f"c{k}": ("1", "a number") for k in range(30)}
-    history, timing, row = History(tmp_path / "h.csv", columns), report.Timing(solid, tmp_path), dict.fromkeys(columns, 0.1)
+    history, timing, row = History(tmp_path / "h.csv", columns), report.Timing(solid,
+                                                                               tmp_path), dict.fromkeys(
+        columns, 0.1)
     tracemalloc.start()
     for n in range(8_000):
         if n == 1000:

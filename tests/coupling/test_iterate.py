@@ -1,4 +1,5 @@
-"""Iterated coupling and step control on two partitions of one mass each: rates, mass ratios, restarts, failures."""
+"""Iterated coupling and step control on two partitions of one mass each: rates, mass ratios, restarts,
+failures."""
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,8 @@ from coupling.ledger.exchange import COLUMNS, Ledger
 from coupling.loop.relaxation import RELAXATIONS
 from tests.coupling.toys import COPY, INNER, T_END, Ball, Oscillator, exact
 
-LIGHT, STIFF = 1e-3, 1e4  # an oscillator much lighter than the ball, and a contact much stiffer than its spring
+# an oscillator much lighter than the ball, and a contact much stiffer than its spring
+LIGHT, STIFF = 1e-3, 1e4
 
 
 def run(substeps, solid=None, grains=None, last=None, **keys):
@@ -36,7 +38,8 @@ def test_second_order_in_the_window():
 def test_all_ways_lead_to_the_same(relax):
     solid, grains, windows = run(80, iterate=60, tol=1e-10, relax=relax)
     other, ball, _ = run(80, iterate=60, tol=1e-10)
-    assert (solid.u, solid.v, grains.y, grains.v) == pytest.approx((other.u, other.v, ball.y, ball.v), rel=1e-8)
+    assert (solid.u, solid.v, grains.y, grains.v) == pytest.approx((other.u, other.v, ball.y, ball.v),
+                                                                   rel=1e-8)
     assert np.mean([w.iterations for w in windows]) < (20 if relax == "constant" else 3)
 
 
@@ -44,7 +47,8 @@ def test_both_sides_move_alike_and_forces_agree():
     _, _, windows = run(80, iterate=20, tol=1e-6)
     largest = max(-w.force[0, 1] for w in windows)
     for before, w in zip(windows, windows[1:]):
-        assert w.wall_x == pytest.approx(before.x) and w.wall_x + w.dt * w.wall_v == pytest.approx(w.x, rel=1e-14)
+        assert w.wall_x == pytest.approx(before.x) and w.wall_x + w.dt * w.wall_v == pytest.approx(w.x,
+                                                                                                   rel=1e-14)
         assert abs(w.wall_force - w.force).max() < 4e-6 * largest
 
 
@@ -102,8 +106,9 @@ def test_goes_on_bit_for_bit(relax):
 
 
 def test_not_converged_is_an_error_with_a_remedy():
-    with pytest.raises(NotConvergedError, match=r"in window 1, which ends at t = 0.006 s: after 2 repetitions .* differ by "
-                                           r"[\d.e+-]+ N, .*\(tol=1e-08\): .* \(iterate=4\).* left .* \(adapt=0\)"):
+    with pytest.raises(NotConvergedError, match=r"in window 1, which ends at t = 0.006 s: after 2 "
+                       r"repetitions .* differ by "
+                       r"[\d.e+-]+ N, .*\(tol=1e-08\): .* \(iterate=4\).* left .* \(adapt=0\)"):
         run(40, Oscillator(LIGHT), Ball(contact=STIFF), iterate=2, tol=1e-8, adapt=None)
 
 
@@ -158,7 +163,8 @@ def test_failures_of_a_partition_are_repeated_with_a_shorter_window(side, keys):
 
 @pytest.mark.parametrize("relax", RELAXATIONS)
 def test_interface_that_is_resampled(relax):
-    """Every third window the one point becomes two that share the load, or one again: the motion stays as it was."""
+    """Every third window the one point becomes two that share the load, or one again: the motion stays as it
+    was."""
     class Change:
         keeps_numbers = True
         elements = np.zeros((0, 2), int)
@@ -198,8 +204,10 @@ def test_interface_that_is_resampled(relax):
     keys = dict(iterate=60, tol=1e-9, relax=relax)
     plain, ball, windows = run(40, **keys)
     solid, grains, others = run(40, Divided(), Shared(), **keys)
-    assert (solid.u, solid.v, grains.y, grains.v) == pytest.approx((plain.u, plain.v, ball.y, ball.v), rel=1e-7)
-    assert {len(w.x) for w in others} == {1, 2} and sum(w.change is not None for w in others) == len(others) // 3
+    assert (solid.u, solid.v, grains.y, grains.v) == pytest.approx((plain.u, plain.v, ball.y, ball.v),
+                                                                   rel=1e-7)
+    assert {len(w.x) for w in others} == {1, 2} and sum(w.change is not None
+                                                        for w in others) == len(others) // 3
     assert sum(w.iterations for w in others) <= 1.5 * sum(w.iterations for w in windows)
 
 
@@ -220,12 +228,16 @@ def test_errors_of_the_scene_and_mistakes_are_not_repeated(error):
     assert Wrong.tried == 1
 
 
-@pytest.mark.parametrize("keys, text", [
-    ({"iterate": -1}, "iterate is -1: "), ({"iterate": 1.5}, "iterate is 1.5: "), ({"tol": 0.0}, "tol is 0.0: "),
-    ({"tol": 1.0}, "tol is 1.0: "), ({"tol": np.nan}, "tol is nan: "), ({"adapt": -0.1}, "adapt is -0.1: "),
-    ({"adapt": np.nan}, "adapt is nan: "), ({"adapt": 1.5}, "adapt is 1.5: give an error from 0 to 1, as a part of"),
-    ({"iterate": 1001}, "iterate is 1001: .* at most 1000"),
-    ({"relax": "newton"}, "relax is 'newton': choose one of aitken, constant, iqn")])
+@pytest.mark.parametrize("keys, text", [({"iterate": -1}, "iterate is -1: "),
+                                        ({"iterate": 1.5}, "iterate is 1.5: "),
+                                        ({"tol": 0.0}, "tol is 0.0: "), ({"tol": 1.0}, "tol is 1.0: "),
+                                        ({"tol": np.nan}, "tol is nan: "),
+                                        ({"adapt": -0.1}, "adapt is -0.1: "),
+                                        ({"adapt": np.nan}, "adapt is nan: "),
+                                        ({"adapt": 1.5}, "adapt is 1.5: give an " "error from 0 to 1, as a "
+                                         "part of"), ({"iterate": 1001}, "iterate is 1001: .* at most 1000"),
+                                        ({"relax": "newton"}, "relax is 'newton': choose one of aitken, "
+                                         "constant, iqn")])
 def test_refuses(keys, text):
     with pytest.raises(ValueError, match=text):
         run(20, **keys)

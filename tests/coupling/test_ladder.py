@@ -1,4 +1,5 @@
-"""What the loop does where a window fails: another rung of the solid, shorter windows, a message; coupled and alone."""
+"""What the loop does where a window fails: another rung of the solid, shorter windows, a message; coupled and
+alone."""
 import numpy as np
 import pytest
 
@@ -7,7 +8,8 @@ from tests.coupling.toys import COPY, INNER, T_END, Ball, Oscillator, exact
 
 
 class Failing(Oscillator):
-    """Cannot do steps longer than ``longest`` [s] between two times, until it has fallen back ``rungs`` times."""
+    """Cannot do steps longer than ``longest`` [s] between two times, until it has fallen back ``rungs``
+    times."""
 
     def __init__(self, longest, begin=0.1, end=0.11, rungs=0):
         super().__init__()
@@ -33,11 +35,13 @@ def run(solid, grains=None, substeps=20, **keys):
     if grains is None:
         march(solid, Steps(substeps * INNER, T_END, **keys), [windows.append])
     else:
-        couple(solid, grains, COPY, Scheme(substeps * INNER, T_END, substeps=substeps, **keys), [windows.append])
+        couple(solid, grains, COPY, Scheme(substeps * INNER, T_END, substeps=substeps, **keys),
+               [windows.append])
     return windows
 
 
-@pytest.mark.parametrize("keys", [{}, {"iterate": 20, "tol": 1e-8}, {"adapt": 0.5}], ids=["weak", "iterated", "error"])
+@pytest.mark.parametrize("keys", [{}, {"iterate": 20, "tol": 1e-8}, {"adapt": 0.5}],
+                         ids=["weak", "iterated", "error"])
 def test_a_rung_of_the_solid_keeps_the_window(keys):
     """The same motion to the last bit, and two attempts that failed."""
     solid, grains, plain, ball = Failing(0.0, rungs=2), Ball(), Oscillator(), Ball()
@@ -61,12 +65,14 @@ def test_steps_of_a_solid_alone_are_halved_and_grow_back():
     windows = run(solid)
     lengths = [round(w.dt / INNER) for w in windows]
     assert set(lengths) == {10, 20} and lengths[-1] == 20 and sum(w.failed for w in windows) > 0
-    assert windows[-1].time == pytest.approx(T_END, rel=1e-14) and solid.time == pytest.approx(T_END, rel=1e-12)
+    assert windows[-1].time == pytest.approx(T_END, rel=1e-14) and solid.time == pytest.approx(T_END,
+                                                                                               rel=1e-12)
     assert all(w.fraction == w.dt / (20 * INNER) and w.substeps == 0 for w in windows)
 
 
 def test_shorter_windows_with_weak_coupling_keep_only_the_grains(monkeypatch):
-    """The state of the solid is not asked for: where its step fails it is as it was. What the grains did is undone."""
+    """The state of the solid is not asked for: where its step fails it is as it was. What the grains did is
+    undone."""
     monkeypatch.delattr(Oscillator, "get_state")
     solid, grains = Failing(12 * INNER), Ball()
     windows = run(solid, grains)
@@ -94,13 +100,14 @@ def test_at_the_end_the_error_says_what_was_tried(alone):
     kind, shortest = ("steps", 20 * INNER / 32) if alone else ("windows", INNER)
     solid = Failing(0.0)
     more = "$" if alone else r"; left to try: more DEM steps per window \(substeps=40\), so that it can be shorter$"
-    with pytest.raises(FloatingPointError, match=f"^too long; tried before: {kind} down to {shortest:.3g} s{more}"):
+    with pytest.raises(FloatingPointError, match=f"^too long; tried before: {kind} down to {shortest:.3g} "
+                       f"s{more}"):
         run(solid, grains)
     assert len(solid.tried) == (6 if alone else 5) and len({t for t, _ in solid.tried}) == 1
     solid = Failing(0.0, rungs=1)
     solid.fall_back = iter(["another law", ""]).__next__
-    with pytest.raises(FloatingPointError, match=f"^too long; tried before: another law; left to try: shorter {kind} where "
-                                                 r"one fails \(adapt=0\)$"):
+    with pytest.raises(FloatingPointError, match="^too long; tried before: another law; left to try: "
+                       f"shorter {kind} where " r"one fails \(adapt=0\)$"):
         run(solid, grains, adapt=None)
 
 
@@ -121,7 +128,8 @@ def test_a_run_alone_goes_on_bit_for_bit():
 
 
 def test_a_solid_that_has_moved_on_is_not_set_back():
-    """Numbers that are lost in a step that the solid took for good: with weak coupling its state was not kept."""
+    """Numbers that are lost in a step that the solid took for good: with weak coupling its state was not
+    kept."""
     class Lost(Oscillator):
         def advance(self, dt, force):
             super().advance(dt, force)
@@ -129,6 +137,7 @@ def test_a_solid_that_has_moved_on_is_not_set_back():
             return self.surface()
 
     solid = Lost()
-    with pytest.raises(FloatingPointError, match="position of the interface is not a finite number in window 1, "):
+    with pytest.raises(FloatingPointError, match="position of the interface is not a finite number in window "
+                       "1, "):
         run(solid, Ball())
     assert solid.time == 20 * INNER

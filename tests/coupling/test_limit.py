@@ -33,7 +33,8 @@ class Free:
 
 
 class Spring:
-    """A ball, by default much heavier than the wall point, about rest: a spring and a damper to where it is."""
+    """A ball, by default much heavier than the wall point, about rest: a spring and a damper to where it
+    is."""
 
     def __init__(self, dt, damping, mass=BALL):
         self.dt, self.damping, self.mass = dt, damping, mass
@@ -95,8 +96,8 @@ def test_says_so_at_once_and_when_energy_is_made():
         run(1.5)
     first, second = (str(warning.message) for warning in said)
     longest = limit.longest(MASS, STIFFNESS, damping(0.05))
-    assert first.startswith(f"the window of {1.5 * longest:.3g} s that ends at t = {1.5 * longest:.6g} s exceeds the "
-                            f"{longest:.3g} s that weak coupling bears") and "iterate=20" in first
+    assert first.startswith(f"the window of {1.5 * longest:.3g} s that ends at t = {1.5 * longest:.6g} s "
+                            f"exceeds the {longest:.3g} s that weak coupling bears") and "iterate=20" in first
     assert second.startswith("weak coupling has made") and "iterate=20" in second
 
 
@@ -108,8 +109,8 @@ def test_nothing_is_said_below_the_limit_or_when_iterated():
 
 
 def test_light_balls_are_no_danger(monkeypatch):
-    """Half as heavy as the wall point: it cannot push it away, whatever the contact. Nor does it where nothing is known
-    of masses, and energy made is still seen."""
+    """Half as heavy as the wall point: it cannot push it away, whatever the contact. Nor does it where
+    nothing is known of masses, and energy made is still seen."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         run(1.5, windows=10, mass=0.5 * MASS)

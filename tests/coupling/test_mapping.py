@@ -68,10 +68,12 @@ def test_sums_and_work_are_kept(kind, sizes):
     x, _ = line(sizes[0])
     wall, _ = line(sizes[1])
     moved, speed = mapping.motion(x + (0.1, 0.2), np.tile((3.0, 4.0), (len(x), 1)))
-    assert moved == pytest.approx(wall + (0.1, 0.2)) and speed == pytest.approx(np.tile((3.0, 4.0), (len(wall), 1)))
+    assert moved == pytest.approx(wall + (0.1, 0.2)) and speed == pytest.approx(np.tile((3.0, 4.0),
+                                                                                        (len(wall), 1)))
     force, v = rng.normal(size=wall.shape), rng.normal(size=x.shape)
     assert mapping.force(force).sum(axis=0) == pytest.approx(force.sum(axis=0), abs=1e-14)
-    assert np.vdot(mapping.force(force), v) == pytest.approx(np.vdot(force, mapping.motion(x, v)[1]), abs=1e-13)
+    assert np.vdot(mapping.force(force), v) == pytest.approx(np.vdot(force, mapping.motion(x, v)[1]),
+                                                             abs=1e-13)
 
 
 def test_linear_reproduces_linear_fields_and_keeps_their_moment():
@@ -101,11 +103,13 @@ def triangles(n, seed=None):
     """A square [-1, 1]^2 of 2 n^2 triangles in space, on a slope, and perhaps shaken within its plane."""
     s, t = (a.ravel() for a in np.meshgrid(*2 * [np.linspace(-1, 1, n + 1)], indexing="ij"))
     inner = (abs(s) < 1) & (abs(t) < 1)
-    shake = np.zeros((2, len(s))) if seed is None else np.random.default_rng(seed).uniform(-0.3, 0.3, (2, len(s))) / n
+    shake = np.zeros((2, len(s))) if seed is None else np.random.default_rng(seed).uniform(-0.3, 0.3,
+                                                                                           (2, len(s))) / n
     s, t = s + shake[0] * inner, t + shake[1] * inner
     a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
     return (np.column_stack([s, 0.5 * s + 0.2 * t, t]),
-            np.concatenate([np.column_stack([a, a + 1, a + n + 2]), np.column_stack([a, a + n + 2, a + n + 1])]))
+            np.concatenate([np.column_stack([a, a + 1, a + n + 2]),
+                            np.column_stack([a, a + n + 2, a + n + 1])]))
 
 
 def test_linear_on_triangles_reproduces_linear_fields_and_keeps_sum_and_moment():
@@ -140,8 +144,8 @@ def test_segment_without_length_is_refused():
 
 @pytest.mark.mpi
 def test_three_ranks_give_the_bits_of_one(run_ranks, tmp_path):
-    """Forces of up to 150 wall nodes meet at one interface point; with two or more of them per rank the order of the
-    sum would show. A mapping of two nodes leaves one of the ranks without a row."""
+    """Forces of up to 150 wall nodes meet at one interface point; with two or more of them per rank the order
+    of the sum would show. A mapping of two nodes leaves one of the ranks without a row."""
     answers = []
     for ranks in (1, 3):
         done = run_ranks(ranks, "-c", RUN, tmp_path / f"{ranks}.npz")

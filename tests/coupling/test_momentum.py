@@ -17,7 +17,8 @@ def dim(request):
 
 
 def tumbling(dim):
-    """Two spheres about to hit each other obliquely with friction, a spinning cluster, gravity along every axis."""
+    """Two spheres about to hit each other obliquely with friction, a spinning cluster, gravity along every
+    axis."""
     x, v = np.zeros((2, dim)), np.zeros((2, dim))
     x[:, 0], x[:, 1], v[:, 0] = (-0.0101, 0.0101), (0.05, 0.055), (1.0, -1.5)
     x[:, -1] += 0.01
@@ -76,8 +77,8 @@ class Slab:
 
 
 def test_books_hold_every_component(dem, dim):
-    """A spinning sphere strikes a body obliquely, away from the origin: what it gets, along and about every axis, is
-    what it loses of its momentum; the other side books the same."""
+    """A spinning sphere strikes a body obliquely, away from the origin: what it gets, along and about every
+    axis, is what it loses of its momentum; the other side books the same."""
     nodes = np.array([(0.0, 0.1), (0.1, 0.1)] if dim == 2 else
                      [(0.0, 0.1, 0.0), (0.0, 0.1, 0.1), (0.1, 0.1, 0.1), (0.1, 0.1, 0.0)])
     wall = Wall(nodes, [[0, 1]] if dim == 2 else [[0, 1, 2], [0, 2, 3]])
@@ -87,7 +88,8 @@ def test_books_hold_every_component(dem, dim):
     ledger = Ledger(solid, grains)
     couple(solid, grains, nearest(nodes, nodes), Scheme(2e-5, 1.6e-3, substeps=10),
            on_window=[lambda window: rows.append(ledger(window))])
-    books, after = {name: np.array([row[name] for row in rows]) for name in ledger.columns}, grains.particles()[0]
+    books, after = {name: np.array([row[name] for row in rows])
+                    for name in ledger.columns}, grains.particles()[0]
     change = after["mass"] * (after["v"][:dim] - v[0])
     assert change[1] > 0 and np.abs(change).min() > 0.05 * change[1]
     for axis, gained in zip(("_x", "", "_z"), change):
@@ -101,15 +103,16 @@ def test_books_hold_every_component(dem, dim):
     for axis, gained in zip("z" if dim == 2 else "xyz", turned[-1 if dim == 2 else 0:]):
         given = books[f"angular_grains_{axis}"]
         assert given[-1] == pytest.approx(gained, rel=1e-10)
-        assert np.abs(given + books[f"angular_solid_{axis}"]).max() < 0.01 * np.abs(turned).max()  # arm R - overlap/2
+        # arm R - overlap/2
+        assert np.abs(given + books[f"angular_solid_{axis}"]).max() < 0.01 * np.abs(turned).max()
 
 
 def test_error_is_that_of_the_worst_component():
     class Books(dict):
         columns = property(dict.keys)
 
-    books = Books(impulse_grains=np.array([0.0, 0.0]), impulse_solid=np.zeros(2), impulse_grains_x=np.array([1.0, 2.0]),
-                  impulse_solid_x=np.array([-1.0, -1.9]))
+    books = Books(impulse_grains=np.array([0.0, 0.0]), impulse_solid=np.zeros(2),
+                  impulse_grains_x=np.array([1.0, 2.0]), impulse_solid_x=np.array([-1.0, -1.9]))
     assert impulse_error(books) == pytest.approx(0.1 / 1.9)
     assert impulse_error(Books(impulse_grains=np.zeros(2), impulse_solid=np.zeros(2))) == 0.0
 

@@ -28,7 +28,8 @@ def test_series_is_read_back(tmp_path):
     tensor = mesh.point_data["F"].reshape(3, 3, 3)
     assert tensor[:, :2, :2] == pytest.approx(F) and not tensor[:, 2].any() and not tensor[:, :, 2].any()
     assert mesh.point_data["mass"].tolist() == [0, 1, 2]
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["wall.pvd", *(f"wall_0000{k}.vtu" for k in range(3))]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["wall.pvd",
+                                                          *(f"wall_0000{k}.vtu" for k in range(3))]
 
 
 def test_figure_has_a_curve_of_every_style(tmp_path):
@@ -49,12 +50,15 @@ def test_timing_adds_up():
         solid.phases["solve"] += 0.0005
         timing(SimpleNamespace(seconds={"DEM": 0.0003, "mapping": 0.0002, "MPM": 0.0007}))
     figures = timing.figures()
-    assert figures["window_ms"]["median"] >= 2 and figures["window_ms"]["p90"] >= figures["window_ms"]["median"]
-    assert figures["phases_ms"]["solve"] == pytest.approx(0.5) and figures["phases_ms"]["rest"] == pytest.approx(0.2)
+    assert figures["window_ms"]["median"] >= 2 and figures["window_ms"]["p90"] >= figures["window_ms"][
+        "median"]
+    assert figures["phases_ms"]["solve"] == pytest.approx(0.5) and figures["phases_ms"][
+        "rest"] == pytest.approx(0.2)
     window, *phases = (timing.rows.column(k)[0] for k in range(1 + len(timing.names)))
     assert sum(phases) == pytest.approx(window) and timing.spent == pytest.approx(timing.rows.column(0).sum())
     assert figures["wall_s"] >= figures["startup_s"] > 0
-    assert report.Timing(solid, began=time.perf_counter()).startup < 0.1  # of a later run, long after the import
+    # of a later run, long after the import
+    assert report.Timing(solid, began=time.perf_counter()).startup < 0.1
 
 
 def test_versions_load_nothing():

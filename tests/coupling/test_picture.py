@@ -64,14 +64,16 @@ def test_what_is_in_front_hides_what_is_behind():
     canvas.triangles(wall, np.array([[0, 1, 2], [0, 2, 3]]), BLUE)
     canvas.spheres(np.array([[0.5, 0.5, 0.0], [0.5, 0.5, 1.0]]), 0.1, np.array([[0.0, 1.0, 0.0], RED]))
     image = canvas.picture()
-    assert reds_and_blues(canvas)[0].any() != (image[..., 1] > image[..., 2] + 0.2).any()  # one is behind the wall
+    # one is behind the wall
+    assert reds_and_blues(canvas)[0].any() != (image[..., 1] > image[..., 2] + 0.2).any()
 
 
 def test_frames_in_space_show_points_and_walls(tmp_path):
     import matplotlib.image
 
     x = np.random.default_rng(0).uniform(0, 0.1, (300, 3))
-    frames.draw(tmp_path / "flow.png", [(f"t = {k} s", x, x[:, 0]) for k in range(3)], "speed [m/s]", walls=("-y", "-x"))
+    frames.draw(tmp_path / "flow.png", [(f"t = {k} s", x, x[:, 0]) for k in range(3)], "speed [m/s]",
+                walls=("-y", "-x"))
     image = matplotlib.image.imread(tmp_path / "flow.png")[..., :3]
     assert len(np.unique(image.reshape(-1, 3), axis=0)) > 500  # shades
     assert 0.1 < (np.ptp(image, axis=2) > 0.1).mean() < 0.9 and 0.0 < edges_of(LOW, HIGH)[0].mean() < 1.0

@@ -41,7 +41,8 @@ def opening(force):
 def test_constant_relaxation_has_a_limit():
     """F + omega r contracts for ratios below 2 / omega - 1, and then as 1 - omega (1 + ratio)."""
     force = np.zeros((1, 1))
-    assert iterate(Constant(0.03), scalar, force)[-1] < 1e-10 and iterate(Constant(0.05), scalar, force)[-1] > 1e10
+    assert iterate(Constant(0.03), scalar, force)[-1] < 1e-10 and iterate(Constant(0.05), scalar,
+                                                                          force)[-1] > 1e10
     norms = iterate(Constant(0.03), scalar, force)
     assert norms[5] / norms[4] == pytest.approx(abs(1 - 0.03 * 51))
 
@@ -56,7 +57,8 @@ def test_aitken_is_exact_for_one_mode():
 def test_quasi_newton_is_exact_after_as_many_columns_as_modes():
     relax, force = Quasi(), np.zeros((3, 1))
     assert len(iterate(relax, linear, force)) <= 6
-    assert len(iterate(relax, lambda force: 2.0 * linear(0.5 * force), force)) == 2  # another load, the same columns
+    # another load, the same columns
+    assert len(iterate(relax, lambda force: 2.0 * linear(0.5 * force), force)) == 2
     assert iterate(Aitken(), linear, force, most=12)[-1] > 1e-6  # one number for three modes is slower
 
 
@@ -69,14 +71,16 @@ def test_contact_that_opens(name):
 
 def test_aitken_stays_below_its_cap():
     relax = Aitken(cap=0.2)
-    assert len(iterate(relax, lambda force: 1.0 - 0.5 * force, np.zeros((1, 1)))) > 10  # the best would be 2 / 3
+    # the best would be 2 / 3
+    assert len(iterate(relax, lambda force: 1.0 - 0.5 * force, np.zeros((1, 1)))) > 10
     assert relax.get_state() == (0.2,)
 
 
 def test_quasi_newton_leaves_out_columns_that_add_nothing():
     """Two places that always move together: their matrix of differences is singular."""
     relax = Quasi()
-    norms = iterate(relax, lambda force: np.array([[1.0], [2.0]]) * (3.0 - 40.0 * force.sum()), np.zeros((2, 1)))
+    norms = iterate(relax, lambda force: np.array([[1.0], [2.0]]) * (3.0 - 40.0 * force.sum()),
+                    np.zeros((2, 1)))
     assert norms[-1] < 1e-10 and len(norms) < 8
 
 

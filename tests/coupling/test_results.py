@@ -88,10 +88,12 @@ def test_a_further_run_of_one_process_and_key_adds_to_the_set(tmp_path):
 
 def test_files_of_nobody_are_left_alone(tmp_path):
     (tmp_path / "history.csv").write_text("by hand")
-    with pytest.raises(OutputError, match=r"history.csv is not of a run that left a manifest.txt: move it away, or"):
+    with pytest.raises(OutputError, match=r"history.csv is not of a run that left a manifest.txt: move it "
+                       r"away, or"):
         Results(tmp_path, "case", names=["history.csv"])
     assert shown(tmp_path) == {"history.csv": "by hand"} and not (tmp_path / results.HIDDEN).exists()
-    (tmp_path / manifest.NAME).write_text("state: running\nfile: ../outside\nfile: .\nfile: a.png\nfile: half a na")
+    (tmp_path
+     / manifest.NAME).write_text("state: running\nfile: ../outside\nfile: .\nfile: a.png\nfile: half a na")
     assert manifest.read(tmp_path).files == ("a.png",)
 
 
@@ -135,7 +137,8 @@ for point in range(1000):
 
 def test_killed_at_any_point_a_folder_has_files_of_one_run(tmp_path):
     """Before each change of the folder a process is killed. The next run removes what the manifest names."""
-    done = subprocess.run([sys.executable, "-c", KILLED, ROOT, tmp_path], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", KILLED, ROOT, tmp_path], capture_output=True, text=True,
+                          timeout=60)
     assert done.returncode == 0, done.stderr
     points, old, new = int(done.stdout), 0, 0
     for point in range(points + 1):
@@ -155,12 +158,13 @@ def test_killed_at_any_point_a_folder_has_files_of_one_run(tmp_path):
 
 def test_a_folder_belongs_to_one_run_at_a_time(tmp_path):
     """Until its process is dead, however it dies."""
-    code = ("import sys, time; from coupling.records.results import Results; run = Results(sys.argv[1], 'case');"
-            "print('here', flush=True); time.sleep(60)")
+    code = ("import sys, time; from coupling.records.results import Results; run = Results(sys.argv[1], "
+            "'case');print('here', flush=True); time.sleep(60)")
     holder = subprocess.Popen([sys.executable, "-c", code, tmp_path], stdout=subprocess.PIPE, text=True,
                               env={**os.environ, "PYTHONPATH": str(ROOT)})
     assert holder.stdout.readline() == "here\n"
-    with pytest.raises(OutputError, match=rf"belongs to a run that has not ended \(process {holder.pid} on .*\): wait"):
+    with pytest.raises(OutputError,
+                       match=rf"belongs to a run that has not ended \(process {holder.pid} on .*\): wait"):
         Results(tmp_path, "case")
     holder.send_signal(signal.SIGKILL)
     holder.communicate()

@@ -67,7 +67,8 @@ def test_a_signal_ends_a_run_in_order(start, tmp_path, name):
 
 
 def test_a_signal_that_went_nowhere_is_raised_again():
-    """As one that arrives while numba compiles: its library calls Python back, and drops what is raised there."""
+    """As one that arrives while numba compiles: its library calls Python back, and drops what is raised
+    there."""
     signals.raise_again()
     with signals.like_interrupts():
         with pytest.raises(KeyboardInterrupt, match="SIGUSR1"):
@@ -172,7 +173,8 @@ def test_a_disk_that_is_full_at_the_start_leaves_the_old_set(start, small_disk):
         file.write(bytes(1 << 19))
     process = start(f"t_end=0.02 out={small_disk}")
     _, err = process.communicate(timeout=20)
-    assert process.returncode == 1 and err.count("\n") == 1 and "(No space left on device): free some space" in err
+    assert process.returncode == 1 and err.count(
+        "\n") == 1 and "(No space left on device): free some space" in err
     assert {path.name: path.read_bytes() for path in small_disk.iterdir()} == before
 
 
@@ -185,5 +187,6 @@ def test_what_somebody_deletes_is_noticed_and_put_back(start, tmp_path, gone):
     _, err = process.communicate(timeout=20)
     kind = "folder" if gone == "out" else "file"
     assert process.returncode == 1 and err.count("\n") == 1
-    assert err.startswith(f"error: the {kind} {tmp_path / gone} has been deleted while the run wrote into it: ")
+    assert err.startswith(f"error: the {kind} {tmp_path / gone} has been deleted while the run wrote into "
+                          "it: ")
     assert len(check_what_is_left(tmp_path / "out", "OutputError: ")) > so_far

@@ -1,4 +1,5 @@
-"""Forces spread over a radius: what a map keeps of them, and the dent that is taken out of the wall's motion."""
+"""Forces spread over a radius: what a map keeps of them, and the dent that is taken out of the wall's
+motion."""
 import numpy as np
 import pytest
 
@@ -35,7 +36,8 @@ def test_sum_moment_and_work_stay(dim, radius):
     assert np.vdot(force, v) == pytest.approx(np.vdot(f, wall_v), rel=1e-11)
     assert moved == pytest.approx(nodes)
     turned = follow.motion(x, x @ np.arange(dim**2).reshape(dim, dim))[1]
-    assert turned == pytest.approx(nodes @ np.arange(dim**2).reshape(dim, dim), abs=1e-12)  # linear fields stay
+    # linear fields stay
+    assert turned == pytest.approx(nodes @ np.arange(dim**2).reshape(dim, dim), abs=1e-12)
 
 
 def test_spreads_as_far_as_the_radius_and_not_at_all_below_the_spacing():
@@ -53,8 +55,8 @@ def test_spreads_as_far_as_the_radius_and_not_at_all_below_the_spacing():
 
 
 def test_dents_of_a_cone_of_pressure():
-    """Mean displacement of a half space under a unit force, both with weights that fall linearly from the middle: 1 /
-    (pi E' r) of Boussinesq, averaged over both."""
+    """Mean displacement of a half space under a unit force, both with weights that fall linearly from the
+    middle: 1 / (pi E' r) of Boussinesq, averaged over both."""
     rng = np.random.default_rng(2)
     r = np.sqrt(rng.uniform(size=(2, 400_000)))
     keep = rng.uniform(size=r.shape) < 1.0 - r
@@ -65,8 +67,12 @@ def test_dents_of_a_cone_of_pressure():
     mean = np.mean(1.0 / np.abs(a - b)) / np.pi
     assert compliance_in_space(1.0, 1.0, 0.0) == pytest.approx(mean, rel=0.02)
     assert compliance_in_space(0.02, 1e6, 0.3) == pytest.approx(compliance_in_space(1.0, 1.0, 0.3) / 0.02e6)
-    assert compliance_in_plane(2.63, 1.0, 1.0) == pytest.approx(0.0, abs=1e-12) == compliance_in_plane(9.0, 1.0, 1.0)
-    assert compliance_in_plane(0.01, 1e6, 0.01) - compliance_in_plane(0.02, 1e6, 0.01) == pytest.approx(np.log(4) / (np.pi * 1e4))
+    assert compliance_in_plane(2.63, 1.0, 1.0) == pytest.approx(0.0, abs=1e-12) == compliance_in_plane(9.0,
+                                                                                                       1.0,
+                                                                                                       1.0)
+    assert compliance_in_plane(0.01, 1e6, 0.01) - compliance_in_plane(0.02, 1e6,
+                                                                      0.01) == pytest.approx(np.log(4)
+                                                                                             / (np.pi * 1e4))
     assert compliance_in_plane(0.0, 1e6, 0.01) == compliance_in_space(0.0, 1e6, 0.3) == 0.0
 
 
@@ -90,10 +96,12 @@ class Ground(Oscillator):
 
 @pytest.mark.parametrize("iterate", [0, 20])
 def test_a_spring_in_series_is_taken_out(iterate):
-    """A ball falls on a Hertz spring over one that gives way by a quarter of the overlap: with that compliance taken
-    out it moves as on rigid ground, and the energy that both sides hold of the dent is counted once."""
+    """A ball falls on a Hertz spring over one that gives way by a quarter of the overlap: with that
+    compliance taken out it moves as on rigid ground, and the energy that both sides hold of the dent is
+    counted once."""
     paths, errors, at_rest = {}, {}, np.zeros((1, 2))
-    for name, stiffness, taken in (("rigid", 1e9, 0.0), ("soft", 300.0, 0.0), ("taken out", 300.0, 1 / 300.0)):
+    for name, stiffness, taken in (("rigid", 1e9, 0.0), ("soft", 300.0, 0.0),
+                                   ("taken out", 300.0, 1 / 300.0)):
         ground, grains = Ground(stiffness), Ball(gravity=-2.0)
         grains.v, rows = 0.0, []
         ledger = Ledger(ground, grains, -2.0)
@@ -107,7 +115,8 @@ def test_a_spring_in_series_is_taken_out(iterate):
     depth = -paths["rigid"].min()
     assert -paths["soft"].min() > 1.2 * depth
     assert np.abs(paths["taken out"] - paths["rigid"]).max() < 0.01 * depth
-    assert np.abs(errors["taken out"][50:]).max() < 0.02, np.abs(errors["taken out"][50:]).max()  # of more than nothing
+    # of more than nothing
+    assert np.abs(errors["taken out"][50:]).max() < 0.02, np.abs(errors["taken out"][50:]).max()
 
 
 def test_goes_on_bit_for_bit_with_a_dent():
@@ -119,6 +128,7 @@ def test_goes_on_bit_for_bit_with_a_dent():
             for stop in stops:
                 follow = spread(nearest(at_rest, at_rest), 1.0, 1 / 300.0)
                 scheme = Scheme(80 * INNER, stop * 80 * INNER, substeps=80, iterate=iterate)
-                couple(ground, grains, follow, scheme, last=last[-1] if last else None, on_window=[last.append])
+                couple(ground, grains, follow, scheme, last=last[-1] if last else None,
+                       on_window=[last.append])
             ends.append((grains.y, grains.v, ground.u))
         assert ends[0] == ends[1] and ends[0][0] < 0.0

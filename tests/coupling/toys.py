@@ -1,4 +1,5 @@
-"""Two partitions of one mass each: an oscillator and a ball on a Hertz spring, and the solution of both together."""
+"""Two partitions of one mass each: an oscillator and a ball on a Hertz spring, and the solution of both
+together."""
 import numpy as np
 from scipy.integrate import solve_ivp
 
@@ -10,7 +11,8 @@ T_END, INNER = 0.48, 1.5e-4  # first contact: 0 to about 0.45; the inner step's 
 
 
 class Oscillator:
-    """Newmark's method (average acceleration) under a constant load; moves up and down at one interface point."""
+    """Newmark's method (average acceleration) under a constant load; moves up and down at one interface
+    point."""
 
     def __init__(self, mass=MASS):
         self.mass, self.time, self.u, self.v = mass, 0.0, 0.0, 0.0
@@ -65,7 +67,8 @@ class Ball:
         return out
 
     def energy(self):
-        return {"kinetic": 0.5 * BALL * self.v**2, "contact": 0.4 * self.contact * max(self.wall - self.y, 0.0) ** 2.5,
+        return {"kinetic": 0.5 * BALL * self.v**2, "contact": 0.4 * self.contact * max(self.wall - self.y,
+                                                                                       0.0) ** 2.5,
                 "potential": -BALL * self.gravity * self.y}
 
     def get_state(self):
@@ -83,4 +86,5 @@ def exact(mass=MASS, contact=CONTACT, t_end=T_END):
     def rate(t, s):
         force = contact * max(s[0] - s[2], 0.0) ** 1.5
         return s[1], (-force - SPRING * s[0]) / mass, s[3], force / BALL
-    return solve_ivp(rate, (0, t_end), (0, 0, 0, -SPEED), "DOP853", rtol=1e-12, atol=1e-14, max_step=1e-3).y[:, -1]
+    return solve_ivp(rate, (0, t_end), (0, 0, 0, -SPEED), "DOP853", rtol=1e-12, atol=1e-14,
+                     max_step=1e-3).y[:, -1]

@@ -15,10 +15,11 @@ def pull_off(stiffness, per_depth):
 
 
 def test_pull_off_from_a_wall(dem, sheet, dim):
-    """The force over the overlap, k d^1.5 - c pi (2 R d - d^2), and its largest pull; the sphere is too heavy to
-    move."""
+    """The force over the overlap, k d^1.5 - c pi (2 R d - d^2), and its largest pull; the sphere is too heavy
+    to move."""
     wall, up = sheet(dim), np.eye(dim)[-1]
-    scene = Scene(Spheres([1.5 * R * up], [0 * up], R, 1e15), wall, SOFT, SOFT, at_wall=Interaction(1.0, 0.0, PULL))
+    scene = Scene(Spheres([1.5 * R * up], [0 * up], R, 1e15), wall, SOFT, SOFT,
+                  at_wall=Interaction(1.0, 0.0, PULL))
     ball, nodes, force = dem(scene, 1e-9), np.array(wall.nodes), []
     depth, largest = pull_off(HERTZ * np.sqrt(R), 2 * np.pi * R * PULL)
     overlaps = depth * np.linspace(0.05, 3.0, 60)
@@ -30,16 +31,17 @@ def test_pull_off_from_a_wall(dem, sheet, dim):
     assert -min(force) == pytest.approx(largest, rel=0.02)
     assert overlaps[np.argmin(force)] == pytest.approx(depth, rel=0.05)
     inside = np.array(nodes) + (0.5 * R + depth) * up
-    work = np.trapz(np.r_[0.0, exact[overlaps <= depth * 1.001]], np.r_[0.0, overlaps[overlaps <= depth * 1.001]])
+    work = np.trapz(np.r_[0.0, exact[overlaps <= depth * 1.001]],
+                    np.r_[0.0, overlaps[overlaps <= depth * 1.001]])
     assert contact_energy(scene, scene.spheres.x, inside) == pytest.approx(work, rel=0.01)
 
 
 def test_pull_between_two_spheres(dem, sheet):
-    """The momentum they exchange per step is the mean of k d^1.5 - c A with A the area of the circle in which they cut
-    each other; and energy is kept while they stick, swing and part."""
+    """The momentum they exchange per step is the mean of k d^1.5 - c A with A the area of the circle in which
+    they cut each other; and energy is kept while they stick, swing and part."""
     a, b, v = 0.01, 0.006, 0.2
-    scene = Scene(Spheres([[0.0, 0.05], [a + b, 0.05]], [[v, 0.0], [-v, 0.0]], [a, b], 2500.0), sheet(2), SOFT, SOFT,
-                  between=Interaction(1.0, 0.0, PULL))
+    scene = Scene(Spheres([[0.0, 0.05], [a + b, 0.05]], [[v, 0.0], [-v, 0.0]], [a, b], 2500.0), sheet(2),
+                  SOFT, SOFT, between=Interaction(1.0, 0.0, PULL))
     pair, nodes = dem(scene, 1e-6), np.array(scene.wall.nodes)
     seen, start, energy = [pair.particles()], sum(pair.energy().values()), []
     for _ in range(600):
@@ -58,7 +60,8 @@ def test_pull_between_two_spheres(dem, sheet):
 
 @pytest.mark.parametrize("load, holds", [(0.9, True), (1.2, False)])
 def test_block_hangs_from_a_ceiling(dem, load, holds):
-    """Up to the sum of the pull-off forces of its eight spheres in touch, and no further. It is pushed there first."""
+    """Up to the sum of the pull-off forces of its eight spheres in touch, and no further. It is pushed there
+    first."""
     r, n, size = 0.00125, 8, (0.02, 0.018)
     stiffness = HERTZ * np.sqrt(r)
     depth, each = pull_off(stiffness, 2 * np.pi * r * PULL)

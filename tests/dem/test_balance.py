@@ -27,14 +27,15 @@ def test_impulse_on_the_wall_is_what_the_spheres_lose(dem, tumble, dim):
         now = momentum(spheres)
         total = max(total, np.abs(impulse).max())
         contacts += impulse.any()
-        assert np.abs(impulse + now - before - weight * 20 * DT).max() < 1e-12 * max(total, np.abs(before).max())
+        assert np.abs(impulse + now - before - weight * 20 * DT).max() < 1e-12 * max(total,
+                                                                                     np.abs(before).max())
         before = now
     assert contacts > 10
 
 
 def test_torque_on_the_sphere_is_the_moment_of_the_nodal_forces(dem, sheet, dim):
-    """The nodal forces act at the contact point, at R - d from the centre: that is the arm of the friction too, so that
-    sphere and wall keep their angular momentum (LIGGGHTS has R - d/2)."""
+    """The nodal forces act at the contact point, at R - d from the centre: that is the arm of the friction
+    too, so that sphere and wall keep their angular momentum (LIGGGHTS has R - d/2)."""
     wall, radius = sheet(dim, 5, height=lambda x: 0.1 * x), 0.01
     centre, spin = np.zeros(dim), np.zeros(3)
     centre[-1], spin[2 if dim == 2 else 1] = 2 * radius, -5.0
@@ -53,8 +54,8 @@ def test_torque_on_the_sphere_is_the_moment_of_the_nodal_forces(dem, sheet, dim)
 
 
 def test_spheres_keep_their_angular_momentum(dem, sheet, dim):
-    """Two spheres in an oblique hit with friction, far from the wall: momentum, and angular momentum about their centre
-    to the overlap (the two arms R - d/2 add up to the distance of the centres)."""
+    """Two spheres in an oblique hit with friction, far from the wall: momentum, and angular momentum about
+    their centre to the overlap (the two arms R - d/2 add up to the distance of the centres)."""
     x, v = np.zeros((2, dim)), np.zeros((2, dim))
     x[:, 0], x[:, -1] = (-0.01, 0.01), (0.05, 0.055)
     v[:, 0] = 0.3, -0.3
@@ -104,7 +105,8 @@ def test_particles_and_their_order(dem, tumble):
 
 
 def test_windows_may_have_any_number_of_steps(dem, tumble):
-    """A still wall: ten windows of one step are one window of ten, and the mean force is the mean of the forces."""
+    """A still wall: ten windows of one step are one window of ten, and the mean force is the mean of the
+    forces."""
     scene, _ = tumble(2)
     nodes = np.array(scene.wall.nodes)
     one, ten = dem(scene, DT), dem(scene, DT)

@@ -43,7 +43,8 @@ def test_one_flies_away(both, dim, far):
         ends.append(one.particles())
         one.close()
     a, b = ends
-    assert b["x"][1:] == pytest.approx(a["x"][1:], abs=1e-9) and b["v"][1:] == pytest.approx(a["v"][1:], abs=1e-6)
+    assert b["x"][1:] == pytest.approx(a["x"][1:], abs=1e-9) and b["v"][1:] == pytest.approx(a["v"][1:],
+                                                                                             abs=1e-6)
     assert b["x"][0, :dim] == pytest.approx(-(far + 0.01) * np.ones(dim), rel=1e-9)
     assert np.abs(b["v"][1:, :dim] - scene.spheres.v[1:]).max() > 0.1
 

@@ -25,39 +25,54 @@ STEEL = Material(2.1e11, 0.3)
 
 
 def scene(wall, x=((0.0, 0.01),), radius=0.01, **more):
-    return Scene(Spheres(np.array(x, float), np.full(np.shape(x), 0.1), radius, 7800.0, **more), wall, STEEL, STEEL)
+    return Scene(Spheres(np.array(x, float), np.full(np.shape(x), 0.1), radius, 7800.0, **more), wall, STEEL,
+                 STEEL)
 
 
-@pytest.mark.parametrize("make, message", [
-    (lambda: Material(0.0, 0.3), "E is 0.0 Pa: Young's modulus must be positive"),
-    (lambda: Material(1.0, 0.6), r"nu is 0.6: Poisson's ratio must lie in \(-1, 0.5\]"),
-    (lambda: Interaction(restitution=-0.01), "restitution is -0.01: give a value from 0 to 1"),
-    (lambda: Interaction(friction=-0.1), "friction is -0.1: it must not be negative"),
-    (lambda: Spheres([[0, 0]], [[0, 0]], -1.0, 1.0), "radius is -1.0: it must be positive"),
-    (lambda: Spheres([[0, 0]], [[0, 0]], 1.0, np.nan), r"rho \(density of the spheres\) is nan: it must be positive"),
-    (lambda: Spheres([[0, np.inf]], [[0, 0]], 1.0, 1.0), "x of the spheres contains NaN or infinity"),
-    (lambda: Spheres([[0, 0]], [[0, 0, 0]], 1.0, 1.0), r"v of the spheres has shape \(1, 3\): give an array of shape"),
-    (lambda: Spheres([[0, 0], [1, 1]], [[0, 0]], 0.1, 1.0), "2 positions, 1 velocities, 2 spins: give one of each"),
-    (lambda: Wall([[0, 0], [1, 0]], [[0, 2]]), r"wall elements name nodes 0..2, there are 2"),
-    (lambda: Wall([[0, 0], [1, 0]], [[0, 1, 1]]), "wall elements have 3 nodes in 2 dimensions"),
-])
+@pytest.mark.parametrize("make, message", [(lambda: Material(0.0, 0.3), "E is 0.0 Pa: Young's modulus must "
+                                            "be positive"),
+                                           (lambda: Material(1.0, 0.6),
+                                            r"nu is 0.6: Poisson's ratio must lie in \(-1, 0.5\]"),
+                                           (lambda: Interaction(restitution=-0.01),
+                                            "restitution is -0.01: give a value from 0 to 1"),
+                                           (lambda: Interaction(friction=-0.1),
+                                            "friction is -0.1: it must not be negative"),
+                                           (lambda: Spheres([[0, 0]], [[0, 0]], -1.0, 1.0),
+                                            "radius is -1.0: it must be positive"),
+                                           (lambda: Spheres([[0, 0]], [[0, 0]], 1.0, np.nan),
+                                            r"rho \(density of the spheres\) is nan: it must be positive"),
+                                           (lambda: Spheres([[0, np.inf]], [[0, 0]], 1.0, 1.0),
+                                            "x of the spheres contains NaN or infinity"),
+                                           (lambda: Spheres([[0, 0]], [[0, 0, 0]], 1.0, 1.0),
+                                            r"v of the spheres has shape \(1, 3\): give an array of shape"),
+                                           (lambda: Spheres([[0, 0], [1, 1]], [[0, 0]], 0.1, 1.0),
+                                            "2 positions, 1 velocities, 2 spins: give one of each"),
+                                           (lambda: Wall([[0, 0], [1, 0]], [[0, 2]]),
+                                            r"wall elements name nodes 0..2, there are 2"),
+                                           (lambda: Wall([[0, 0], [1, 0]], [[0, 1, 1]]),
+                                            "wall elements have 3 nodes in 2 dimensions"),])
 def test_nonsense_values(make, message):
     with pytest.raises(ValueError, match=message):
         make()
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e31, "1", None, True])
-@pytest.mark.parametrize("make, name", [
-    (lambda bad: Material(bad, 0.3), "E"), (lambda bad: Material(1e7, bad), "nu"),
-    (lambda bad: Interaction(bad), "restitution"), (lambda bad: Interaction(1.0, bad), "friction"),
-    (lambda bad: Interaction(1.0, 0.0, bad), "adhesion"),
-    (lambda bad: Wall.discs([[0, 0]], bad if bad is not None else "1"), "radius of the discs of the wall"),
-    (lambda bad: Wall([[0, 0], [1, 0]], [[0, 1]], "1" if bad is None else bad), "depth of the wall"),
-    (lambda bad: Scene(wall=Wall.none(2), gravity=(0.0, bad)), "gravity"),
-    (lambda bad: cluster(mass=bad), "mass of the cluster"), (lambda bad: cluster(angle=bad), "angle of the cluster"),
-    (lambda bad: cluster(omega=bad), "omega of the cluster")])
+@pytest.mark.parametrize("make, name", [(lambda bad: Material(bad, 0.3), "E"),
+                                        (lambda bad: Material(1e7, bad), "nu"),
+                                        (lambda bad: Interaction(bad), "restitution"),
+                                        (lambda bad: Interaction(1.0, bad), "friction"),
+                                        (lambda bad: Interaction(1.0, 0.0, bad), "adhesion"),
+                                        (lambda bad: Wall.discs([[0, 0]], bad if bad is not None else "1"),
+                                         "radius of the discs of the wall"),
+                                        (lambda bad: Wall([[0, 0], [1, 0]], [[0, 1]], "1" if bad is None
+                                                          else bad), "depth of the wall"),
+                                        (lambda bad: Scene(wall=Wall.none(2), gravity=(0.0, bad)), "gravity"),
+                                        (lambda bad: cluster(mass=bad), "mass of the cluster"),
+                                        (lambda bad: cluster(angle=bad), "angle of the cluster"),
+                                        (lambda bad: cluster(omega=bad), "omega of the cluster")])
 def test_no_number(make, name, bad):
-    """NaN, infinity, what is no number at all or beyond all measure: refused by the field's name wherever it is."""
+    """NaN, infinity, what is no number at all or beyond all measure: refused by the field's name wherever it
+    is."""
     with pytest.raises(ValueError, match=rf"^{name}.* is .*: "):
         make(bad)
 
@@ -66,18 +81,24 @@ def cluster(mass=1.0, **more):
     return Cluster([[0.0, 0.0]], 0.1, (0.0, 0.0), mass, 1.0, **more)
 
 
-@pytest.mark.parametrize("make, message", [
-    (lambda: Wall([[0, 0], [1, 0]], [[0, np.nan]]), "wall elements is .*: give whole numbers"),
-    (lambda: Wall([[0, 0], [1, 0]], [[0, 0.5]]), "wall elements is .*: give whole numbers"),
-    (lambda: Wall([[0, 0], [1, 0]], np.array([[0, 2**32 + 1]])), "wall elements name nodes 0..4294967297, there are"),
-    (lambda: Wall([[0, 0], [1, 0]], [[0, 1], [0]]), "wall elements is .*: give numbers of shape"),
-    (lambda: Spheres([["a", 0]], [[0, 0]], 1.0, 1.0), "x of the spheres is .*: give an array of shape"),
-    (lambda: Spheres([[0, 0], [1, 1]], [[0, 0], [0, 0]], [1, 1, 1], 1.0), r"radius has shape \(3,\): give one number"),
-    (lambda: Spheres([[0, 0]], [[0, 0]], np.inf, 1.0), "radius is inf: it must be positive"),
-    (lambda: cluster(free=np.nan), "free of the cluster is nan: give one truth value, or 3"),
-    (lambda: Cluster.box((np.inf, 1), (2, 2), (0, 0), 1.0, 1.0), r"size of the cluster \(entry 0\) is inf m: give finite"),
-    (lambda: Cluster.box((1, 1), (2.5, 2), (0, 0), 1.0, 1.0), "at least two spheres along each"),
-])
+@pytest.mark.parametrize("make, message",
+                         [(lambda: Wall([[0, 0], [1, 0]], [[0, np.nan]]), "wall elements is .*: give whole "
+                           "numbers"), (lambda: Wall([[0, 0], [1, 0]], [[0, 0.5]]),
+                                        "wall elements is .*: give whole numbers"),
+                          (lambda: Wall([[0, 0], [1, 0]], np.array([[0, 2**32 + 1]])),
+                           "wall elements name nodes 0..4294967297, there are"),
+                          (lambda: Wall([[0, 0], [1, 0]], [[0, 1], [0]]), "wall elements is .*: give numbers "
+                           "of shape"), (lambda: Spheres([["a", 0]], [[0, 0]], 1.0, 1.0),
+                                         "x of the spheres is .*: give an array of shape"),
+                          (lambda: Spheres([[0, 0], [1, 1]], [[0, 0], [0, 0]], [1, 1, 1], 1.0),
+                           r"radius has shape \(3,\): give one number"),
+                          (lambda: Spheres([[0, 0]], [[0, 0]], np.inf, 1.0), "radius is inf: it must be "
+                           "positive"), (lambda: cluster(free=np.nan), "free of the cluster is nan: give one "
+                                         "truth value, or 3"),
+                          (lambda: Cluster.box((np.inf, 1), (2, 2), (0, 0), 1.0, 1.0),
+                           r"size of the cluster \(entry 0\) is inf m: give finite"),
+                          (lambda: Cluster.box((1, 1), (2.5, 2), (0, 0), 1.0, 1.0),
+                           "at least two spheres along each"),])
 def test_numbers_that_are_none(make, message):
     with pytest.raises(ValueError, match=message):
         make()
@@ -107,14 +128,16 @@ def test_touching_is_fine_overlap_is_not(dem, sheet, dim):
 
 def test_sphere_inside_the_body(dem, sheet, dim):
     for height in (lambda x: 0 * x, lambda x: 0.5 * np.abs(x), lambda x: -0.5 * np.abs(x)):
-        with pytest.raises(ValueError, match="sphere 1 at .* lies inside the body, .* below its surface: move it out"):
+        with pytest.raises(ValueError, match="sphere 1 at .* lies inside the body, .* below its surface: "
+                           "move it out"):
             dem(scene(sheet(dim, height=height), [-0.03 * np.eye(dim)[-1]]), 1e-8)
 
 
 def test_inside_and_outside_of_closed_bodies():
     """A square and a tetrahedron, points near edges and vertices included."""
     square = Wall([[0, 0], [1, 0], [1, 1], [0, 1]], [[1, 0], [2, 1], [3, 2], [0, 3]])
-    tetrahedron = Wall([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    tetrahedron = Wall([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2],
+                                                                      [1, 2, 3]])
     for wall, inside in ((square, lambda p: (p > 0).all() and (p < 1).all()),
                          (tetrahedron, lambda p: (p > 0).all() and p.sum() < 1)):
         points = np.random.default_rng(2).uniform(-0.6, 1.6, (200, wall.dim))
@@ -147,7 +170,8 @@ def test_windows_that_make_no_sense(dem, sheet):
         ball.advance(2**32 + 20, nodes, nodes)  # 20 in 32 bits
     ball.advance(np.float64(2), nodes, 0 * nodes)
     assert ball.time == 2e-8
-    with pytest.raises(ValueError, match=r"x of the wall nodes has shape \(8, 2\): give numbers of shape \(9, 2\)"):
+    with pytest.raises(ValueError,
+                       match=r"x of the wall nodes has shape \(8, 2\): give numbers of shape \(9, 2\)"):
         ball.advance(1, nodes[1:], nodes[1:])
 
 
@@ -182,7 +206,8 @@ def test_critical_step(sheet):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         open_dem("reference", scene(sheet()), 0.99 * min(limit))
-    with pytest.warns(UserWarning, match="DEM time step 1e-05 s exceeds the limit 2.11e-06 s .Rayleigh 2.11e-06 s, H"):
+    with pytest.warns(UserWarning, match="DEM time step 1e-05 s exceeds the limit 2.11e-06 s .Rayleigh "
+                      "2.11e-06 s, H"):
         open_dem("reference", scene(sheet()), 1e-5)
 
 
@@ -211,7 +236,8 @@ def test_window_against_the_contact_of_the_moving_wall(sheet, radius):
     assert longest_window(Scene(wall=sheet(), wall_material=STEEL), mass) == np.inf
     force = 1e4
     overlap = (0.75 * force / (E * np.sqrt(radius))) ** (2 / 3)
-    assert longest_window(one, mass, force) == pytest.approx(np.sqrt(4 / 3 * mass / (1.5 * force / overlap)), rel=1e-12)
+    assert longest_window(one, mass, force) == pytest.approx(np.sqrt(4 / 3 * mass / (1.5 * force / overlap)),
+                                                             rel=1e-12)
     damped = replace(one, at_wall=Interaction(restitution=0.05), interactions={})
     ratio = damping_ratio(0.05, damped.at_wall.pulls)
     gamma = 2 * np.sqrt(5 / 6) * ratio * np.sqrt(stiffness * ball)
@@ -228,7 +254,8 @@ def test_window_against_the_contact_of_the_moving_wall(sheet, radius):
 
 @pytest.mark.parametrize("restitution", [1.0, 0.3])
 def test_contact_at_the_wall(dem, sheet, dim, restitution):
-    """Stiffness and damping are the derivatives of the force on the wall, here of one that is pressed into a sphere."""
+    """Stiffness and damping are the derivatives of the force on the wall, here of one that is pressed into a
+    sphere."""
     up, d, dt, speed = np.eye(dim)[-1], 1e-5, 1e-9, 1e-3
     spheres = Spheres(0.01 * up[None], 0 * up[None], 0.01, 7800.0)
     ball = dem(Scene(spheres, sheet(dim), STEEL, STEEL, at_wall=Interaction(restitution)), dt)

@@ -3,7 +3,8 @@ from dem_liggghts.common import chunks
 
 
 def test_chunks_change_no_bit(dem, tumble, monkeypatch):
-    """Contacts with friction, and lists that are made anew within a window: whole, and in chunks of 3 and 7 steps."""
+    """Contacts with friction, and lists that are made anew within a window: whole, and in chunks of 3 and 7
+    steps."""
     scene, window = tumble(2)
     ends = []
     for size in (1000, 3, 7):
@@ -25,7 +26,8 @@ def test_chunks_follow_the_clock(monkeypatch):
         return 0
 
     cut = chunks.Chunks()
-    for pace, at_most in ((1e-4, 0.25), (1e-6, 0.25), (1e-3, 0.25)):  # seconds per step, faster and slower than before
+    # seconds per step, faster and slower than before
+    for pace, at_most in ((1e-4, 0.25), (1e-6, 0.25), (1e-3, 0.25)):
         for _ in range(3):
             calls = []
             assert cut.run(500_000, call) == 0

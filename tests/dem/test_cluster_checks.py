@@ -16,36 +16,47 @@ def scene(*clusters, **more):
     return Scene(clusters=clusters, wall=floor, material=WOOD, wall_material=WOOD, **more)
 
 
-@pytest.mark.parametrize("make, message", [
-    (lambda: Cluster.box((1, 1), (8, 8), (0, 0), 1.0), "depth is None m: a solid box in a plane scene needs its depth"),
-    (lambda: Cluster.box((1, 1), (1, 8), (0, 0), 1.0, 1.0), "at least two spheres along each"),
-    (lambda: Cluster.box((1, 0.1), (2, 2), (0, 0), 1.0, 1.0), r"spheres of radius 0.25 m do not fit into a box"),
-    (lambda: Cluster.box((1, 1), (2, 2), (0, 0), 1.0, mass_of="air"), "mass_of is 'air': choose one of solid, spheres"),
-    (lambda: Cluster([[0, 0]], 0.1, (0, 0), -1.0, 1.0), "mass of the cluster is -1.0 kg: it must be positive"),
-    (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, [1.0, 1.0, 1.0]),
-     r"inertia of the cluster has shape \(3,\): give a number"),
-    (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, -1.0),
-     "inertia of the cluster is -1.0: it must be symmetric and positive"),
-    (lambda: Cluster([[0, 0]], 0.1, (0, 0, 0), 1.0, 1.0), "x of the cluster has shape"),
-    (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, 1.0, free=(1, 1)),
-     r"free of the cluster is \(1, 1\): give one truth value, or 3"),
-    (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, 1.0, omega=(1, 0, 0)), "a plane body spins about the third axis only"),
-    (lambda: Cluster([[0, 0, 0]], 0.1, (0, 0, 0), 1.0, [1, 1, 1], omega=2.0),
-     "give a number in a plane, three in space"),
-    (lambda: Cluster([[0, 0, 0]], 0.1, (0, 0, 0), 1.0, [1, 1, 1], quaternion=(1, 1, 0, 0)), r"of norm 1"),
-    (lambda: Interaction(adhesion=-1.0), "adhesion is -1.0 Pa: it must not be negative"),
-    (lambda: Wall([[0, 0], [1, 0]], [[0, 1]], depth=-1.0), "depth of the wall is -1.0 m: give none, or how far"),
-    (lambda: scene(block(material="glass")),
-     r"there is no material 'glass' in the scene: it has \['spheres', 'wall'\]"),
-    (lambda: scene(block(material="oak"), materials={"oak": WOOD}),
-     "no interaction says how 'oak' meets 'wall': add one"),
-    (lambda: scene(block(), interactions={("spheres", "wal"): Interaction(0.3)}),
-     "interactions say how spheres and wal meet, and the scene has no material 'wal': give names out of spheres, wall"),
-    *((lambda key=key: scene(block(), interactions={key: Interaction(0.3)}),
-       "a key of interactions is .*: give a pair of names of materials, such as") for key in
-      ("wall", ("wall",), ("wall", "wall", "spheres"), ("wall", 3), 3, frozenset())),
-    (lambda: scene(Cluster([[0, 0, 0]], 0.1, (0, 0, 0), 1.0, [1, 1, 1])), r"dimensions \[2, 3\]: use one dimension"),
-])
+@pytest.mark.parametrize("make, message",
+                         [(lambda: Cluster.box((1, 1), (8, 8), (0, 0), 1.0), "depth is None m: a solid box "
+                           "in a plane scene needs its depth"),
+                          (lambda: Cluster.box((1, 1), (1, 8), (0, 0), 1.0, 1.0),
+                           "at least two spheres along each"),
+                          (lambda: Cluster.box((1, 0.1), (2, 2), (0, 0), 1.0, 1.0),
+                           r"spheres of radius 0.25 m do not fit into a box"),
+                          (lambda: Cluster.box((1, 1), (2, 2), (0, 0), 1.0, mass_of="air"),
+                           "mass_of is 'air': choose one of solid, spheres"),
+                          (lambda: Cluster([[0, 0]], 0.1, (0, 0), -1.0, 1.0), "mass of the cluster is -1.0 "
+                           "kg: it must be positive"),
+                          (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, [1.0, 1.0, 1.0]),
+                           r"inertia of the cluster has shape \(3,\): give a number"),
+                          (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, -1.0), "inertia of the cluster is "
+                           "-1.0: it must be symmetric and positive"),
+                          (lambda: Cluster([[0, 0]], 0.1, (0, 0, 0), 1.0, 1.0), "x of the cluster has shape"),
+                          (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, 1.0, free=(1, 1)),
+                           r"free of the cluster is \(1, 1\): give one truth value, or 3"),
+                          (lambda: Cluster([[0, 0]], 0.1, (0, 0), 1.0, 1.0, omega=(1, 0, 0)),
+                           "a plane body spins about the third axis only"),
+                          (lambda: Cluster([[0, 0, 0]], 0.1, (0, 0, 0), 1.0, [1, 1, 1], omega=2.0),
+                           "give a number in a plane, three in space"),
+                          (lambda: Cluster([[0, 0, 0]], 0.1, (0, 0, 0), 1.0, [1, 1, 1],
+                                           quaternion=(1, 1, 0, 0)), r"of norm 1"),
+                          (lambda: Interaction(adhesion=-1.0),
+                           "adhesion is -1.0 Pa: it must not be negative"),
+                          (lambda: Wall([[0, 0], [1, 0]], [[0, 1]], depth=-1.0),
+                           "depth of the wall is -1.0 m: give none, or how far"),
+                          (lambda: scene(block(material="glass")),
+                           r"there is no material 'glass' in the scene: it has \['spheres', 'wall'\]"),
+                          (lambda: scene(block(material="oak"), materials={"oak": WOOD}),
+                           "no interaction says how 'oak' meets 'wall': add one"),
+                          (lambda: scene(block(), interactions={("spheres", "wal"): Interaction(0.3)}),
+                           "interactions say how spheres and wal meet, and the scene has no material "
+                           "'wal': give names out of spheres, wall"),
+                          *((lambda key=key: scene(block(), interactions={key: Interaction(0.3)}),
+                             "a key of interactions is .*: give a pair of names of materials, such as")
+                            for key in ("wall", ("wall",), ("wall", "wall", "spheres"), ("wall", 3), 3,
+                                        frozenset())),
+                          (lambda: scene(Cluster([[0, 0, 0]], 0.1, (0, 0, 0), 1.0, [1, 1, 1])),
+                           r"dimensions \[2, 3\]: use one dimension"),])
 def test_nonsense_values(make, message):
     with pytest.raises((ValueError, TypeError), match=message):
         make()
@@ -53,17 +64,20 @@ def test_nonsense_values(make, message):
 
 def test_clusters_that_overlap(dem):
     dem(scene(block(), block((0.02, 0.05))), 1e-6)
-    with pytest.raises(ValueError, match=r"cluster 1 \(its sphere \d+\) and cluster 2 \(its sphere \d+\) overlap "
-                                         "by 0.001 m at the start: move them apart"):
+    with pytest.raises(ValueError,
+                       match=r"cluster 1 \(its sphere \d+\) and cluster 2 \(its sphere \d+\) overlap "
+                       "by 0.001 m at the start: move them apart"):
         dem(scene(block(), block((0.019, 0.05))), 1e-6)
     with pytest.raises(ValueError, match=r"sphere 1 and cluster 1 .* overlap by"):
         dem(scene(block(), spheres=Spheres([[0.01, 0.05]], [[0, 0]], 1e-3, 500.0)), 1e-6)
 
 
 def test_cluster_inside_the_body_or_in_a_wall(dem):
-    with pytest.raises(ValueError, match=r"cluster 1 \(its sphere 1\) at .* lies inside the body, .* move it out"):
+    with pytest.raises(ValueError,
+                       match=r"cluster 1 \(its sphere 1\) at .* lies inside the body, .* move it out"):
         dem(scene(block((0.0, -0.05))), 1e-6)
-    with pytest.raises(ValueError, match=r"cluster 1 .* overlaps the wall by 0.001 m at the start: move it away"):
+    with pytest.raises(ValueError, match=r"cluster 1 .* overlaps the wall by 0.001 m at the start: move it "
+                       r"away"):
         dem(scene(block((0.0, 0.008))), 1e-6)
     side = Wall([[0.0, 0.0], [0.0, 0.2]], [[0, 1]])
     with pytest.raises(ValueError, match=r"cluster 1 .* overlaps fixed wall 1 by"):
@@ -72,8 +86,9 @@ def test_cluster_inside_the_body_or_in_a_wall(dem):
 
 def test_cluster_in_two_pieces(dem):
     apart = Cluster.of_spheres([[0, 0], [0.02, 0], [0.05, 0]], 0.01, 500.0, (0.0, 0.1))
-    with pytest.raises(ValueError, match=r"cluster 1 is in two pieces: its sphere 3 at \[0.05 0.  \] m does not hang "
-                                         "together with its sphere 1 .*use larger or more spheres"):
+    with pytest.raises(ValueError,
+                       match=r"cluster 1 is in two pieces: its sphere 3 at \[0.05 0.  \] m does not hang "
+                       "together with its sphere 1 .*use larger or more spheres"):
         dem(scene(apart), 1e-6)
     check_start(scene(Cluster.of_spheres([[0, 0], [0.02, 0], [0.04, 0]], 0.01, 500.0, (0.0, 0.1))))
 
@@ -89,8 +104,10 @@ def test_smallest_restitutions(dem, restitution):
 
 def test_adhesion_and_a_deep_wall(dem):
     floor = Wall([[-0.3, 0.0], [0.3, 0.0]], [[0, 1]], depth=0.002)
-    deep = Scene(clusters=[block()], wall=floor, material=WOOD, wall_material=WOOD, at_wall=Interaction(1, 0, 5.0))
-    with pytest.raises(ValueError, match="has adhesion and a depth of 0.002 m: .* the smallest radius, 0.00125 m"):
+    deep = Scene(clusters=[block()], wall=floor, material=WOOD, wall_material=WOOD,
+                 at_wall=Interaction(1, 0, 5.0))
+    with pytest.raises(ValueError, match="has adhesion and a depth of 0.002 m: .* the smallest radius, "
+                       "0.00125 m"):
         dem(deep, 1e-6)
 
 
@@ -110,7 +127,8 @@ def test_quaternions():
     random = np.random.default_rng(1)
     for p, q in random.normal(size=(20, 2, 4)):
         p, q = p / np.linalg.norm(p), q / np.linalg.norm(q)
-        assert quaternion.matrix(quaternion.product(p, q)) == pytest.approx(quaternion.matrix(p) @ quaternion.matrix(q))
+        assert quaternion.matrix(quaternion.product(p, q)) == pytest.approx(quaternion.matrix(p)
+                                                                            @ quaternion.matrix(q))
         back = quaternion.of_matrix(quaternion.matrix(q))
         assert back == pytest.approx(q if q[0] > 0 else -q)
         assert quaternion.product(q, quaternion.inverse(q)) == pytest.approx([1.0, 0.0, 0.0, 0.0])

@@ -19,7 +19,8 @@ def scene(clusters, meet=PLAIN, ground=True, gravity=(0.0, -G), wall=None, **mor
     floor = Wall([[-0.3, 0.0], [0.3, 0.0]], [[0, 1]], material="stone")
     return Scene(wall=wall, clusters=clusters, walls=[floor] if ground else [], gravity=gravity,
                  materials={"wood": WOOD, "stone": STONE, "wall": STONE},
-                 interactions={("wood", "wood"): meet, ("wood", "stone"): meet, ("wood", "wall"): meet}, **more)
+                 interactions={("wood", "wood"): meet, ("wood", "stone"): meet, ("wood", "wall"): meet},
+                 **more)
 
 
 def run(dem, steps):
@@ -58,18 +59,22 @@ def test_mass_and_inertia_of_the_solid_and_of_the_spheres():
 
 def test_principal_axes_of_a_crooked_body():
     """They diagonalise the tensor and are right-handed."""
-    body = Cluster.of_spheres([[0, 0, 0], [0.02, 0, 0], [0.02, 0.02, 0], [0.02, 0.02, 0.02]], 0.01, 1000.0, (0, 0, 0))
+    body = Cluster.of_spheres([[0, 0, 0], [0.02, 0, 0], [0.02, 0.02, 0], [0.02, 0.02, 0.02]], 0.01, 1000.0,
+                              (0, 0, 0))
     moments, turn = body.principal()
     R = quaternion.matrix(turn)
-    assert R @ np.diag(moments) @ R.T == pytest.approx(body.inertia) and np.linalg.det(R) == pytest.approx(1.0)
+    assert R @ np.diag(moments) @ R.T == pytest.approx(body.inertia) and np.linalg.det(R) == pytest.approx(
+        1.0)
 
 
 @pytest.mark.parametrize("steps", [20000])
 def test_free_flight_in_space(dem, steps):
-    """A crooked body tumbles about no principal axis: energy and angular momentum stay, the quaternion has norm one."""
+    """A crooked body tumbles about no principal axis: energy and angular momentum stay, the quaternion has
+    norm one."""
     omega = np.array([20.0, -35.0, 50.0])
-    body = Cluster.of_spheres([[0, 0, 0], [0.02, 0, 0], [0.02, 0.02, 0], [0.02, 0.02, 0.03], [0.02, 0.02, 0.015]], 0.01,
-                              1000.0, (0.1, 0.2, 0.3), v=(1.0, 2.0, 3.0), omega=omega, quaternion=np.full(4, 0.5))
+    body = Cluster.of_spheres([[0, 0, 0], [0.02, 0, 0], [0.02, 0.02, 0], [0.02, 0.02, 0.03],
+                               [0.02, 0.02, 0.015]], 0.01, 1000.0, (0.1, 0.2, 0.3), v=(1.0, 2.0, 3.0),
+                              omega=omega, quaternion=np.full(4, 0.5))
     flight = dem(Scene(clusters=[body], material=WOOD, gravity=(0.0, 0.0, -G)), 1e-5)
     start = total(flight), angular_momentum(flight, [body])
     x, v, L = np.array([0.1, 0.2, 0.3]), np.array([1.0, 2.0, 3.0]), start[1]
@@ -98,11 +103,13 @@ def test_free_flight_in_the_plane_is_exact(dem):
     assert not body["quaternion"][1:3].any() and not flying.particles()["x"][:, 2].any()
     energy = flying.energy()
     inertia = body["mass"] / 12 * (SIZE[0]**2 + SIZE[1]**2)
-    assert energy["kinetic"] == pytest.approx(0.5 * body["mass"] * (body["v"] @ body["v"]) + 12.5 * inertia, rel=1e-12)
+    assert energy["kinetic"] == pytest.approx(0.5 * body["mass"] * (body["v"] @ body["v"]) + 12.5 * inertia,
+                                              rel=1e-12)
 
 
 def test_elastic_bounce(dem, sheet):
-    """A tilted block hits a bent wall without friction: energy stays, the wall's impulse is what the block loses."""
+    """A tilted block hits a bent wall without friction: energy stays, the wall's impulse is what the block
+    loses."""
     wall = sheet(2, 40, 0.16, height=lambda x: 4 * x**2)
     body = block((0.002, 0.02), 0.35, v=(0.05, -0.5))
     bounce = dem(scene([body], ground=False, gravity=(0.0, 0.0), wall=wall), 1e-6)
@@ -126,7 +133,8 @@ def test_degrees_of_freedom_that_are_not_free(dem):
     run(rest, 8000)
     first, second, third = rest.bodies()
     assert first["x"].tolist() == [0.0, 0.009, 0.0] and first["quaternion"].tolist() == [1.0, 0.0, 0.0, 0.0]
-    assert second["x"][1] == 0.009 and second["quaternion"].tolist() == [1.0, 0.0, 0.0, 0.0] and second["v"][0] != 0.1
+    assert second["x"][1] == 0.009 and second["quaternion"].tolist() == [1.0, 0.0, 0.0,
+                                                                         0.0] and second["v"][0] != 0.1
     assert third["x"][1] > 0.02
 
 
@@ -160,9 +168,10 @@ def test_stack_does_not_creep(dem, record_property):
 
 
 def test_toppling_block_follows_housner(dem, record_property):
-    """A slender block released at the angle th0 < alpha on one lower edge: th'' = -p^2 (alpha - th) with p^2 = m g R /
-    I0 (Housner, Bull. Seism. Soc. Am. 53 (1963) 403-417), so th = alpha - (alpha - th0) cosh(p t), and it stands
-    upright after arccosh(1 / (1 - th0/alpha)) / p. The block has a chain of tiny spheres at its foot only."""
+    """A slender block released at the angle th0 < alpha on one lower edge: th'' = -p^2 (alpha - th) with p^2
+    = m g R / I0 (Housner, Bull. Seism. Soc. Am. 53 (1963) 403-417), so th = alpha - (alpha - th0) cosh(p t),
+    and it stands upright after arccosh(1 / (1 - th0/alpha)) / p. The block has a chain of tiny spheres at its
+    foot only."""
     (width, height), tilt, r = (0.01, 0.1), 0.04, 1e-4
     mass = RHO * width * height * DEPTH
     foot = np.column_stack([np.linspace(r - width / 2, width / 2 - r, 50), np.full(50, r - height / 2)])

@@ -16,8 +16,8 @@ def test_an_edit_of_any_file_gives_the_kernels_other_names(tmp_path):
     for edit in ("", "", "# another contact\n"):
         with open(copy / "contact" / "law.py", "a") as file:
             file.write(edit)
-        done = subprocess.run([sys.executable, "-c", CODE], cwd=tmp_path, capture_output=True, text=True, check=True,
-                              env={**os.environ, "PYTHONPATH": str(tmp_path)})
+        done = subprocess.run([sys.executable, "-c", CODE], cwd=tmp_path, capture_output=True, text=True,
+                              check=True, env={**os.environ, "PYTHONPATH": str(tmp_path)})
         place, name = done.stdout.split()
         assert Path(place) == copy / "reference" / "verlet.py" and name.startswith("run_")
         names.append(name)

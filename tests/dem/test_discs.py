@@ -23,8 +23,8 @@ def step(dem, nodes, v=None):
 
 
 def test_force_is_that_of_two_spheres(dem, dim):
-    """Hertz with R* = R r / (R + r), on the disc's own node, along the line of the centres, down to a centre inside the
-    disc."""
+    """Hertz with R* = R r / (R + r), on the disc's own node, along the line of the centres, down to a centre
+    inside the disc."""
     direction = np.array([0.6, 0.8, 0.0])[:dim] if dim == 2 else np.array([0.6, 0.48, 0.64])
     far = 0.5 * np.eye(dim)[0]
     ball = dem(scene_of([far, -far], rho=1e12), 1e-9)
@@ -37,7 +37,8 @@ def test_force_is_that_of_two_spheres(dem, dim):
 
 
 def test_every_disc_counts(dem, dim):
-    """No hierarchy as among segments: three discs, one behind the other as the sphere sees them, push together."""
+    """No hierarchy as among segments: three discs, one behind the other as the sphere sees them, push
+    together."""
     up = np.eye(dim)[-1]
     nodes = [-0.8 * (R + DISC) * up, -0.85 * (R + DISC) * up, -0.9 * (R + DISC) * up]
     far = np.array(nodes) - up
@@ -49,8 +50,8 @@ def test_every_disc_counts(dem, dim):
 
 
 def test_friction_sticks_and_slides(dem):
-    """A heavy sphere pulled along over a disc at its lowest point: the spring of Mindlin, 8 G* sqrt(R* d), until
-    Coulomb's limit; the torque has the arm R - d/2."""
+    """A heavy sphere pulled along over a disc at its lowest point: the spring of Mindlin, 8 G* sqrt(R* d),
+    until Coulomb's limit; the torque has the arm R - d/2."""
     d, v, dt, friction = 2e-4, 0.01, 1e-5, 0.3
     G = 1.0 / sum(2 * (2 - m.nu) * (1 + m.nu) / m.E for m in (SOFT, HARD))
     ball = dem(scene_of([[0.0, -(R + DISC + 0.01)]], v=[v, 0.0], friction=friction, rho=1e13), dt)
@@ -70,15 +71,15 @@ def test_friction_sticks_and_slides(dem):
 
 
 def test_history_outlives_new_lists(dem):
-    """A block held by friction on a row of discs on a slope does not creep while discs come from far away, which makes
-    the lists anew."""
+    """A block held by friction on a row of discs on a slope does not creep while discs come from far away,
+    which makes the lists anew."""
     x = np.arange(-30, 31)[:, None] * [0.002, 0.0]
     far = np.array([[0.0, 0.5], [0.1, 0.5]])
     slope = np.radians(10.0)
     g = 9.81 * np.array([np.sin(slope), -np.cos(slope)])
     block = Cluster.box((0.02, 0.018), (8, 8), (0.0, 0.01), 500.0, 0.198, rim=True)
-    rest = dem(Scene(clusters=[block], wall=Wall.discs(np.vstack([x, far]) - [0.0, 0.001], 0.001), material=HARD,
-                     wall_material=HARD, gravity=g, at_wall=Interaction(0.05, 0.5)), 1e-5)
+    rest = dem(Scene(clusters=[block], wall=Wall.discs(np.vstack([x, far]) - [0.0, 0.001], 0.001),
+                     material=HARD, wall_material=HARD, gravity=g, at_wall=Interaction(0.05, 0.5)), 1e-5)
     nodes = np.array(rest.scene.wall.nodes)
     for _ in range(40):
         rest.advance(500, nodes, 0 * nodes)
@@ -94,8 +95,8 @@ def test_history_outlives_new_lists(dem):
 
 
 def test_energy_and_momentum_of_a_bounce(dem, dim):
-    """Without damping and friction a sphere that falls between two discs keeps its energy, and what it loses in
-    momentum is the impulse on the discs."""
+    """Without damping and friction a sphere that falls between two discs keeps its energy, and what it loses
+    in momentum is the impulse on the discs."""
     along, up = np.eye(dim)[0], np.eye(dim)[-1]
     start, v = 0.02 * up + 0.001 * along, -0.5 * up
     ball = dem(scene_of([-0.006 * along, 0.006 * along], start, v), 1e-6)
@@ -114,14 +115,15 @@ def rubble(dim):
     random, up = np.random.default_rng(5), np.eye(dim)[-1]
     x = np.stack(np.meshgrid(*[np.arange(-12, 13) * 0.004] * (dim - 1)), -1).reshape(-1, dim - 1)
     nodes = np.column_stack([x, 0.001 * random.normal(size=len(x))])
-    boxes = [Cluster.box([0.02] * dim, [4] * dim, 0.018 * up + a * np.eye(dim)[0], 800.0, depth=0.02, v=-0.4 * up,
-                         material="wood") for a in (-0.012, 0.013)]
+    boxes = [Cluster.box([0.02] * dim, [4] * dim, 0.018 * up + a * np.eye(dim)[0], 800.0, depth=0.02,
+                         v=-0.4 * up, material="wood") for a in (-0.012, 0.013)]
     floor = Wall([[-1.0, -0.02], [1.0, -0.02]], [[0, 1]], material="wood") if dim == 2 else \
         Wall([[-1.0, -1, -0.02], [1, -1, -0.02], [0, 1, -0.02]], [[0, 1, 2]], material="wood")
     rough = Interaction(0.4, 0.4, 1e3)
     pairs = {(a, b): rough for a in ("wood", "spheres") for b in ("wood", "wall")}
-    scene = Scene(Spheres([0.04 * up], [-0.3 * up], 0.005, 2500.0), Wall.discs(nodes, 0.003), SOFT, HARD, walls=[floor],
-                  clusters=boxes, gravity=-9.81 * up, interactions=pairs, materials={"wood": Material(2e7, 0.3)})
+    scene = Scene(Spheres([0.04 * up], [-0.3 * up], 0.005, 2500.0), Wall.discs(nodes, 0.003), SOFT, HARD,
+                  walls=[floor], clusters=boxes, gravity=-9.81 * up, interactions=pairs,
+                  materials={"wood": Material(2e7, 0.3)})
 
     def window(t, length):
         at = [nodes * (1 + 0.05 * np.sin(60 * s)) + 1e-3 * np.sin(200 * s) * up for s in (t, t + length)]
@@ -156,11 +158,13 @@ def test_state_continues_bit_for_bit(dem):
 
 
 def test_what_is_said_about_discs(dem):
-    for wrong, message in (
-            (lambda: Wall([[0, 0]], [[0]]), "discs .1 node. with a radius"),
-            (lambda: Wall.discs([[0, 0]], 0.0), "radius of the discs of the wall is 0.0 m: it must be positive"),
-            (lambda: Wall([[0, 0]], [[0]], depth=0.1, radius=0.1), "the wall has discs and a depth"),
-            (lambda: Wall([[0, 0], [1, 0]], [[0, 1]], radius=0.1), "wall elements have 2 nodes"),
-            (lambda: dem(scene_of([[0.0, 0.015]]), 1e-6), r"sphere 1 overlaps the wall by 0.001 m at the start")):
+    for wrong, message in ((lambda: Wall([[0, 0]], [[0]]), "discs .1 node. with a radius"),
+                           (lambda: Wall.discs([[0, 0]], 0.0), "radius of the discs of the wall is 0.0 m: it "
+                            "must be positive"), (lambda: Wall([[0, 0]], [[0]], depth=0.1, radius=0.1),
+                                                  "the wall has discs and a depth"),
+                           (lambda: Wall([[0, 0], [1, 0]], [[0, 1]], radius=0.1),
+                            "wall elements have 2 nodes"), (lambda: dem(scene_of([[0.0, 0.015]]), 1e-6),
+                                                            r"sphere 1 overlaps the wall by 0.001 m at the "
+                                                            r"start")):
         with pytest.raises(ValueError, match=message):
             wrong()

@@ -15,8 +15,8 @@ STEP = 1e-9  # [s]
 
 @pytest.fixture
 def probe(dem):
-    """``probe(wall, centres)``: force on a sphere at rest at these places [m], [N], shape (n, dim). The wall is moved
-    instead, and its force is twice the mean over one step that starts without contact."""
+    """``probe(wall, centres)``: force on a sphere at rest at these places [m], [N], shape (n, dim). The wall
+    is moved instead, and its force is twice the mean over one step that starts without contact."""
     def force(wall, centres):
         up = np.eye(wall.dim)[-1]
         ball = dem(Scene(Spheres([up], [0 * up], RADIUS, 1e9), wall, STEEL, STEEL), STEP)
@@ -30,7 +30,8 @@ def probe(dem):
 
 
 def along(wall, slope_left, slope_right, n=241):
-    """Centres with the same overlap on the two sides of a ridge (or valley) at the origin, and around the ridge."""
+    """Centres with the same overlap on the two sides of a ridge (or valley) at the origin, and around the
+    ridge."""
     r = RADIUS - OVERLAP
     left, right = np.arctan(slope_left), np.arctan(slope_right)
     first = r * np.tan(max(right - left, 0.0) / 2)  # in a valley the sides meet on the bisector
@@ -66,8 +67,8 @@ def test_anywhere_on_a_flat_wall_of_triangles(probe, sheet):
 
 
 def test_shallow_valley_is_one_contact(probe, sheet, dim):
-    """Below one degree: one contact, whose direction turns by the angle of the valley; both sides share it at the
-    bottom, where two halves at an angle make a little less than one."""
+    """Below one degree: one contact, whose direction turns by the angle of the valley; both sides share it at
+    the bottom, where two halves at an angle make a little less than one."""
     slope = np.tan(np.radians(0.45))
     wall = sheet(dim, cells=10, height=lambda x: slope * np.abs(x))
     force = probe(wall, along(wall, -slope, slope))
@@ -77,11 +78,12 @@ def test_shallow_valley_is_one_contact(probe, sheet, dim):
 
 @pytest.mark.parametrize("half", [1e-3, 1e-5])
 def test_force_does_not_jump_at_the_bottom_of_a_dent(probe, sheet, dim, half):
-    """A sphere that goes across the bottom [rad]: its side force changes sign evenly between the two places where it
-    leaves one side."""
+    """A sphere that goes across the bottom [rad]: its side force changes sign evenly between the two places
+    where it leaves one side."""
     wall = sheet(dim, cells=10, height=lambda x: half * np.abs(x))
     width = (RADIUS - OVERLAP) * half
-    centres = np.outer(np.linspace(-1.5, 1.5, 61) * width, np.eye(dim)[0]) + (RADIUS - OVERLAP) * np.eye(dim)[-1]
+    centres = np.outer(np.linspace(-1.5, 1.5, 61) * width,
+                       np.eye(dim)[0]) + (RADIUS - OVERLAP) * np.eye(dim)[-1]
     side = probe(wall, centres if dim == 2 else centres + [0, 0.0031, 0])[:, 0] / (HERTZ * half)
     assert side[30] == pytest.approx(0.0, abs=1e-3) and side[[0, -1]] == pytest.approx([1.0, -1.0], rel=0.04)
     assert np.abs(np.diff(side)).max() < 0.06
@@ -91,7 +93,8 @@ def test_force_does_not_jump_at_the_bottom_of_a_dent(probe, sheet, dim, half):
 def test_dent_about_a_vertex(probe, sheet):
     """Over the vertex of four sides the force is straight up, and but a little beside it does not jump."""
     flat, slope = sheet(3, 10), 1e-3
-    wall = Wall(flat.nodes + np.outer(slope * np.abs(flat.nodes[:, :2]).sum(axis=1), [0, 0, 1]), flat.elements)
+    wall = Wall(flat.nodes + np.outer(slope * np.abs(flat.nodes[:, :2]).sum(axis=1), [0, 0, 1]),
+                flat.elements)
     force = probe(wall, [[x, 0.3 * x, RADIUS - OVERLAP] for x in (0.0, 1e-9, -1e-9)])
     assert np.abs(force[0, :2]).max() < 1e-6 * slope * HERTZ
     assert np.abs(force[1:, :2]).max() < 1e-3 * slope * HERTZ
@@ -109,7 +112,8 @@ def test_valley_is_two_contacts(probe, sheet, dim, degrees):
 
 @pytest.mark.parametrize("aside", [0.0, 0.6e-3, 1.25e-3])
 def test_deep_in_a_dented_wall_of_small_elements_is_one_contact(probe, sheet, dim, aside):
-    """As below a sphere that presses on a body: elements in reach that come nearer where they join make no contacts."""
+    """As below a sphere that presses on a body: elements in reach that come nearer where they join make no
+    contacts."""
     wall, deep = sheet(dim, cells=40, height=lambda x: 2e-3 * x**2), 1e-3
     force = probe(wall, [(RADIUS - deep) * np.eye(dim)[-1] + aside * np.eye(dim)[0]])[0]
     assert np.sqrt((force**2).sum()) / HERTZ == pytest.approx((deep / OVERLAP) ** 1.5, rel=1e-4)
@@ -131,7 +135,8 @@ def test_nodes_share_the_force_by_barycentric_weights(dem):
             ([[-0.01, 0.0], [0.03, 0.0]], [[0, 1]], [0.0, RADIUS], [0.75, 0.25]),
             ([[0, 0, 0], [0.04, 0, 0], [0, 0.04, 0]], [[0, 1, 2]], [0.01, 0.02, RADIUS], [0.25, 0.25, 0.5])):
         down = -np.eye(len(centre))[-1]
-        ball = dem(Scene(Spheres([centre], [0.1 * down], RADIUS, 7800.0), Wall(nodes, elements), STEEL, STEEL), 1e-8)
+        ball = dem(Scene(Spheres([centre], [0.1 * down], RADIUS, 7800.0), Wall(nodes, elements), STEEL,
+                         STEEL), 1e-8)
         force = ball.advance(100, np.array(nodes, float), np.zeros(np.shape(nodes)))
         assert force[:, -1] / force[:, -1].sum() == pytest.approx(weights, rel=1e-12)
 

@@ -1,4 +1,5 @@
-"""Tangential contact: sliding, rolling, Coulomb's limit, crossing the borders of elements (both back ends)."""
+"""Tangential contact: sliding, rolling, Coulomb's limit, crossing the borders of elements (both back
+ends)."""
 import numpy as np
 import pytest
 
@@ -28,8 +29,8 @@ def gravity(dim):
 
 
 def test_sliding_becomes_rolling_on_a_moving_wall(dem, sheet, dim):
-    """Relative to the wall the sphere ends at 5/7 of its first speed, without slip: the angular momentum about the
-    contact point is kept."""
+    """Relative to the wall the sphere ends at 5/7 of its first speed, without slip: the angular momentum
+    about the contact point is kept."""
     belt, start = 0.2, 0.7
     ball = dem(sphere_on(sheet(dim, 6, 0.4), start, material=FIRM, gravity=gravity(dim)), 5e-6)
     nodes, v = np.array(ball.scene.wall.nodes), np.zeros(ball.scene.wall.nodes.shape)
@@ -42,7 +43,8 @@ def test_sliding_becomes_rolling_on_a_moving_wall(dem, sheet, dim):
 
 
 def test_coulomb_limit_while_sliding(dem, sheet, dim):
-    """The force is friction times normal force, against the motion; the spin gains 5/2 of what the speed loses."""
+    """The force is friction times normal force, against the motion; the spin gains 5/2 of what the speed
+    loses."""
     ball = dem(sphere_on(sheet(dim, 6, 0.4), 2.0, friction=0.3, material=FIRM, gravity=gravity(dim)), 5e-6)
     nodes, still = np.array(ball.scene.wall.nodes), np.zeros(ball.scene.wall.nodes.shape)
     ball.advance(2000, nodes, still)
@@ -57,8 +59,8 @@ def test_coulomb_limit_while_sliding(dem, sheet, dim):
 
 @pytest.mark.parametrize("restitution", [1.0, 0.9, 0.5, 0.3, 0.1])
 def test_sliding_impact_stays_within_coulombs_limit(dem, restitution):
-    """A sphere meets a wall at 60 degrees and slides all the time: the tangential impulse is the coefficient of
-    friction times the normal one, whatever the damping."""
+    """A sphere meets a wall at 60 degrees and slides all the time: the tangential impulse is the coefficient
+    of friction times the normal one, whatever the damping."""
     wall = Wall([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     material = Material(1e8, 0.3)
     ball = dem(Scene(Spheres([[0, 0, RADIUS]], [[2.0, 0, -1.0]], RADIUS, 2500.0), wall, material, material,
@@ -74,13 +76,14 @@ def test_spring_and_damper_together_stay_within_coulombs_limit(both, attraction)
     """A sphere thrown obliquely at a wall, turning, damped: at every step, between spheres as at walls."""
     meet = Interaction(0.2, 0.3, attraction=attraction)
     wall = Wall([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-    scene = Scene(Spheres([[0, 0, RADIUS], [0, 0, 3.02 * RADIUS]], [[0.05, 0, -1.0], [0, 0.02, -1.0]], RADIUS, 2500.0,
-                          [[0, 40, 0], [-10, 5, 0]]), wall, FIRM, FIRM, meet, meet)
+    scene = Scene(Spheres([[0, 0, RADIUS], [0, 0, 3.02 * RADIUS]], [[0.05, 0, -1.0], [0, 0.02, -1.0]], RADIUS,
+                          2500.0, [[0, 40, 0], [-10, 5, 0]]), wall, FIRM, FIRM, meet, meet)
     for dem in both(scene, 1e-7):
         nodes, bound, mass = np.array(wall.nodes), 0, scene.spheres.mass[0]
         for _ in range(1500):
             before = dem.particles()["v"]
-            floor = -dem.advance(1, nodes, 0 * nodes).sum(axis=0)  # mean of the forces at both ends of the step
+            # mean of the forces at both ends of the step
+            floor = -dem.advance(1, nodes, 0 * nodes).sum(axis=0)
             upper = mass * (dem.particles()["v"] - before)[1] / dem.dt
             for tangential, normal in ((floor[:2], floor[2]), (upper[:2], upper[2])):
                 assert np.hypot(*tangential) <= 0.3 * max(normal, 0.0) * (1 + 1e-3) + 1e-6
@@ -97,7 +100,8 @@ def histories(dem, wall, windows=600, **start):
 
 
 def test_borders_between_coplanar_elements_do_not_exist(dem, sheet, dim):
-    """Sliding, sticking and rolling over many elements is what it is on one: the tangential history goes along."""
+    """Sliding, sticking and rolling over many elements is what it is on one: the tangential history goes
+    along."""
     start = dict(v=1.0, spin=20.0, restitution=0.1)
     one, many = histories(dem, sheet(dim, 1), **start), histories(dem, sheet(dim, 37), **start)
     assert one[-1, dim] - one[0, dim] > 5 * 0.1 / 37  # several elements were crossed
@@ -145,12 +149,14 @@ def test_plane_scene_stays_in_the_plane(dem, sheet):
 
 @pytest.mark.parametrize("depth", [None, 0.5 * RADIUS])
 def test_wall_and_sphere_keep_their_angular_momentum(dem, sheet, dim, depth):
-    """What the sphere loses in an oblique impact, deep and with friction, is the angular impulse on the nodes."""
+    """What the sphere loses in an oblique impact, deep and with friction, is the angular impulse on the
+    nodes."""
     plain = sheet(dim, 7, 0.1)
     along, up, soft, nodes = np.eye(dim)[0], np.eye(dim)[-1], Material(5e5, 0.3), np.array(plain.nodes)
     thrown = Spheres([RADIUS * up - 0.02 * along], [4.0 * along - 3.0 * up], RADIUS, 2500.0,
                      [[0, 0, -50] if dim == 2 else [0, 50, 0]])
-    ball = dem(Scene(thrown, Wall(nodes, plain.elements, depth), soft, soft, at_wall=Interaction(0.5, 0.4)), 2e-6)
+    ball = dem(Scene(thrown, Wall(nodes, plain.elements, depth), soft, soft, at_wall=Interaction(0.5, 0.4)),
+               2e-6)
     deepest, moment = RADIUS, np.zeros(3)
     before = momentum(ball)
     for _ in range(200):

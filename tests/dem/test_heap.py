@@ -21,7 +21,8 @@ def test_back_ends_agree_on_a_heap(both, heap, dim, record_property, capsys):
     forces = [run(dem, window, 160) for dem in dems]
     difference = np.abs(forces[0] - forces[1]).max() / np.abs(forces[0]).max()
     a, b = (dem.bodies() for dem in dems)
-    state = max(np.abs(a[name] - b[name]).max() / np.abs(a[name]).max() for name in ("x", "v", "omega", "quaternion"))
+    state = max(np.abs(a[name] - b[name]).max() / np.abs(a[name]).max() for name in ("x", "v", "omega",
+                                                                                     "quaternion"))
     energies = [dem.energy() for dem in dems]
     dems[1].close()
     record_property("relative difference of the back ends", float(difference))
@@ -35,8 +36,8 @@ def test_back_ends_agree_on_a_heap(both, heap, dim, record_property, capsys):
 
 
 def test_impulses_balance(dem, heap, dim):
-    """In the windows in which no fixed wall and no held body is touched: wall impulse + change of momentum = weight x
-    time, counted by the bodies and by the single spheres."""
+    """In the windows in which no fixed wall and no held body is touched: wall impulse + change of momentum =
+    weight x time, counted by the bodies and by the single spheres."""
     scene, window = heap(dim)
     free = dem(replace(scene, clusters=scene.clusters[:2], walls=()), DT)
     g = np.array(scene.gravity)
@@ -52,7 +53,8 @@ def test_impulses_balance(dem, heap, dim):
         impulse = run(free, window, 1)[0].sum(axis=0) * 20 * DT
         now = momentum()
         total = max(total, np.abs(impulse).max())
-        assert np.abs(impulse + now - before - mass * g * 20 * DT).max() < 1e-12 * max(total, np.abs(before).max())
+        assert np.abs(impulse + now - before - mass * g * 20 * DT).max() < 1e-12 * max(total,
+                                                                                       np.abs(before).max())
         before = now
     assert total > 0.0
 
@@ -66,7 +68,8 @@ def test_restored_state_continues_bit_for_bit(dem, heap, dim):
         run(first, window, 1, steps=7)
     state, time = first.get_state(), first.time
     kept = {name: np.array(value) for name, value in state.items()}
-    forces, particles, bodies, energy = run(first, window, 30), first.particles(), first.bodies(), first.energy()
+    forces, particles, bodies, energy = run(first, window,
+                                            30), first.particles(), first.bodies(), first.energy()
     assert state["wall_force"].any() and forces.any()
     for other in (first, dem(scene, DT)):
         other.set_state(state)
@@ -101,7 +104,8 @@ def test_ids_and_shares(dem, heap, dim):
     grains = dem(scene, DT)
     p, bodies = grains.particles(), grains.bodies()
     assert p["id"].tolist() == list(range(1, len(p) + 1))
-    assert p["body"].tolist() == [0, 0] + sum(([b + 1] * len(c.radii) for b, c in enumerate(scene.clusters)), [])
+    assert p["body"].tolist() == [0, 0] + sum(([b + 1] * len(c.radii) for b, c in enumerate(scene.clusters)),
+                                              [])
     for body, cluster in zip(bodies, scene.clusters):
         assert p["mass"][p["body"] == body["id"]].sum() == pytest.approx(cluster.mass, rel=1e-14)
         assert body["x"][:dim] == pytest.approx(cluster.x, abs=1e-16) and body["mass"] == cluster.mass

@@ -11,7 +11,8 @@ RIGID = Material(7e19, 0.3)
 def drop(wall, v, radius=0.01, rho=2700.0, material=ALUMINIUM, wall_material=ALUMINIUM, gap=0.0, **more):
     """One sphere above the origin, moving down at v [m/s]."""
     up = np.eye(wall.dim)[-1]
-    return Scene(Spheres([(radius + gap) * up], [-v * up], radius, rho), wall, material, wall_material, **more)
+    return Scene(Spheres([(radius + gap) * up], [-v * up], radius, rho), wall, material, wall_material,
+                 **more)
 
 
 def collide(dem, steps, wall_speed=0.0):
@@ -123,7 +124,8 @@ def test_free_fall_is_exact(dem, sheet):
     assert p["v"] == pytest.approx([0.3 * t, -0.4 - 9.81 * t, 0.0], rel=1e-12)
     assert p["x"] == pytest.approx([0.15 * t**2, 0.51 - 0.4 * t - 4.905 * t**2, 0.0], rel=1e-12)
     energy = ball.energy()
-    assert energy["kinetic"] + energy["potential"] == pytest.approx(p["mass"] * (0.08 + 9.81 * 0.51), rel=1e-12)
+    assert energy["kinetic"] + energy["potential"] == pytest.approx(p["mass"] * (0.08 + 9.81 * 0.51),
+                                                                    rel=1e-12)
 
 
 @pytest.mark.parametrize("deep", [0.9, 2.0, 300.0])

@@ -111,8 +111,10 @@ def test_closing_twice_is_allowed_and_using_it_then_is_an_error():
 
 def test_numbers_beyond_32_bits_never_reach_the_shim(start):
     dem = start(scene())
-    for function, place in ((f, i) for f, places in library.INTEGERS.items() for i in places if f != "dem_open"):
-        with pytest.raises(ValueError, match="4294967316 is too large for LIGGGHTS, which counts to 2147483647"):
+    for function, place in ((f, i) for f, places in library.INTEGERS.items() for i in places
+                            if f != "dem_open"):
+        with pytest.raises(ValueError, match="4294967316 is too large for LIGGGHTS, which counts to "
+                           "2147483647"):
             dem._instance.call(function, *[0] * place, 2**32 + 20)
 
 
@@ -138,8 +140,8 @@ def test_sphere_without_a_position_is_named(start):
 
 
 def test_spring_between_spheres_ends_with_the_contact(both):
-    """By default LIGGGHTS 3.8 keeps it until the next neighbour list; here the spheres meet again before, and the force
-    was off by 2 %."""
+    """By default LIGGGHTS 3.8 keeps it until the next neighbour list; here the spheres meet again before, and
+    the force was off by 2 %."""
     falling = scene(x=[(0.0, 0.01002), (0.001, 0.0302)], v=[(0.02, -0.05), (0.04, -0.1)], friction=0.4,
                     gravity=(0.0, -9.81))
     reference, dem = both(falling, 4e-6)
@@ -154,7 +156,8 @@ def test_state_moves_to_another_instance(start):
     push(first, 30)
     state = first.get_state()
     second.set_state(state)
-    assert np.array_equal(push(first, 30), push(second, 30)) and np.array_equal(first.particles(), second.particles())
+    assert np.array_equal(push(first, 30), push(second, 30)) and np.array_equal(first.particles(),
+                                                                                second.particles())
     with pytest.raises(ValueError, match="another scene"):
         start(scene()).set_state(state)
 

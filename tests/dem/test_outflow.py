@@ -52,7 +52,9 @@ def test_what_leaves_is_booked(dem, outflow):
     assert left == [True, True, False, True, False] and five.removed["mass"] == pytest.approx(3 * mass)
     assert p["id"].tolist() == [1, 2, 3, 4, 5] and not p["v"][left].any() and not p["omega"][left].any()
     if outflow == "hold":
-        assert p["x"][0, 0] == 1.0 and p["x"][1, 1] == 1.0 and p["x"][3, 0] == -1.0 and (p["radius"] == 0.01).all()
+        assert p["x"][0, 0] == 1.0 and p["x"][1, 1] == 1.0 and p["x"][3,
+                                                                      0] == -1.0 and (p["radius"]
+                                                                                      == 0.01).all()
     else:
         assert (p["radius"] == [0.0, 0.0, 0.01, 0.0, 0.01]).all() and 1.0 < p["x"][0, 0] < 1.01
     assert p["x"][2, 0] == pytest.approx(0.1 * five.time, rel=1e-12)
@@ -60,8 +62,9 @@ def test_what_leaves_is_booked(dem, outflow):
 
 def test_end_of_the_run(dem):
     ball = dem(scene([[0.0, 0.0], [0.9, 0.5]], [[0.0, 0.0], [3.0, 0.0]], {"-x": "remove"}), DT)
-    with pytest.raises(RuntimeError, match=r"sphere 2 has left the domain, \[-1. -1.\] to \[1. 1.\] m, and is at .* m "
-                                           "at t = 0.04 s: enlarge the domain, or .* outflow=hold or outflow=remove"):
+    with pytest.raises(RuntimeError,
+                       match=r"sphere 2 has left the domain, \[-1. -1.\] to \[1. 1.\] m, and is at .* m "
+                       "at t = 0.04 s: enlarge the domain, or .* outflow=hold or outflow=remove"):
         ball.advance(4000, NONE[2], NONE[2])
 
 
@@ -89,7 +92,8 @@ def run(dem, windows, steps=50):
 
 @pytest.mark.parametrize("outflow", ["hold", "remove"])
 def test_clusters_leave_in_mid_contact(dem, outflow):
-    """Impulse on the wall + change of momentum, booked too = weight x time, with the wall's force of every window."""
+    """Impulse on the wall + change of momentum, booked too = weight x time, with the wall's force of every
+    window."""
     pile = dem(with_clusters(outflow), DT)
     before, g, left = momentum(pile), np.array([0.0, -9.81]), []
     for _ in range(150):
@@ -101,12 +105,15 @@ def test_clusters_leave_in_mid_contact(dem, outflow):
         before = now
         left.append(pile.removed["count"])
     b = pile.bodies()
-    assert left[-1] == 2 and left[0] == 0 and b["id"].tolist() == [1, 2] and (b["mass"] > 0).tolist() == [False, True]
+    assert left[-1] == 2 and left[0] == 0 and b["id"].tolist() == [1,
+                                                                   2] and (b["mass"] > 0).tolist() == [False,
+                                                                                                       True]
     assert not b["v"][0].any() and b["x"][0, 0] == pytest.approx(1.0, abs=2e-3)
     p = pile.particles()
     assert (p["radius"][p["body"] == 1] == (0.0 if outflow == "remove" else 0.005)).all()
     assert pile.removed["mass"] == pytest.approx(pile.scene.clusters[0].mass + pile.scene.spheres.mass[1])
-    assert p["x"][0, 1] == pytest.approx(0.03, abs=1e-3) and np.abs(p["v"][0]).max() < 0.1  # rests on the other one
+    # rests on the other one
+    assert p["x"][0, 1] == pytest.approx(0.03, abs=1e-3) and np.abs(p["v"][0]).max() < 0.1
 
 
 def test_back_ends_agree(both):
@@ -160,7 +167,8 @@ def test_what_is_no_domain_or_way_out(more, message):
 
 
 def test_start_outside_the_domain():
-    with pytest.raises(ValueError, match=r"sphere 2 at \[1.5 0. \] m starts outside the domain, .* move it inside"):
+    with pytest.raises(ValueError,
+                       match=r"sphere 2 at \[1.5 0. \] m starts outside the domain, .* move it inside"):
         open_dem("reference", scene([[0.0, 0.0], [1.5, 0.0]], [[0.0, 0.0]] * 2), DT)
 
 

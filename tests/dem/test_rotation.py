@@ -26,7 +26,8 @@ def own_omega(dem):
 
 
 def exact_flips(omega, time):
-    """Times that the middle component of ``omega`` changes its sign (Landau and Lifshitz, Mechanics, section 37)."""
+    """Times that the middle component of ``omega`` changes its sign (Landau and Lifshitz, Mechanics, section
+    37)."""
     (a, b, c), w = INERTIA, np.array(omega)
     E, L = INERTIA @ w**2, np.linalg.norm(INERTIA * w)  # twice the energy
     if E * b > L**2:
@@ -39,7 +40,8 @@ def exact_flips(omega, time):
 
 @pytest.mark.parametrize("steps, turns", [(100, 100), (400, 50)])
 def test_flips_of_the_middle_axis(dem, steps, turns):
-    """After Dzhanibekov: turns about the middle axis, all flips, without loss of energy and angular momentum."""
+    """After Dzhanibekov: turns about the middle axis, all flips, without loss of energy and angular
+    momentum."""
     omega = (0.01, 10.0, 0.01)
     free = spinning(dem, omega, steps)
     energy, flips, sign = [free.energy()["kinetic"]], 0, 1.0

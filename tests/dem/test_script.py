@@ -6,8 +6,10 @@ from dem_liggghts.liggghts.script import FEW, commands
 
 
 def scene(dim=2, E=1e7, nu=0.3, wall_E=2e7, count=1, **more):
-    floor = Wall([[-1, 0], [1, 0]], [[0, 1]]) if dim == 2 else Wall([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    balls = Spheres([[0.03 * i] + [0.1] * (dim - 1) for i in range(count)], [[0.0] * dim] * count, 0.01, 2500.0)
+    floor = Wall([[-1, 0], [1, 0]], [[0, 1]]) if dim == 2 else Wall([[0, 0, 0], [1, 0, 0], [0, 1, 0]],
+                                                                    [[0, 1, 2]])
+    balls = Spheres([[0.03 * i] + [0.1] * (dim - 1) for i in range(count)], [[0.0] * dim] * count, 0.01,
+                    2500.0)
     return Scene(balls, floor, Material(E, nu), Material(wall_E, 0.2), **more)
 
 
@@ -24,7 +26,8 @@ def test_numbers_survive_the_text():
     assert [float(w) for w in line(lines, "fix nu").split()[-2:]] == [0.3, 0.2]
 
 
-@pytest.mark.parametrize("E, consent", [(1e7, []), (4.9e6, ["soft"]), (5e6, []), (1e9, []), (2.16e11, ["hard"])])
+@pytest.mark.parametrize("E, consent", [(1e7, []), (4.9e6, ["soft"]), (5e6, []), (1e9, []),
+                                        (2.16e11, ["hard"])])
 def test_stiffness_beyond_the_limits_of_liggghts_needs_consent(E, consent):
     lines = commands(scene(E=E), 1e-7)
     assert [text.split("_")[0] for text in lines if "_particles" in text] == consent
@@ -59,7 +62,8 @@ def test_gravity_in_any_direction_or_none():
 
 
 def test_box_holds_the_spheres_at_the_start():
-    low_x, high_x, low_y, high_y, low_z, high_z = map(float, line(commands(scene(), 1e-7), "region").split()[3:9])
+    low_x, high_x, low_y, high_y, low_z, high_z = map(float,
+                                                      line(commands(scene(), 1e-7), "region").split()[3:9])
     assert low_x < -0.01 and high_x > 0.01 and low_y < 0.09 and high_y > 0.11 and low_z < 0.0 < high_z
 
 

@@ -1,5 +1,5 @@
-"""Where elements and walls meet: facets with nodes of their own, two walls side by side, one behind the other (both
-back ends)."""
+"""Where elements and walls meet: facets with nodes of their own, two walls side by side, one behind the other
+(both back ends)."""
 import numpy as np
 import pytest
 
@@ -23,13 +23,16 @@ def strip(dim, *x, below=0.0):
         return Wall(np.column_stack([x, 0 * x - below]), np.column_stack([k, k + 1]))
     nodes = [[a, b, -below] for a in x for b in (-0.05, 0.05)]
     k = 2 * np.arange(len(x) - 1)
-    return Wall(nodes, np.concatenate([np.column_stack([k, k + 2, k + 3]), np.column_stack([k, k + 3, k + 1])]))
+    return Wall(nodes,
+                np.concatenate([np.column_stack([k, k + 2, k + 3]), np.column_stack([k, k + 3, k + 1])]))
 
 
 def roll(dem, dim, wall=None, walls=(), steps=150, x=-0.011, v=0.5, height=RADIUS):
-    """Path of a sphere that slides, sticks and rolls along: x, v, spin after every window; it goes about 0.03 m."""
+    """Path of a sphere that slides, sticks and rolls along: x, v, spin after every window; it goes about 0.03
+    m."""
     along, up = np.eye(dim)[0], np.eye(dim)[-1]
-    ball = Spheres([x * along + height * up], [v * along], RADIUS, 2500.0, [[0, 0, -20] if dim == 2 else [0, 20, 0]])
+    ball = Spheres([x * along + height * up], [v * along], RADIUS, 2500.0,
+                   [[0, 0, -20] if dim == 2 else [0, 20, 0]])
     scene = Scene(ball, wall, SOFT, SOFT, at_wall=ROUGH, walls=walls, gravity=-G * up)
     ball, seen = dem(scene, 5e-5), []
     nodes = np.array(scene.wall.nodes)
@@ -61,8 +64,8 @@ def test_facets_with_their_own_nodes_deep_in_a_dent(dem, sheet, dim):
 
 @pytest.mark.parametrize("kind", ["two at rest", "one moves"])
 def test_seam_of_two_level_walls_does_not_exist(dem, dim, kind):
-    """A sphere rolls over it as over one wall, and at rest on it has the overlap that it has anywhere; the nodes of the
-    two walls need not meet."""
+    """A sphere rolls over it as over one wall, and at rest on it has the overlap that it has anywhere; the
+    nodes of the two walls need not meet."""
     left, right = strip(dim, -0.1, 0.0), strip(dim, 0.0, 0.03, 0.1)
     if dim == 3:
         right = Wall(right.nodes * [1, 0.8, 1], right.elements)
@@ -75,10 +78,11 @@ def test_seam_of_two_level_walls_does_not_exist(dem, dim, kind):
 
 
 def pushed(dem, dim, d, walls, wall=None):
-    """Upward force [N] on a sphere too heavy to be slowed down, about an overlap d [m], and the overlap then [m]."""
+    """Upward force [N] on a sphere too heavy to be slowed down, about an overlap d [m], and the overlap then
+    [m]."""
     up, v, dt = np.eye(dim)[-1], 1.0, d / 100
-    ball = dem(Scene(Spheres([(RADIUS + 1e-7) * up + 1e-9 * np.eye(dim)[0]], [-v * up], RADIUS, 1e7), wall, SOFT, SOFT,
-                     walls=walls), dt)
+    ball = dem(Scene(Spheres([(RADIUS + 1e-7) * up + 1e-9 * np.eye(dim)[0]], [-v * up], RADIUS, 1e7), wall,
+                     SOFT, SOFT, walls=walls), dt)
     nodes = np.array(ball.scene.wall.nodes)
     ball.advance(100, nodes, 0 * nodes)
     before = ball.particles()

@@ -13,7 +13,8 @@ MEET = Interaction(0.9, 0.3)
 
 def scene(x=((0.0, 0.011), (0.03, 0.011)), radius=0.01, rho=2500.0, meet=MEET, **more):
     floor = Wall([[-1.0, 0.0], [0.0, 0.0], [1.0, 0.0]], [[0, 1], [1, 2]])
-    return Scene(Spheres(x, np.zeros_like(np.array(x, float)), radius, rho), floor, SOFT, SOFT, meet, meet, **more)
+    return Scene(Spheres(x, np.zeros_like(np.array(x, float)), radius, rho), floor, SOFT, SOFT, meet, meet,
+                 **more)
 
 
 def body(**more):
@@ -30,7 +31,8 @@ def body(**more):
 def test_state_of_another_scene_is_refused(dem, first, other, what):
     state, other = dem(first, DT).get_state(), dem(other, DT)
     before = other.get_state()
-    with pytest.raises(ValueError, match=f"the state belongs to another scene: its {what}.*give a state of this scene"):
+    with pytest.raises(ValueError, match=f"the state belongs to another scene: its {what}.*give a state of "
+                       "this scene"):
         other.set_state(state)
     after = other.get_state()
     assert all(np.array_equal(before[name], after[name]) for name in before)

@@ -1,4 +1,5 @@
-"""Walls that push outwards only, fixed walls of their own material, replacement of the moving wall (both back ends)."""
+"""Walls that push outwards only, fixed walls of their own material, replacement of the moving wall (both back
+ends)."""
 import numpy as np
 import pytest
 
@@ -43,12 +44,13 @@ def test_centre_on_the_surface_of_a_one_sided_wall(dem, sheet):
     plain, up = sheet(2), np.eye(2)[-1]
     one = dem(heavy(Wall(plain.nodes, plain.elements, depth=R)), 1e-9)
     for aside in (0.0, 0.0031):  # on a node, on a segment
-        assert force_at(one, 0.3 * up + [aside, 0.0]) == pytest.approx(HERTZ * R**1.5 * up, rel=1e-6, abs=1e-3)
+        assert force_at(one, 0.3 * up + [aside, 0.0]) == pytest.approx(HERTZ * R**1.5 * up, rel=1e-6,
+                                                                       abs=1e-3)
 
 
 def test_thin_finger_pushes_with_its_near_face_only(dem):
-    """A plate thinner than the sphere: from outside one contact, two-sided too; from within its far half, the far
-    face."""
+    """A plate thinner than the sphere: from outside one contact, two-sided too; from within its far half, the
+    far face."""
     t, length = 0.4 * R, 0.2
     nodes = [[-length, -t / 2], [length, -t / 2], [length, t / 2], [-length, t / 2]]
     finger = Wall(nodes, [[1, 0], [2, 1], [3, 2], [0, 3]], depth=R)
@@ -60,7 +62,8 @@ def test_thin_finger_pushes_with_its_near_face_only(dem):
 
 
 def test_corners_of_a_one_sided_wall(dem):
-    """Around a square: outside a corner radially, inside towards the nearest face; beyond a free end as two-sided."""
+    """Around a square: outside a corner radially, inside towards the nearest face; beyond a free end as
+    two-sided."""
     corners = [[-0.03, -0.03], [0.03, -0.03], [0.03, 0.03], [-0.03, 0.03]]
     box = dem(heavy(Wall(corners, [[1, 0], [2, 1], [3, 2], [0, 3]], depth=R)), 1e-9)
     diagonal = np.array([1.0, 1.0]) / np.sqrt(2)
@@ -76,7 +79,8 @@ def test_corners_of_a_one_sided_wall(dem):
 
 def test_fixed_walls_have_their_own_materials(dem):
     """Two blocks slide on a rough and on a smooth floor: each slows down with its own friction."""
-    floors = [Wall([[x, 0.0], [x + 0.1, 0.0]], [[0, 1]], material=name) for x, name in ((-0.2, "rough"), (0.1, "ice"))]
+    floors = [Wall([[x, 0.0], [x + 0.1, 0.0]], [[0, 1]], material=name) for x, name in ((-0.2, "rough"),
+                                                                                        (0.1, "ice"))]
     blocks = [Cluster.box((0.02, 0.01), (8, 4), (x, 0.005), 500.0, 0.1, v=(0.2, 0.0), material="wood")
               for x in (-0.18, 0.12)]
     meet = {("wood", "wood"): Interaction(), ("wood", "rough"): Interaction(0.05, 0.5),
@@ -119,8 +123,8 @@ def test_same_surface_in_other_pieces_changes_nothing(dem, friction):
 
 
 def test_replacement_keeps_impulse_and_springs(dem):
-    """Block on a slope held by its tangential springs: it does not jump when the wall is replaced, and the impulse on
-    the wall stays minus the change of momentum."""
+    """Block on a slope held by its tangential springs: it does not jump when the wall is replaced, and the
+    impulse on the wall stays minus the change of momentum."""
     t = np.radians(15.0)
     g = 9.81 * np.array([np.sin(t), -np.cos(t)])
     block = Cluster.box((0.02, 0.018), (8, 8), (0.0, 0.009), 500.0, 0.198, rim=True)

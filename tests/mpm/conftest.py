@@ -15,7 +15,8 @@ TOO_STRONG_TO_YIELD = {"mohr_coulomb": dict(friction_angle=30.0, cohesion=1e9),
                        "von_mises": dict(yield_stress=1e9)}
 
 SOFT = LAWS["linear"](1e3, 0.3)
-POINTS = {"quadrilateral": 2, "triangle": 3, "hexahedron": 2, "tetrahedron": 4}  # per body cell of small tests
+# per body cell of small tests
+POINTS = {"quadrilateral": 2, "triangle": 3, "hexahedron": 2, "tetrahedron": 4}
 
 
 @pytest.fixture(params=sorted(POINTS))
@@ -71,8 +72,8 @@ def at_point():
 
 
 def make_point(law, stress_state, dt=0.1):
-    """P(F), A(F) and P33(F) [Pa], W(F) [J/m^3], F33(F) and the dimension; the old stretch F33 is 1, as are all states.
-    P has the shape of F, A = dP/dF twice that."""
+    """P(F), A(F) and P33(F) [Pa], W(F) [J/m^3], F33(F) and the dimension; the old stretch F33 is 1, as are
+    all states. P has the shape of F, A = dP/dF twice that."""
     D = 3 if stress_state == "three_dimensional" else 2
     point_stress, point_tangent = point_functions(law, stress_state, D)
     plain_energy = bound(law, law.energy, D)
@@ -87,8 +88,8 @@ def make_point(law, stress_state, dt=0.1):
         return plain_energy(law.params, np.ascontiguousarray(F, float), call(point_stress, F)[3], old)
 
     return SimpleNamespace(dim=D, P=lambda F: call(point_stress, F)[0], A=lambda F: call(point_tangent, F)[1],
-                           P33=lambda F: call(point_stress, F)[2], F33=lambda F: call(point_stress, F)[3], W=energy,
-                           tangent_P=lambda F: call(point_tangent, F)[0], kernels=kernels(law, D))
+                           P33=lambda F: call(point_stress, F)[2], F33=lambda F: call(point_stress, F)[3],
+                           W=energy, tangent_P=lambda F: call(point_tangent, F)[0], kernels=kernels(law, D))
 
 
 class Element:
@@ -140,7 +141,8 @@ def element():
 
 @pytest.fixture
 def taylor_rate():
-    """``taylor_rate(f, df, h)``: observed order of f(h) - f(0) - h df as the step h is halved; 2 for a derivative."""
+    """``taylor_rate(f, df, h)``: observed order of f(h) - f(0) - h df as the step h is halved; 2 for a
+    derivative."""
     def rate(f, df, h=1e-3):
         start = f(0.0)
         first, second = (np.linalg.norm(f(s) - start - s * df) for s in (h, h / 2))
@@ -164,8 +166,8 @@ def options():
 
 @pytest.fixture
 def make_mpm():
-    """``make_mpm(**changes)``: a soft block of 2 m x 1 m, two grid cells away from the edges of its grid (cells of 0.5
-    m), with loads on its upper edge; keywords replace arguments of Grid, Body or MPM."""
+    """``make_mpm(**changes)``: a soft block of 2 m x 1 m, two grid cells away from the edges of its grid
+    (cells of 0.5 m), with loads on its upper edge; keywords replace arguments of Grid, Body or MPM."""
     opened = []
 
     def make(cell="quadrilateral", box=((0.0, 0.0), (2.0, 1.0)), h=0.5, margin=2, law=SOFT, rho=1.0,

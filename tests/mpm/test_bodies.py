@@ -42,8 +42,8 @@ def whole(solid, field):
 
 @pytest.mark.parametrize("law", [linear(1e3, 0.3), neo_hooke(1e3, 0.3)], ids=lambda law: law.name)
 def test_two_halves_of_one_material_are_one_body(start, any_cell, law):
-    """Same points, same motion, to what Newton's method makes of round-off (measured 3e-10); the points come in another
-    order."""
+    """Same points, same motion, to what Newton's method makes of round-off (measured 3e-10); the points come
+    in another order."""
     D = dim(any_cell)
     spin = dict(velocity=lambda x: np.column_stack([-x[:, 1], x[:, 0], 0 * x[:, 0]])[:, :D])
     top = Interface(np.array([(0.5, 0.9, 0.5), (1.2, 0.9, 0.5)])[:, :D], np.zeros((0, D), int))
@@ -64,10 +64,12 @@ def test_two_halves_of_one_material_are_one_body(start, any_cell, law):
 
 
 def pulled(start, cell, first, second):
-    """Two blocks side by side from 0 to 2 m, pulled apart by 0.02 m within a step, without inertia, nu = 0."""
+    """Two blocks side by side from 0 to 2 m, pulled apart by 0.02 m within a step, without inertia, nu =
+    0."""
     D = dim(cell)
     box = Box((0.0,) * D, (2.0, 1.0, 1.0)[:D])
-    ends = [Support(lambda x: x[:, 0] < 1e-9, "x"), Support(lambda x: x[:, 0] > 2 - 1e-9, "x", lambda t: 0.02 * t)]
+    ends = [Support(lambda x: x[:, 0] < 1e-9, "x"), Support(lambda x: x[:, 0] > 2 - 1e-9, "x",
+                                                            lambda t: 0.02 * t)]
     ends += [Support(lambda x, d=d: x[:, d] < 1e-9, "xyz"[d]) for d in range(1, D)]
     bodies = [block(cell, 0.0, 1.0, first, 1e-9), block(cell, 1.0, 2.0, second, 1e-9)]
     solid = start(Grid(box, (4, 2, 2)[:D], cell), bodies, ends)
@@ -77,14 +79,15 @@ def pulled(start, cell, first, second):
 
 @pytest.mark.parametrize("contrast", [1.0, 1e4, 1e8])
 def test_two_springs_in_a_row(start, options, any_cell, contrast):
-    """The strain is shared by the stiffness, the stress is the same: E = 1e3 Pa against that times the contrast, linear
-    against neo-Hookean. Round-off in the stiff body is eps E = 2e-5 Pa of 20 Pa."""
+    """The strain is shared by the stiffness, the stress is the same: E = 1e3 Pa against that times the
+    contrast, linear against neo-Hookean. Round-off in the stiff body is eps E = 2e-5 Pa of 20 Pa."""
     options(snes_rtol=1e-12)
     solid = pulled(start, any_cell, linear(1e3, 0.0), neo_hooke(1e3 * contrast, 0.0))
     soft, stiff = (part.points.F[:, 0, 0] - 1 for part in solid.bodies)
     axial = [part.cauchy_stress()[:, 0, 0] for part in solid.bodies]
     assert np.ptp(soft) < 1e-9 and soft.mean() + stiff.mean() == pytest.approx(0.02, rel=1e-9)
-    assert soft.mean() == pytest.approx(0.02 * contrast / (1 + contrast), rel=0.01)  # a law's own nonlinearity
+    # a law's own nonlinearity
+    assert soft.mean() == pytest.approx(0.02 * contrast / (1 + contrast), rel=0.01)
     np.testing.assert_allclose(np.concatenate(axial), axial[0].mean(), rtol=0.02 if contrast == 1.0 else 1e-4)
 
 
@@ -107,8 +110,8 @@ def test_contrast_in_motion(start, any_cell):
 
 
 def test_sums_over_the_bodies(start):
-    """Momentum and kinetic energy by hand; the points are numbered through; what ParaView shows tells the bodies
-    apart."""
+    """Momentum and kinetic energy by hand; the points are numbered through; what ParaView shows tells the
+    bodies apart."""
     bodies = [block("quadrilateral", 0.0, 1.0, rho=2.0, velocity=(1.0, 0.0)),
               block("quadrilateral", 1.5, 3.0, neo_hooke(1e4, 0.2), rho=3.0, velocity=(0.0, -2.0))]
     solid = start(grid_of("quadrilateral"), bodies, gravity=(0.0, -1.0))
@@ -127,7 +130,8 @@ def test_boundary_particles_start_like_the_nearest_body(start):
     bodies = [block("quadrilateral", 0.0, 1.0, velocity=(1.0, 0.0)),
               block("quadrilateral", 1.5, 3.0, linear(1e5, 0.3), velocity=(0.0, -2.0))]
     springs = Penalty(Interface(x, np.zeros((0, 2), int)), normal=(1.0, 0.0), follows=True)
-    solid = start(grid_of("quadrilateral"), bodies, interface=Interface(x, np.zeros((0, 2), int)), penalties=[springs])
+    solid = start(grid_of("quadrilateral"), bodies, interface=Interface(x, np.zeros((0, 2), int)),
+                  penalties=[springs])
     np.testing.assert_array_equal(solid.surface()[1], [[1.0, 0.0], [0.0, -2.0]])
     stiffness = solid.penalties[0]._stiffness
     assert stiffness[1] / stiffness[0] == pytest.approx(100.0)
@@ -152,13 +156,15 @@ def test_going_back_repeats_the_run(start, cell):
         assert ends[0][name].tobytes() == ends[1][name].tobytes(), name
 
 
-@pytest.mark.parametrize("bodies, words", [
-    ([], "there is no body: give at least one"),
-    ([block("triangle", 0.0, 1.0), block("triangle", 1.0, 2.0, thickness=0.5)],
-     "body 1 is 0.5 m thick, body 0 1.0 m: bodies in one plane grid have the same thickness"),
-    ([block("triangle", 0.0, 1.0), block("tetrahedron", 1.0, 2.0)], "body 1 has 3 dimensions, the grid 2"),
-    ([block("triangle", 0.0, 1.0), block("triangle", 3.0, 5.0)], "the body reaches out of the grid: a material point"),
-])
+@pytest.mark.parametrize("bodies, words", [([], "there is no body: give at least one"),
+                                           ([block("triangle", 0.0, 1.0),
+                                             block("triangle", 1.0, 2.0, thickness=0.5)],
+                                            "body 1 is 0.5 m thick, body 0 1.0 m: bodies in one plane grid "
+                                            "have the same thickness"),
+                                           ([block("triangle", 0.0, 1.0), block("tetrahedron", 1.0, 2.0)],
+                                            "body 1 has 3 dimensions, the grid 2"),
+                                           ([block("triangle", 0.0, 1.0), block("triangle", 3.0, 5.0)],
+                                            "the body reaches out of the grid: a material point"),])
 def test_bodies_that_do_not_fit(bodies, words):
     with pytest.raises(ValueError, match=words):
         MPM(grid_of("triangle"), bodies)
@@ -166,13 +172,14 @@ def test_bodies_that_do_not_fit(bodies, words):
 
 def test_points_of_several_bodies_have_to_be_asked_for_one_by_one(start):
     solid = start(grid_of("triangle"), [block("triangle", 0.0, 1.0), block("triangle", 1.0, 2.0)])
-    with pytest.raises(ValueError, match=r"there are 2 bodies: take the points of each from bodies\[n\].points"):
+    with pytest.raises(ValueError,
+                       match=r"there are 2 bodies: take the points of each from bodies\[n\].points"):
         _ = solid.points
 
 
 def test_a_tangent_that_cannot_be_factorised_is_not_the_end(start, options, capfd):
-    """A body 1e8 times as stiff beside a soft one, with nearly empty cells: from rest the tangent is positive definite
-    where it was not from the first guess. Nobody prints what CHOLMOD thinks of it."""
+    """A body 1e8 times as stiff beside a soft one, with nearly empty cells: from rest the tangent is positive
+    definite where it was not from the first guess. Nobody prints what CHOLMOD thinks of it."""
     bodies = [block("hexahedron", 0.0, 1.0, velocity=(1.0, 0.0, 0.0)),
               block("hexahedron", 1.25, 2.25, neo_hooke(1e11, 0.3), 10.0)]
     for more in ({}, dict(snes_lag_jacobian=1, snes_linesearch_type="bt")):
@@ -193,15 +200,18 @@ def warned(recorder):
 
 
 def test_bodies_that_share_nodes_are_named_once(start, recwarn):
-    """Touching blocks that fly apart stick, a third one far away is not concerned; nor is one body, or bonded ones."""
-    bodies = [block("quadrilateral", 0.0, 1.0, velocity=(-1.0, 0.0)), block("quadrilateral", 1.0, 2.0, velocity=(1.0, 0.0)),
+    """Touching blocks that fly apart stick, a third one far away is not concerned; nor is one body, or bonded
+    ones."""
+    bodies = [block("quadrilateral", 0.0, 1.0, velocity=(-1.0, 0.0)), block("quadrilateral", 1.0, 2.0,
+                                                                            velocity=(1.0, 0.0)),
               block("quadrilateral", 3.0, 3.5)]
     solid = start(grid_of("quadrilateral"), bodies)
     for _ in range(3):
         solid.advance(0.001)
     told, = warned(recwarn)
     gap = 2 * 0.5 * (0.5 - 0.5 / 3**0.5)  # of the outermost points of two rows, half a metre each
-    assert told.startswith(f"bodies 1 and 2, {gap:.3g} m from point to point, share grid nodes at t = 0 s and stick")
+    assert told.startswith(f"bodies 1 and 2, {gap:.3g} m from point to point, share grid nodes at t = 0 s "
+                           "and stick")
     assert "two cells (1 m) apart, or say MPM(bonded=True)" in told
     recwarn.clear()
     start(grid_of("quadrilateral"), bodies, bonded=True)

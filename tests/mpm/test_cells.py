@@ -1,4 +1,5 @@
-"""All four kinds of cells, bent ones too: patch and rigid motion, derivative of the whole residual, search, state."""
+"""All four kinds of cells, bent ones too: patch and rigid motion, derivative of the whole residual, search,
+state."""
 import numpy as np
 import pytest
 from mpi4py import MPI
@@ -25,12 +26,13 @@ def dim(cell):
 
 def held(mesh, H):
     """One support for each vertex of the boundary, moved to H x within 1 s."""
-    return [Support(lambda x, at=at: np.linalg.norm(x - at, axis=1) < 1e-6, "xyz"[:mesh.dim], lambda t, at=at: t * (H @ at))
-            for at in mesh.vertices[np.unique(mesh.boundary())]]
+    return [Support(lambda x, at=at: np.linalg.norm(x - at, axis=1) < 1e-6, "xyz"[:mesh.dim],
+                    lambda t, at=at: t * (H @ at)) for at in mesh.vertices[np.unique(mesh.boundary())]]
 
 
 def driven(mesh, law, H, options):
-    """A body in the cells of the grid after a step in which its surface is displaced by H x, without inertia."""
+    """A body in the cells of the grid after a step in which its surface is displaced by H x, without
+    inertia."""
     options(snes_rtol=1e-14, snes_atol=1e-15)
     solid = MPM(mesh, Body(mesh, None, POINTS[mesh.cell], law, 1e-16), held(mesh, H))
     old = solid.points.x.copy()
@@ -41,7 +43,8 @@ def driven(mesh, law, H, options):
 
 @pytest.mark.parametrize("counts", [None, 4])
 def test_patch(distorted, options, any_cell, law, at_point, counts):
-    """Linear displacement of the surface, by 10 %, makes the same stress at every point of bent cells, to round-off."""
+    """Linear displacement of the surface, by 10 %, makes the same stress at every point of bent cells, to
+    round-off."""
     D = dim(any_cell)
     H = np.array([[0.1, 0.05, 0.02], [-0.03, -0.08, 0.04], [0.06, -0.01, 0.03]])[:D, :D]
     solid, old = driven(distorted(any_cell, counts and (counts,) * D), LAWS[law.name](1.0, 0.3), H, options)
@@ -87,13 +90,14 @@ def test_uniform_motion_through_bent_cells(distorted, any_cell, inertia):
 
 @pytest.mark.parametrize("inertia", ["consistent", "lumped"])
 def test_matrix_is_the_derivative_of_the_residual(distorted, any_cell, law, taylor_rate, inertia):
-    """r(u + h du) = r(u) + h K du + O(h^2), with random deformation, velocity, acceleration and load, on bent cells."""
+    """r(u + h du) = r(u) + h K du + O(h^2), with random deformation, velocity, acceleration and load, on bent
+    cells."""
     D, random = dim(any_cell), np.random.default_rng(2)
     mesh = distorted(any_cell)
     box = Box((0.3,) * D, (1.6, 1.2, 0.7)[:D])
-    solid = MPM(mesh, Body(box, (3, 2, 2)[:D], POINTS[any_cell], LAWS[law.name](1e3, 0.3), 1.0, cell=any_cell),
-                [Support(lambda x: x[:, 0] < 0.1, "xyz"[:D])], Interface(np.full((1, D), 0.6), np.zeros((0, D), int)),
-                inertia=inertia)
+    solid = MPM(mesh, Body(box, (3, 2, 2)[:D], POINTS[any_cell], LAWS[law.name](1e3, 0.3), 1.0,
+                           cell=any_cell), [Support(lambda x: x[:, 0] < 0.1, "xyz"[:D])],
+                Interface(np.full((1, D), 0.6), np.zeros((0, D), int)), inertia=inertia)
     p, step = solid.points, solid.step
     p.F += random.uniform(-0.1, 0.1, p.F.shape)
     p.v += random.normal(size=p.v.shape)
@@ -153,8 +157,9 @@ def test_the_tree_finds_the_cell_of_every_point(bent):
 
 
 def test_the_walk_finds_the_cell_of_every_point(bent):
-    """From the cell of another point at random; what the walk loses, Newton's inverse map having failed far away or the
-    way being barred by the boundary, the tree finds. Between neighbours the walk alone is enough."""
+    """From the cell of another point at random; what the walk loses, Newton's inverse map having failed far
+    away or the way being barred by the boundary, the tree finds. Between neighbours the walk alone is
+    enough."""
     mesh, background = bent
     (x, cell), (other, _) = inside_points(mesh), inside_points(mesh, seed=4)
     points = points_at(other)
@@ -210,8 +215,8 @@ def test_going_back_repeats_the_run_in_space(distorted, cell, kind):
     """Bit for bit, over a change of the active cells."""
     box = Box((0.0, 0.0, 0.0), (4.0, 2.0, 2.0))
     grid = Grid(box, (8, 4, 4), cell) if kind == "lattice" else distorted(cell, (8, 4, 4), box=box)
-    body = Body(Box((0.6, 0.6, 0.6), (1.4, 1.4, 1.4)), (2, 2, 2), POINTS[cell], neo_hooke(1e3, 0.3), 1.0, cell=cell,
-                velocity=lambda x: np.column_stack([2.0 + x[:, 1], -x[:, 0], 0.3 * x[:, 2]]))
+    body = Body(Box((0.6, 0.6, 0.6), (1.4, 1.4, 1.4)), (2, 2, 2), POINTS[cell], neo_hooke(1e3, 0.3), 1.0,
+                cell=cell, velocity=lambda x: np.column_stack([2.0 + x[:, 1], -x[:, 0], 0.3 * x[:, 2]]))
     solid = MPM(grid, body, inertia="lumped", gravity=(0.0, 0.0, -1.0))
     for _ in range(2):
         solid.advance(0.02)

@@ -13,7 +13,8 @@ def column():
 
     def make():
         grid = Grid(Box((0.0, 0.0), (0.4, 0.3)), (16, 12))
-        soil = Body(Box((0.0, 0.0), (0.1, 0.2)), (8, 16), 2, LAWS["mohr_coulomb"](5e4, 0.4, 22.0), 1300.0, f_bar=True)
+        soil = Body(Box((0.0, 0.0), (0.1, 0.2)), (8, 16), 2, LAWS["mohr_coulomb"](5e4, 0.4, 22.0), 1300.0,
+                    f_bar=True)
         held = [Support(lambda x, d=d: x[:, d] < 1e-9, fix) for d, fix in ((1, "xy"), (0, "x"))]
         opened.append(MPM(grid, soil, held, gravity=(0.0, -9.81), inertia="lumped"))
         return opened[-1]
@@ -24,7 +25,8 @@ def column():
 
 
 def test_failed_steps_are_halved(column, options):
-    """Two iterations are not always enough for 4 ms: then shorter steps are taken, and the flow is nearly the same."""
+    """Two iterations are not always enough for 4 ms: then shorter steps are taken, and the flow is nearly the
+    same."""
     options(snes_max_it=2)
     halved, steps = column(), []
     march(halved, Steps(4e-3, 0.048), [steps.append])
@@ -38,7 +40,8 @@ def test_failed_steps_are_halved(column, options):
     plain, steps = column(), []
     march(plain, Steps(4e-3, 0.048), [steps.append])
     assert len(steps) == 12 and not any(step.failed for step in steps)
-    assert np.abs(halved.points.x - plain.points.x).max() < 0.01 * np.abs(plain.points.x - column().points.x).max()
+    assert np.abs(halved.points.x - plain.points.x).max() < 0.01 * np.abs(plain.points.x
+                                                                          - column().points.x).max()
 
 
 def test_a_failed_step_leaves_the_points(column, options):

@@ -1,4 +1,5 @@
-"""Coordinates as in maps: a scene there is the scene near zero, to the round-off of what goes in and comes out."""
+"""Coordinates as in maps: a scene there is the scene near zero, to the round-off of what goes in and comes
+out."""
 from dataclasses import replace
 
 import numpy as np
@@ -61,24 +62,27 @@ def scene(at, cell, counts, D, regular):
     top = Interface(np.array([place(0.1, 0.45, 0.2), place(0.9, 0.45, 0.2), place(0.5, 0.45, 0.4)]),
                     np.array([[0, 1], [1, 2]]) if D == 2 else np.array([[0, 2, 1]]))
     sole = replace(top, x=top.x - 0.4 * np.eye(D)[1])
-    return MPM(grid, body, [Support(lambda x: x[:, 1] < at[1] + 0.1, "y")], top, gravity=(0.0, -9.81, 0.0)[:D],
-               loads=[Load(top, pressure=100.0)],
-               penalties=[Penalty(sole, (0.0, 1.0, 0.0)[:D], friction=0.3, follows=True, at=place(0.0, 0.0, 0.0)),
+    return MPM(grid, body, [Support(lambda x: x[:, 1] < at[1] + 0.1, "y")], top,
+               gravity=(0.0, -9.81, 0.0)[:D], loads=[Load(top, pressure=100.0)],
+               penalties=[Penalty(sole, (0.0, 1.0, 0.0)[:D], friction=0.3, follows=True,
+                                  at=place(0.0, 0.0, 0.0)),
                           Penalty(replace(top, x=top.x - np.eye(D)[1] * 0.44), (0.0, 1.0, 0.0)[:D],
                                   motion=lambda t: (0.0, 0.01 * t, 0.0)[:D], name="moving"),
                           GridWall(lambda x: x[:, 0] < at[0] + 0.1, "+x", 0.2, name="side")],
                body_force=lambda x, t: 3.0 * (x - at[:D])[:, ::-1] + t)
 
 
-CASES = [("quadrilateral", (9, 7), 2, True), ("triangle", (9, 7), 2, False), ("quadrilateral", (9, 7), 2, False),
-         ("hexahedron", (5, 4, 3), 3, False)]
+CASES = [("quadrilateral", (9, 7), 2, True), ("triangle", (9, 7), 2, False),
+         ("quadrilateral", (9, 7), 2, False), ("hexahedron", (5, 4, 3), 3, False)]
 
 
 @pytest.mark.parametrize("cell, counts, D, regular", CASES)
 def test_a_scene_on_the_map_is_the_scene_near_zero(cell, counts, D, regular):
-    """Motion and forces agree to the round-off of the coordinates that go in; those that come out are true."""
+    """Motion and forces agree to the round-off of the coordinates that go in; those that come out are
+    true."""
     near, far = (scene(at, cell, counts, D, regular) for at in (np.zeros(3), MAP))
-    assert not near.origin.any() and (far.origin[:2] == (4.5e5 - 4, 5.2e6 - 4)).all() or (far.origin != 0).all()
+    assert not near.origin.any() and (far.origin[:2] == (4.5e5 - 4, 5.2e6 - 4)).all() or (far.origin
+                                                                                          != 0).all()
     force = np.zeros((3, D))
     force[:, 1] = -50.0
     for _ in range(4):
@@ -100,10 +104,12 @@ def test_a_scene_on_the_map_is_the_scene_near_zero(cell, counts, D, regular):
         solid.close()
 
 
-@pytest.mark.parametrize("cell, D", [("quadrilateral", 2), ("triangle", 2), ("hexahedron", 3), ("tetrahedron", 3)])
+@pytest.mark.parametrize("cell, D", [("quadrilateral", 2), ("triangle", 2), ("hexahedron", 3),
+                                     ("tetrahedron", 3)])
 @pytest.mark.parametrize("regular", [True, False], ids=["grid", "mesh"])
 def test_points_on_faces_and_inside_are_found(cell, D, regular):
-    """Cells of 1 cm; points on their faces, which no double hits exactly, and inside. Outer faces count, too."""
+    """Cells of 1 cm; points on their faces, which no double hits exactly, and inside. Outer faces count,
+    too."""
     counts = (12, 10, 8)[:D]
     box = Box(tuple(MAP[:D]), tuple(MAP[:D] + 0.01 * np.array(counts)))
     vertices, cells = lattice(box, counts, cell)
@@ -127,7 +133,8 @@ def test_points_on_faces_and_inside_are_found(cell, D, regular):
 
 def test_a_creeping_point_is_not_held_by_round_off():
     """Motion of a thousandth of the distance between doubles in each step adds up."""
-    body = Body(Box(tuple(MAP[:2]), tuple(MAP[:2] + 0.1)), (2, 2), 2, LAW, 1000.0, velocity=np.array([0.0, 1e-9]))
+    body = Body(Box(tuple(MAP[:2]), tuple(MAP[:2] + 0.1)), (2, 2), 2, LAW, 1000.0,
+                velocity=np.array([0.0, 1e-9]))
     solid = MPM(Grid(Box(tuple(MAP[:2] - 0.1), tuple(MAP[:2] + 0.2)), (6, 6)), body, gravity=(0.0, 0.0))
     start = solid.get_state()["points.x"]
     for _ in range(20):
@@ -142,11 +149,14 @@ def test_a_creeping_point_is_not_held_by_round_off():
 
 def test_messages_have_true_coordinates():
     grid, size = Grid(Box(tuple(MAP[:2]), tuple(MAP[:2] + 1.0)), (4, 4)), np.array([0.5, 0.5])
-    body = Body(Box(tuple(MAP[:2] + 0.25), tuple(MAP[:2] + 0.25 + size)), (2, 2), 2, LAW, 1.0, velocity=(9.0, 0.0))
-    with pytest.raises(ValueError, match=r"lies at \[ *450001.0\d* .*the grid covers \(450000.0, 5200000.0\)"):
+    body = Body(Box(tuple(MAP[:2] + 0.25), tuple(MAP[:2] + 0.25 + size)), (2, 2), 2, LAW, 1.0,
+                velocity=(9.0, 0.0))
+    with pytest.raises(ValueError,
+                       match=r"lies at \[ *450001.0\d* .*the grid covers \(450000.0, 5200000.0\)"):
         MPM(grid, replace(body, shape=Box(body.box.lower, tuple(MAP[:2] + 1.5))))
     with pytest.raises(ValueError, match=r"particle 0 of floor lies at \[ *449999.+ outside the grid"):
-        MPM(grid, body, penalties=[Penalty(Interface(MAP[None, :2] - 1.0, np.zeros((0, 2), int)), name="floor")])
+        MPM(grid, body, penalties=[Penalty(Interface(MAP[None, :2] - 1.0, np.zeros((0, 2), int)),
+                                           name="floor")])
     solid = MPM(grid, body)
     with pytest.raises(MPMError, match=r"left the grid at x = \[45000\d\.\d+, 5200000\.\d+\] m"):
         for _ in range(10):
@@ -156,15 +166,17 @@ def test_messages_have_true_coordinates():
 
 def test_stress_and_resampling_move_along():
     """The rule of an outline and the initial stress are given in true coordinates."""
-    soil = Body(Box(tuple(MAP[:2]), tuple(MAP[:2] + 0.2)), (4, 4), 3, mohr_coulomb(1e5, 0.3, 30.0), 1500.0, cell="triangle",
-                stress=at_rest(MAP[1] + 0.2, 1500.0, 9.81, 0.5))
+    soil = Body(Box(tuple(MAP[:2]), tuple(MAP[:2] + 0.2)), (4, 4), 3, mohr_coulomb(1e5, 0.3, 30.0), 1500.0,
+                cell="triangle", stress=at_rest(MAP[1] + 0.2, 1500.0, 9.81, 0.5))
     outline = Interface.around(soil, open_sides=("x-", "y-"), floor="y-")
-    solid = MPM(Grid(Box(tuple(MAP[:2]), tuple(MAP[:2] + 0.4)), (8, 8)), soil, interface=outline, gravity=(0.0, -9.81),
-                supports=[Support(lambda x: x[:, 1] < MAP[1] + 0.01, "xy"), Support(lambda x: x[:, 0] < MAP[0] + 0.01, "x")],
+    solid = MPM(Grid(Box(tuple(MAP[:2]), tuple(MAP[:2] + 0.4)), (8, 8)), soil, interface=outline,
+                gravity=(0.0, -9.81), supports=[Support(lambda x: x[:, 1] < MAP[1] + 0.01, "xy"),
+                                                Support(lambda x: x[:, 0] < MAP[0] + 0.01, "x")],
                 inertia="lumped")
     stress, depth = solid.cauchy_stress()[:, 1, 1], MAP[1] + 0.2 - solid.points.x[:, 1]
     np.testing.assert_allclose(stress, -1500.0 * 9.81 * depth, rtol=1e-2, atol=1.0)
-    assert solid.interface.resampling.feet == outline.resampling.feet and isinstance(outline.resampling, Resampling)
+    assert solid.interface.resampling.feet == outline.resampling.feet and isinstance(outline.resampling,
+                                                                                     Resampling)
     np.testing.assert_array_equal(solid.interface.x, outline.x)
     solid.advance(1e-3)
     change = solid.resample()

@@ -11,8 +11,8 @@ def strip(law=SOIL, ratio=0.6, stressed=True, cell="quadrilateral", cells=4, f_b
     """Soil of 0.2 m x 0.2 m on ``cells`` cells per side between smooth walls, on a rough floor."""
     grid = Grid(Box((0.0, 0.0), (0.2, 0.3)), (cells, cells * 3 // 2), cell)
     stress = at_rest(0.2, 1300.0, 9.81, ratio) if stressed else None
-    soil = Body(Box((0.0, 0.0), (0.2, 0.2)), (cells, cells), {"triangle": 3}.get(cell, 2), law, 1300.0, cell=cell,
-                f_bar=f_bar, stress=stress)
+    soil = Body(Box((0.0, 0.0), (0.2, 0.2)), (cells, cells), {"triangle": 3}.get(cell, 2), law, 1300.0,
+                cell=cell, f_bar=f_bar, stress=stress)
     held = [Support(lambda x: x[:, 1] < 1e-9, "xy")]
     held += [Support(lambda x, at=at: np.abs(x[:, 0] - at) < 1e-9, "x") for at in (0.0, 0.2)]
     return MPM(grid, soil, held, gravity=(0.0, -9.81), inertia="lumped")
@@ -47,9 +47,9 @@ def motion_of_triangles(steps=20, **more):
 
 
 def test_triangles():
-    """A stress that grows with depth is in balance on triangles; with F-bar the pressure is one for each square of two,
-    and what is left of its balance moves the soil by a part of the settlement that falls with the square of the
-    cell."""
+    """A stress that grows with depth is in balance on triangles; with F-bar the pressure is one for each
+    square of two, and what is left of its balance moves the soil by a part of the settlement that falls with
+    the square of the cell."""
     assert motion_of_triangles(f_bar=False) < 1e-9
     coarse, fine = (motion_of_triangles(60, cells=cells) for cells in (4, 8))
     assert 2.5 * fine < coarse < 0.1 * motion_of_triangles(60, stressed=False)
@@ -65,5 +65,6 @@ def test_stress_beyond_the_yield_surface_does_not_stay():
 def test_bad_input():
     with pytest.raises(ValueError, match="the law linear cannot start with a stress"):
         strip(law=LAWS["linear"](5e4, 0.4))
-    with pytest.raises(ValueError, match="ratio is -1.0: the ratio of horizontal to vertical stress must be 0 or"):
+    with pytest.raises(ValueError, match="ratio is -1.0: the ratio of horizontal to vertical stress must be "
+                       "0 or"):
         strip(ratio=-1.0)

@@ -13,8 +13,8 @@ def unit_facets(cell, make_mpm, **more):
     """Facets of a grid of 4 x 3 [x 2] cells of 0.5 m."""
     D = SIDES[cell]
     box = Box((0.0,) * D, (2.0, 1.5, 1.0)[:D])
-    solid = make_mpm(cell=cell, box=((0.6,) * D, (0.9,) * D), h=0.3, points=1, inertia="ghost", interface=None,
-                     grid=more.get("grid") or Grid(box, (4, 3, 2)[:D], cell))
+    solid = make_mpm(cell=cell, box=((0.6,) * D, (0.9,) * D), h=0.3, points=1, inertia="ghost",
+                     interface=None, grid=more.get("grid") or Grid(box, (4, 3, 2)[:D], cell))
     return solid, solid._facets
 
 
@@ -36,7 +36,8 @@ def test_linear_fields_are_free(any_cell, make_mpm, distorted):
 
 
 def test_kink_costs_its_jump(any_cell, make_mpm):
-    """Of a = |x - 1| the slope jumps by 2 over the facets at x = 1, all together as large as the grid's section."""
+    """Of a = |x - 1| the slope jumps by 2 over the facets at x = 1, all together as large as the grid's
+    section."""
     solid, facets = unit_facets(any_cell, make_mpm)
     x = solid.background.x
     a = np.zeros_like(x)
@@ -74,7 +75,8 @@ def lump():
 
     def make(law):
         body = Body(Cloud(x, np.full(201, 1e-4)), None, None, law, 1300.0, velocity=(1.0, 0.5))
-        opened.append(MPM(Grid(Box((0.0, 0.0), (1.0, 1.0)), (20, 20)), body, gravity=(0.0, -9.81), inertia="ghost"))
+        opened.append(MPM(Grid(Box((0.0, 0.0), (1.0, 1.0)), (20, 20)), body, gravity=(0.0, -9.81),
+                          inertia="ghost"))
         return opened[-1]
 
     yield make

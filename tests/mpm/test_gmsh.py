@@ -1,4 +1,5 @@
-"""Physical groups in Gmsh's files: several of one entity, one name or number in several dimensions, turned elements."""
+"""Physical groups in Gmsh's files: several of one entity, one name or number in several dimensions, turned
+elements."""
 import re
 
 import numpy as np
@@ -7,8 +8,8 @@ import pytest
 from mpm_fenicsx import Interface, read_mesh
 
 NAMES = '$PhysicalNames\n4\n1 1 "soil"\n1 2 "side"\n2 1 "left"\n2 2 "soil"\n$EndPhysicalNames\n'
-# Two triangles make a square. The lower one belongs to left and soil, the upper one to soil; the curve below to the
-# surface soil and, turned round, to side, the others only to the surface soil.
+# Two triangles make a square. The lower one belongs to left and soil, the upper one to soil; the curve below
+# to the surface soil and, turned round, to side, the others only to the surface soil.
 ENTITIES = """0 3 2 0
 1 0.5 0 0 1 0 0 2 1 -2 0
 2 0 0 0 0 1 0 1 1 0
@@ -57,8 +58,8 @@ def binary_entities():
 
 def binary_nodes():
     words = np.array(NODES.split(), float)
-    return (words[:4].astype("u8").tobytes() + words[4:7].astype("i4").tobytes() + words[7:12].astype("u8").tobytes()
-            + words[12:].tobytes())
+    return (words[:4].astype("u8").tobytes() + words[4:7].astype("i4").tobytes()
+            + words[7:12].astype("u8").tobytes() + words[12:].tobytes())
 
 
 def binary_elements():
@@ -67,7 +68,9 @@ def binary_elements():
     while place < len(words):
         kind, count = words[place + 2:place + 4]
         n = count * KINDS_OF_ELEMENTS[kind]
-        out += np.array(words[place:place + 3], "i4").tobytes() + np.array([count, *words[place + 4:place + 4 + n]], "u8").tobytes()
+        out += np.array(words[place:place + 3], "i4").tobytes() + np.array([count,
+                                                                            *words[place + 4:place + 4 + n]],
+                                                                           "u8").tobytes()
         place += 4 + n
     return out
 
@@ -79,9 +82,10 @@ def write(path, kind):
         path.write_text(f"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n{NAMES}$Entities\n{ENTITIES}$EndEntities\n"
                         f"$Nodes\n{NODES}$EndNodes\n$Elements\n{ELEMENTS}$EndElements\n")
     else:
-        path.write_bytes(b"$MeshFormat\n4.1 1 8\n" + np.array(1, "i4").tobytes() + b"\n$EndMeshFormat\n" + NAMES.encode()
-                         + b"$Entities\n" + binary_entities() + b"\n$EndEntities\n$Nodes\n" + binary_nodes()
-                         + b"\n$EndNodes\n$Elements\n" + binary_elements() + b"\n$EndElements\n")
+        path.write_bytes(b"$MeshFormat\n4.1 1 8\n" + np.array(1, "i4").tobytes() + b"\n$EndMeshFormat\n"
+                         + NAMES.encode() + b"$Entities\n" + binary_entities() + b"\n$EndEntities\n$Nodes\n"
+                         + binary_nodes() + b"\n$EndNodes\n$Elements\n" + binary_elements()
+                         + b"\n$EndElements\n")
     return path
 
 
@@ -91,7 +95,8 @@ def test_every_group_of_an_element_counts(tmp_path, kind):
     np.testing.assert_array_equal(mesh.cells, [[0, 1, 2], [0, 2, 3]])  # each once
     assert {name: sorted(cells) for name, cells in mesh.groups.items()} == {"left": [0], "soil": [0, 1]}
     sides = {name: {frozenset(facet) for facet in facets.tolist()} for name, facets in mesh.surfaces.items()}
-    assert sides == {"soil": {frozenset(s) for s in ((0, 1), (3, 0), (1, 2), (2, 3))}, "side": {frozenset((0, 1))}}
+    assert sides == {"soil": {frozenset(s) for s in ((0, 1), (3, 0), (1, 2), (2, 3))},
+                     "side": {frozenset((0, 1))}}
     assert len(Interface.of_mesh(mesh, "soil").elements) == 4 and len(mesh.part("left").cells) == 1
 
 

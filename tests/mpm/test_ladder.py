@@ -1,5 +1,5 @@
-"""Free bodies with the default inertia: where Newton's method fails the loop asks for the ghost penalty, then takes
-shorter steps, and says what is left."""
+"""Free bodies with the default inertia: where Newton's method fails the loop asks for the ghost penalty, then
+takes shorter steps, and says what is left."""
 import numpy as np
 import pytest
 
@@ -13,7 +13,8 @@ def disc(centre, velocity, radius=0.15, spacing=0.0217):
     """Points on a lattice that does not fit the grid's."""
     side = np.arange(-radius, radius, spacing) + 0.13 * spacing
     x = np.array([(a, b) for a in side for b in side if a * a + b * b < radius**2])
-    return Body(Cloud(x + centre, np.full(len(x), spacing**2)), None, None, ELASTIC, 1000.0, velocity=velocity)
+    return Body(Cloud(x + centre, np.full(len(x), spacing**2)), None, None, ELASTIC, 1000.0,
+                velocity=velocity)
 
 
 def spin(x):
@@ -26,7 +27,8 @@ def scene(name, **more):
     if name == "turning disc":
         return MPM(grid, disc((0.5, 0.5), spin, 0.2), **more)
     if name == "turning bar":
-        return MPM(grid, Body(Box((0.35, 0.45), (0.65, 0.55)), (12, 4), 2, ELASTIC, 1000.0, velocity=spin), **more)
+        return MPM(grid, Body(Box((0.35, 0.45), (0.65, 0.55)), (12, 4), 2, ELASTIC, 1000.0, velocity=spin),
+                   **more)
     if name == "column":
         column = Body(Box((0.0, 0.0), (0.1, 0.2)), (10, 20), 3, SOIL, 1300.0, cell="triangle")
         held = [Support(lambda x, d=d: x[:, d] < 1e-9, fix) for d, fix in ((1, "xy"), (0, "x"))]
@@ -35,13 +37,14 @@ def scene(name, **more):
     return MPM(grid, [disc((0.3, 0.3), (4.0, 4.0)), disc((0.62 + off, 0.62 - off), (-4.0, -4.0))], **more)
 
 
-SCENES = {"turning disc": 60, "turning bar": 60, "hit": 90, "off-centre hit": 90, "column": 50}  # and their steps
+# and their steps
+SCENES = {"turning disc": 60, "turning bar": 60, "hit": 90, "off-centre hit": 90, "column": 50}
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_free_bodies_run_by_themselves(name):
-    """With consistent inertia alone Newton's method fails before the end. (Its energy rises at first in the bar, by 14
-    %: the transfers between points and grid are made for lumped inertia.)"""
+    """With consistent inertia alone Newton's method fails before the end. (Its energy rises at first in the
+    bar, by 14 %: the transfers between points and grid are made for lumped inertia.)"""
     solid, steps = scene(name), []
     momentum, energies = [solid.momentum()], [sum(solid.energy().values())]
 
@@ -88,8 +91,8 @@ def test_states_know_the_rung():
 def test_the_end_of_the_ladder_says_what_was_tried_and_what_remains(options, inertia, adapt, tried, remains):
     options(snes_max_it=1)
     solid, other = scene("column", inertia=inertia), ', or inertia="lumped"' if inertia != "lumped" else ""
-    with pytest.raises(MPMDivergedError, match=rf"step 1, t = .*; new tangents, a start from rest, full Newton steps did not "
-                                          rf"help: .*-mpm_snes_max_it 100{other}; {tried}{remains}"):
+    with pytest.raises(MPMDivergedError, match=r"step 1, t = .*; new tangents, a start from rest, full "
+                       r"Newton steps did not " rf"help: .*-mpm_snes_max_it 100{other}; {tried}{remains}"):
         march(solid, Steps(4e-2, 8e-2, adapt))
     assert solid.time == 0.0
     solid.close()

@@ -1,4 +1,5 @@
-"""Every law in every stress state: derivatives, invariance, limits, domain. Stresses are in units of E = 1."""
+"""Every law in every stress state: derivatives, invariance, limits, domain. Stresses are in units of E =
+1."""
 import numpy as np
 import pytest
 
@@ -80,7 +81,8 @@ def test_at_rest_the_tangent_is_hookes(law, stress_state, at_point):
 
 
 def test_the_plane_is_a_slice_of_space(law, at_point):
-    """Plane strain equals three dimensions with F33 = 1; plane stress with the F33 that frees the thickness."""
+    """Plane strain equals three dimensions with F33 = 1; plane stress with the F33 that frees the
+    thickness."""
     F, space = deformation(2, 0)[0], at_point(law, "three_dimensional")
     for plane in (at_point(law, "plane_strain"), at_point(law, "plane_stress")):
         full = np.eye(3)
@@ -96,7 +98,8 @@ def test_plane_stress_leaves_the_thickness_free(law, at_point, seed):
     point = at_point(law, "plane_stress")
     F = deformation(2, seed)[0]
     assert abs(point.P33(F)) < 10 * EPS
-    assert abs(at_point(law, "plane_strain").P33(F)) > 1e-3  # the same F does press where the thickness is held
+    # the same F does press where the thickness is held
+    assert abs(at_point(law, "plane_strain").P33(F)) > 1e-3
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -115,7 +118,8 @@ def test_derivatives_hold_over_the_range_of_nu(make_law, nu, at_point, taylor_ra
     for stress_state in ("plane_strain", "plane_stress"):
         point = at_point(make_law(1.0, nu), stress_state)
         F, dF = deformation(2, 5, size=0.1)
-        rate = taylor_rate(lambda h, P=point.P, F=F, dF=dF: P(F + h * dF), np.einsum("ijkl,kl", point.A(F), dF))
+        rate = taylor_rate(lambda h, P=point.P, F=F, dF=dF: P(F + h * dF), np.einsum("ijkl,kl", point.A(F),
+                                                                                     dF))
         assert rate == pytest.approx(2.0, abs=0.01)
 
 
@@ -152,8 +156,9 @@ def test_lame_parameters():
     assert lam / (2 * (lam + mu)) == pytest.approx(0.3)
 
 
-@pytest.mark.parametrize("E, nu, word", [(0.0, 0.3, "E is 0.0 Pa"), (-1.0, 0.3, "E is"), (np.nan, 0.3, "E is"),
-                                         (1.0, 0.5, "nu is 0.5"), (1.0, -1.0, "nu is"), (1.0, np.nan, "nu is")])
+@pytest.mark.parametrize("E, nu, word", [(0.0, 0.3, "E is 0.0 Pa"), (-1.0, 0.3, "E is"),
+                                         (np.nan, 0.3, "E is"), (1.0, 0.5, "nu is 0.5"), (1.0, -1.0, "nu is"),
+                                         (1.0, np.nan, "nu is")])
 def test_impossible_elastic_constants(make_law, E, nu, word):
     with pytest.raises(ValueError, match=word):
         make_law(E, nu)

@@ -28,7 +28,8 @@ def test_areas_of_a_closed_surface_add_up():
     total, area = np.zeros(3), 0.0
     for k in range(3):
         first, second = size[(k + 1) % 3], size[(k + 2) % 3]
-        for patch in (Interface.patch(size[k], first, second, (2, 3)), Interface.patch(o, second, first, (1, 4))):
+        for patch in (Interface.patch(size[k], first, second, (2, 3)), Interface.patch(o, second, first,
+                                                                                       (1, 4))):
             normal = surface.normal_areas(patch.x, patch.elements)
             away = np.sign(patch.x.mean(axis=0)[k] - size[k, k] / 2)
             assert (normal[:, k] * away > 0).all()
@@ -56,8 +57,8 @@ def test_a_force_is_the_same_as_one_on_the_interface(make_mpm, cell):
 
 
 def test_traction_is_the_nodal_load_of_its_area(make_mpm):
-    """On a body of 0.7 m thickness that hardly deforms: half a segment for the particles at the ends. The difference is
-    the change of the area, about 1e-5."""
+    """On a body of 0.7 m thickness that hardly deforms: half a segment for the particles at the ends. The
+    difference is the change of the area, about 1e-5."""
     top, share = Interface.top(Box((0.0, 0.0), (2.0, 1.0)), 4, 0.1), np.array([0.5, 1, 1, 1, 0.5]) * 0.5 * 0.7
     drag, stiff = np.array([1.0, -3.0]), dict(law=LAWS["linear"](1e6, 0.3), thickness=0.7)
     loaded = make_mpm(interface=None, loads=[Load(top, traction=drag)], **stiff)
@@ -73,7 +74,8 @@ def test_traction_is_the_nodal_load_of_its_area(make_mpm):
 
 
 def test_traction_and_pressure_follow_the_surface(make_mpm):
-    """Particles moved by hand: traction keeps its direction and grows with the area, pressure turns with the normal."""
+    """Particles moved by hand: traction keeps its direction and grows with the area, pressure turns with the
+    normal."""
     line = Interface.line((-0.4, 0.4), (0.4, 0.4), 8)
     solid = square(make_mpm, [Load(line, traction=(2.0, 0.0)), Load(line, pressure=5.0)], thickness=0.5)
     loads, c, s = solid.loads[0], np.cos(0.3), np.sin(0.3)
@@ -84,8 +86,8 @@ def test_traction_and_pressure_follow_the_surface(make_mpm):
 
 
 def test_pressure_all_around_moves_nothing_but_compresses(make_mpm):
-    """Resultant and moment of a uniform pressure on a closed surface vanish however it turns, and the mean stress
-    becomes -p (measured: 1.6 % less)."""
+    """Resultant and moment of a uniform pressure on a closed surface vanish however it turns, and the mean
+    stress becomes -p (measured: 1.6 % less)."""
     press = Load(around(8, 0.0001), pressure=lambda t: 100 * np.sin(np.pi / 2 * min(t, 1.0))**2)
     solid = square(make_mpm, [press], law=LAWS["neo_hooke"](1e4, 0.3), inertia="lumped",
                    velocity=lambda x: 0.3 * np.column_stack([-x[:, 1], x[:, 0]]))
@@ -100,14 +102,16 @@ def test_pressure_all_around_moves_nothing_but_compresses(make_mpm):
 
 
 def test_pressure_turns_with_a_block(make_mpm):
-    """On one side of a block that turns: the force of each step is that of the surface half-way, p L (sin, -cos) of its
-    angle, to 0.4 % in steps of 0.05 rad (the surface at the start of the step would be wrong by 2.5 %), 0.1 % and
+    """On one side of a block that turns: the force of each step is that of the surface half-way, p L (sin,
+    -cos) of its angle, to 0.4 % in steps of 0.05 rad (the surface at the start of the step would be wrong by
+    2.5 %), 0.1 % and
     0.06 % in smaller ones; the block takes up its impulse."""
     line = Interface.line((-0.5, 0.4999), (0.5, 0.4999), 8)
 
     def error(steps):
         solid = square(make_mpm, [Load(line, pressure=1e-3)], cell="triangle", margin=2,
-                       law=LAWS["neo_hooke"](1e3, 0.3), velocity=lambda x: np.column_stack([-x[:, 1], x[:, 0]]))
+                       law=LAWS["neo_hooke"](1e3, 0.3),
+                       velocity=lambda x: np.column_stack([-x[:, 1], x[:, 0]]))
         p, given, wrong = solid.loads[0].points, np.zeros(2), 0.0
         for _ in range(steps):
             before = p.x.copy()
@@ -138,9 +142,11 @@ def test_scene_says_what_is_wrong(make_mpm):
     bare = Interface(np.array([[0.5, 0.5]]), np.zeros((0, 2), int))
     with pytest.raises(ValueError, match="wind has a pressure, but its surface has no elements"):
         Load(bare, pressure=1.0, name="wind")
-    with pytest.raises(ValueError, match=r"particle 2 of wind lies at \[4.5 0. \] m, outside the grid: enlarge"):
+    with pytest.raises(ValueError,
+                       match=r"particle 2 of wind lies at \[4.5 0. \] m, outside the grid: enlarge"):
         make_mpm(loads=[Load(Interface.line((0.0, 0.0), (9.0, 0.0), 4), pressure=1.0, name="wind")])
     with pytest.raises(ValueError, match="surface of wind has 3 dimensions, the scene 2"):
-        make_mpm(loads=[Load(Interface.patch((0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1)), pressure=1.0, name="wind")])
+        make_mpm(loads=[Load(Interface.patch((0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1)), pressure=1.0,
+                             name="wind")])
     with pytest.raises(ValueError, match=r"the value of the force of wind at t = 0.005 s \(entry 0\) is nan: give finite"):
         make_mpm(loads=[Load(bare, force=lambda t: np.array([np.nan, 0.0]), name="wind")]).advance(0.01)

@@ -1,9 +1,10 @@
 """A manufactured solution: orders of convergence in cell size and time step, in two and three dimensions.
 
-The sides of a unit cube hold their normal direction, a body force makes it move by u_i = A_i sin(pi X_i) sin(omega t).
-The orders show while the motion is small against the cells: quadrature at material points, of gradients that jump from
-cell to cell, is good only near the places where they were seeded. Points that move by a part of a cell and further bound
-what a finer grid can gain: that of large motions is measured apart, as a bound.
+The sides of a unit cube hold their normal direction, a body force makes it move by u_i = A_i sin(pi X_i)
+sin(omega t). The orders show while the motion is small against the cells: quadrature at material points, of
+gradients that jump from cell to cell, is good only near the places where they were seeded. Points that move
+by a part of a cell and further bound what a finer grid can gain: that of large motions is measured apart, as
+a bound.
 """
 import numpy as np
 import pytest
@@ -69,8 +70,8 @@ def test_second_order_in_the_cell_size(any_cell):
 
 
 def test_second_order_in_the_time_step(any_cell):
-    """By differences between runs on one grid, so that its own error drops out. Motion along x alone allows fine cells,
-    with which the damping by the projection, of order h^2 dt, is small."""
+    """By differences between runs on one grid, so that its own error drops out. Motion along x alone allows
+    fine cells, with which the damping by the projection, of order h^2 dt, is small."""
     D = dim(any_cell)
     motion, counts = Motion([1e-6, 0.0, 0.0][:D]), (64, 1, 1)[:D]
     x = [run(any_cell, counts, steps, motion, until=0.3).x for steps in (4, 8, 16)]
@@ -79,7 +80,8 @@ def test_second_order_in_the_time_step(any_cell):
     np.testing.assert_allclose(rates(changes), 2.0, atol=0.05)
 
 
-@pytest.mark.parametrize("cell, points", [("quadrilateral", 4), ("triangle", 12), ("hexahedron", 3), ("tetrahedron", 24)])
+@pytest.mark.parametrize("cell, points", [("quadrilateral", 4), ("triangle", 12), ("hexahedron", 3),
+                                          ("tetrahedron", 24)])
 def test_large_motion(cell, points):
     """Strains of 16 % and points that cross half a cell."""
     motion = Motion([0.05] * dim(cell))

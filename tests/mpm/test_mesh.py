@@ -1,4 +1,5 @@
-"""Meshes: boundaries, parts, files with named groups, and what is refused in one sentence with value and remedy."""
+"""Meshes: boundaries, parts, files with named groups, and what is refused in one sentence with value and
+remedy."""
 import meshio
 import numpy as np
 import pytest
@@ -22,13 +23,16 @@ def write(path, mesh, groups, surfaces):
     for number, (name, mask) in enumerate(groups.items(), 1):
         blocks.append((MESHIO[mesh.cell], cells[mask]))
         names[name] = np.array([number, D])
-    for number, (name, facets) in enumerate(surfaces.items(), 1):  # numbers of Gmsh's groups are per dimension
+    # numbers of Gmsh's groups are per dimension
+    for number, (name, facets) in enumerate(surfaces.items(), 1):
         blocks.append((FACET[mesh.cell], facets))
         names[name] = np.array([number, D - 1])
-    tags = [np.full(len(data), n) for n, (_, data) in zip([*range(1, len(groups) + 1), *range(1, len(surfaces) + 1)], blocks)]
+    tags = [np.full(len(data), n)
+            for n, (_, data) in zip([*range(1, len(groups) + 1), *range(1, len(surfaces) + 1)], blocks)]
     x = np.column_stack([mesh.vertices, np.zeros((len(mesh.vertices), 3 - D))])
-    meshio.write(path, meshio.Mesh(x, blocks, field_data=names,
-                                   cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags}), "gmsh22", binary=False)
+    meshio.write(path, meshio.Mesh(x, blocks, field_data=names, cell_data={"gmsh:physical": tags,
+                                                                           "gmsh:geometrical": tags}),
+                 "gmsh22", binary=False)
     return path
 
 
@@ -39,7 +43,8 @@ def file(tmp_path, any_cell, distorted):
     soft = mesh.vertices[mesh.cells].mean(axis=1)[:, 0] < 1.0
     boundary = mesh.boundary()
     left, top = ((mesh.vertices[boundary][:, :, d] == value).all(axis=1) for d, value in ((0, 0.0), (1, 1.5)))
-    path = write(tmp_path / "body.msh", mesh, {"soft": soft, "hard": ~soft}, {"left": boundary[left], "top": boundary[top]})
+    path = write(tmp_path / "body.msh", mesh, {"soft": soft, "hard": ~soft},
+                 {"left": boundary[left], "top": boundary[top]})
     return mesh, path, soft
 
 
@@ -47,8 +52,8 @@ def file(tmp_path, any_cell, distorted):
 
 
 def test_boundary_is_closed_with_the_outside_outside(any_cell, distorted):
-    """Normal areas add up to nothing, and by the divergence theorem sum x . n A / D is the volume of the box. It is exact,
-    as the vertices of the boundary stay on the box."""
+    """Normal areas add up to nothing, and by the divergence theorem sum x . n A / D is the volume of the box.
+    It is exact, as the vertices of the boundary stay on the box."""
     mesh = distorted(any_cell)
     interface = Interface.of_mesh(mesh)
     area = normal_areas(interface.x, interface.elements)
@@ -155,10 +160,12 @@ def test_a_group_is_a_body_of_its_own(file):
 
 
 def test_a_scene_from_one_file(file):
-    """Grid, two bodies and support from one file: under gravity the support carries the weight, in the end."""
+    """Grid, two bodies and support from one file: under gravity the support carries the weight, in the
+    end."""
     mesh, path, _ = file
     got, D = read_mesh(path, mesh.dim), mesh.dim
-    bodies = [Body(got.part(name), None, POINTS[mesh.cell], linear(E, 0.2), 1.0) for name, E in (("soft", 1e3), ("hard", 1e5))]
+    bodies = [Body(got.part(name), None, POINTS[mesh.cell], linear(E, 0.2), 1.0)
+              for name, E in (("soft", 1e3), ("hard", 1e5))]
     solid = MPM(got, bodies, [Support(got.on_surface("left"), "xyz"[:D])], gravity=(0.0, -1.0, 0.0)[:D])
     for _ in range(3):
         solid.advance(0.01)
@@ -175,7 +182,8 @@ def test_points_from_a_file(tmp_path):
     cloud = read_cloud(path, 3)
     np.testing.assert_array_equal(cloud.x, x)
     np.testing.assert_array_equal(cloud.volume, volume)
-    solid = MPM(Grid(Box((0, 0, 0), (1, 1, 1)), (2, 2, 2)), Body(cloud, None, None, LAW, 3.0, velocity=(0.0, 0.0, 1.0)))
+    solid = MPM(Grid(Box((0, 0, 0), (1, 1, 1)), (2, 2, 2)), Body(cloud, None, None, LAW, 3.0,
+                                                                 velocity=(0.0, 0.0, 1.0)))
     solid.advance(0.01)
     np.testing.assert_allclose(solid.momentum(), [0.0, 0.0, 3.0 * volume.sum()], rtol=1e-13, atol=1e-12)
     solid.close()
@@ -185,37 +193,43 @@ def test_points_from_a_file(tmp_path):
 
 
 def plain(path, blocks, x=None):
-    x = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float) if x is None else x
-    meshio.write(path, meshio.Mesh(x, [(kind, np.array(data)) for kind, data in blocks]), "gmsh22", binary=False)
+    x = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]],
+                 float) if x is None else x
+    meshio.write(path, meshio.Mesh(x, [(kind, np.array(data)) for kind, data in blocks]), "gmsh22",
+                 binary=False)
     return path
 
 
 QUAD, TRIANGLE, TETRA = ("quad", [[0, 1, 2, 3]]), ("triangle", [[0, 1, 2]]), ("tetra", [[0, 1, 2, 4]])
 
 
-@pytest.mark.parametrize("dim, blocks, words", [
-    (3, [TRIANGLE], "holds triangle: for a 3D scene give a 3D mesh"),
-    (2, [TETRA, TRIANGLE], "holds tetra: for a 2D scene give a 2D mesh"),
-    (2, [("triangle", [[0, 1, 6]])], "is not plane, z goes from 0.0 to 1.0 m: for a 2D scene"),
-    (2, [QUAD, TRIANGLE], "holds cells of kind quad, triangle: a 2D mesh has one kind, quad or triangle"),
-    (3, [TETRA, ("wedge", [[0, 1, 2, 4, 5, 6]])], "cells of kind tetra, wedge: a 3D mesh has one kind, hexahedron or tetra"),
-    (3, [("pyramid", [[0, 1, 2, 3, 4]])], "holds cells of kind pyramid"),
-    (2, [("line", [[0, 1]])], "holds line: for a 2D scene give a 2D mesh"),
-    (3, [("tetra", [[0, 1, 2, 3]])], r"cell 0 of the mesh at \[.*\] m is flat or inside out: repair"),
-])
+@pytest.mark.parametrize("dim, blocks, words",
+                         [(3, [TRIANGLE], "holds triangle: for a 3D scene give a 3D " "mesh"),
+                          (2, [TETRA, TRIANGLE], "holds tetra: for a 2D scene give a 2D mesh"),
+                          (2, [("triangle", [[0, 1, 6]])], "is not plane, z goes from 0.0 to 1.0 m: for a 2D "
+                           "scene"), (2, [QUAD, TRIANGLE], "holds cells of kind quad, triangle: a 2D mesh "
+                                      "has one kind, quad or triangle"),
+                          (3, [TETRA, ("wedge", [[0, 1, 2, 4, 5, 6]])], "cells of kind tetra, wedge: a 3D "
+                           "mesh has one kind, hexahedron or tetra"), (3, [("pyramid", [[0, 1, 2, 3, 4]])],
+                                                                       "holds cells of kind pyramid"),
+                          (2, [("line", [[0, 1]])], "holds line: for a 2D scene give a 2D mesh"),
+                          (3, [("tetra", [[0, 1, 2, 3]])],
+                           r"cell 0 of the mesh at \[.*\] m is flat or inside out: repair"),])
 def test_files_that_do_not_fit(tmp_path, dim, blocks, words):
     with pytest.raises(ValueError, match=words):
         read_mesh(plain(tmp_path / "m.msh", blocks), dim)
 
 
-@pytest.mark.parametrize("name, text", [("missing.msh", None), ("empty.msh", ""), ("rubbish.msh", "hello\nworld\n"),
+@pytest.mark.parametrize("name, text", [("missing.msh", None), ("empty.msh", ""),
+                                        ("rubbish.msh", "hello\nworld\n"),
                                         ("cut.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n7\n1 0 0"),
                                         ("mesh.unknown", "1 2 3"), ("noise.vtk", "noise\n")])
 def test_files_that_cannot_be_read(tmp_path, name, text, capfd):
     """In one sentence: what the reader prints is part of it, or nowhere."""
     if text is not None:
         (tmp_path / name).write_text(text)
-    with pytest.raises(ValueError, match=f"{name} (cannot be read as a mesh|holds no cells).*give a|{name}: this file does not exist"):
+    with pytest.raises(ValueError, match=f"{name} (cannot be read as a mesh|holds no cells).*give a|{name}: "
+                       "this file does not exist"):
         read_mesh(tmp_path / name, 2)
     assert capfd.readouterr() == ("", "")
 
@@ -241,7 +255,8 @@ def test_a_surface_inside_the_mesh_is_no_wall(any_cell):
     between = half.boundary()
     between = between[(vertices[between][:, :, -1] == 0.5).all(axis=1)]
     mesh = Mesh(vertices, cells, any_cell, {"lower": np.flatnonzero(lower)}, {"middle": between})
-    with pytest.raises(ValueError, match=f"{len(between)} of {len(between)} facets of the surface 'middle' are not on the"):
+    with pytest.raises(ValueError, match=f"{len(between)} of {len(between)} facets of the surface 'middle' "
+                       "are not on the"):
         Interface.of_mesh(mesh, "middle")
     wall = Interface.of_mesh(mesh.part("lower"), "middle")
     assert normal_areas(wall.x, wall.elements).sum(axis=0)[-1] == pytest.approx(1.0, rel=1e-14)
@@ -250,19 +265,28 @@ def test_a_surface_inside_the_mesh_is_no_wall(any_cell):
 SQUARE = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]
 
 
-@pytest.mark.parametrize("vertices, cells, cell, words", [
-    (SQUARE, np.zeros((0, 4)), "quadrilateral", "the mesh has no cells: give at least one"),
-    (np.zeros((0, 2)), np.zeros((0, 4)), "quadrilateral", "the mesh has no cells"),
-    (SQUARE, [[0, 1, 2, 4]], "quadrilateral", "the quadrilateral cells of the mesh name vertices 0..4, there are 4"),
-    (SQUARE, [[0, 1, 2]], "quadrilateral", r"the quadrilateral cells of the mesh is .*: give numbers of shape \(n, 4\)"),
-    (SQUARE, [[0, 1, 3, 2]], "quadrilateral", r"cell 0 of the mesh at \[0.5 0.5\] m is flat or inside out"),
-    ([*SQUARE[:3], [0.0, np.nan]], [[0, 1, 2, 3]], "quadrilateral", r"vertices of the mesh \(entry 3, 1\) is nan m: give finite"),
-    (SQUARE, [[0, 1, 2]], "tetrahedron", "cell of the mesh is 'tetrahedron': choose one of quadrilateral, triangle"),
-    ([[0.0, 0.0], [1.0, 0.0], [0.5, 1e-15]], [[0, 1, 2]], "triangle", "flat or inside out"),
-    ([*SQUARE, [0.7, 0.2]], [[0, 1, 2], [1, 2, 4]], "triangle", "cell 0 of the mesh .* and cell 1 lie on the same side"),
-    ([*SQUARE, [0.7, 0.2]], [[0, 1, 2], [1, 2, 4], [1, 2, 3]], "triangle", "not a manifold: 3 cells share the facet at"),
-    (SQUARE, [[0, 1, 2], [2, 1, 0]], "triangle", "lie on the same side of their common facet: .* there twice"),
-])
+@pytest.mark.parametrize("vertices, cells, cell, words",
+                         [(SQUARE, np.zeros((0, 4)), "quadrilateral", "the mesh has no cells: give at least "
+                           "one"), (np.zeros((0, 2)), np.zeros((0, 4)), "quadrilateral",
+                                    "the mesh has no cells"), (SQUARE, [[0, 1, 2, 4]], "quadrilateral",
+                                                               "the quadrilateral cells of the mesh name "
+                                                               "vertices 0..4, there are 4"),
+                          (SQUARE, [[0, 1, 2]], "quadrilateral",
+                           r"the quadrilateral cells of the mesh is .*: give numbers of shape \(n, 4\)"),
+                          (SQUARE, [[0, 1, 3, 2]], "quadrilateral",
+                           r"cell 0 of the mesh at \[0.5 0.5\] m is flat or inside out"),
+                          ([*SQUARE[:3], [0.0, np.nan]], [[0, 1, 2, 3]], "quadrilateral",
+                           r"vertices of the mesh \(entry 3, 1\) is nan m: give finite"),
+                          (SQUARE, [[0, 1, 2]], "tetrahedron", "cell of the mesh is 'tetrahedron': choose "
+                           "one of quadrilateral, triangle"), ([[0.0, 0.0], [1.0, 0.0], [0.5, 1e-15]],
+                                                               [[0, 1, 2]], "triangle", "flat or inside out"),
+                          ([*SQUARE, [0.7, 0.2]], [[0, 1, 2], [1, 2, 4]], "triangle",
+                           "cell 0 of the mesh .* and cell 1 lie on the same side"),
+                          ([*SQUARE, [0.7, 0.2]], [[0, 1, 2], [1, 2, 4], [1, 2, 3]], "triangle",
+                           "not a manifold: 3 cells share the facet at"), (SQUARE, [[0, 1, 2], [2, 1, 0]],
+                                                                           "triangle",
+                                                                           "lie on the same side of their "
+                                                                           "common facet: .* there twice"),])
 def test_meshes_that_are_refused(vertices, cells, cell, words):
     with pytest.raises(ValueError, match=words):
         Mesh(vertices, cells, cell)
@@ -273,18 +297,23 @@ def test_cells_that_touch_in_an_edge_have_no_surface(cell):
     D = 2 if cell == "quadrilateral" else 3
     vertices, cells = lattice(Box((0.0,) * D, (1.0,) * D), (2,) * D, cell)
     mesh = Mesh(vertices, cells[[0, 3]], cell)  # across the diagonal
-    with pytest.raises(ValueError, match="surface of the mesh is not a manifold: 4 facets meet at .* repair the mesh"):
+    with pytest.raises(ValueError, match="surface of the mesh is not a manifold: 4 facets meet at .* repair "
+                       "the mesh"):
         mesh.boundary()
 
 
-@pytest.mark.parametrize("call, words", [
-    (lambda: Cloud(np.zeros((0, 2)), np.zeros(0)), "the cloud has no points"),
-    (lambda: Cloud([[0.0, np.nan]], [1.0]), r"positions of the cloud \(entry 0, 1\) is nan m: give finite"),
-    (lambda: Cloud([[0.0, 0.0]], [np.inf]), r"volumes of the cloud \(entry 0\) is inf m\^3: give finite"),
-    (lambda: Cloud([[0.0, 0.0]], [1.0, 2.0]), r"volumes of the cloud is .*: give numbers of shape \(1,\)"),
-    (lambda: Mesh(SQUARE, [[0, 1, 2, 3]], "quadrilateral", {"a": [1]}), "group of cells 'a' of the mesh name cells 1..1, there are 1"),
-    (lambda: Mesh(SQUARE, [[0, 1, 2, 3]], "quadrilateral", {}, {"s": [[0, 9]]}), "surface 's' of the mesh name vertices 0..9, there are 4"),
-])
+@pytest.mark.parametrize("call, words",
+                         [(lambda: Cloud(np.zeros((0, 2)), np.zeros(0)), "the cloud has no points"),
+                          (lambda: Cloud([[0.0, np.nan]], [1.0]),
+                           r"positions of the cloud \(entry 0, 1\) is nan m: give finite"),
+                          (lambda: Cloud([[0.0, 0.0]], [np.inf]),
+                           r"volumes of the cloud \(entry 0\) is inf m\^3: give finite"),
+                          (lambda: Cloud([[0.0, 0.0]], [1.0, 2.0]),
+                           r"volumes of the cloud is .*: give numbers of shape \(1,\)"),
+                          (lambda: Mesh(SQUARE, [[0, 1, 2, 3]], "quadrilateral", {"a": [1]}),
+                           "group of cells 'a' of the mesh name cells 1..1, there are 1"),
+                          (lambda: Mesh(SQUARE, [[0, 1, 2, 3]], "quadrilateral", {}, {"s": [[0, 9]]}),
+                           "surface 's' of the mesh name vertices 0..9, there are 4"),])
 def test_nonsense_is_refused(call, words):
     with pytest.raises(ValueError, match=words):
         call()

@@ -48,8 +48,9 @@ TURNING = pytest.mark.parametrize("cell, inertia", [("triangle", "consistent"), 
 
 @TURNING
 def test_a_turning_body_lags_behind_by_the_projection_error(make_mpm, cell, inertia):
-    """The lumped projection gives a node at the rim the velocity of the points beside it, which sit further in: the
-    angle falls short by O(h^2). Angular momentum is kept by consistent inertia, lost at O(h^2) by lumped inertia."""
+    """The lumped projection gives a node at the rim the velocity of the points beside it, which sit further
+    in: the angle falls short by O(h^2). Angular momentum is kept by consistent inertia, lost at O(h^2) by
+    lumped inertia."""
     missing, kept = [], {"consistent": 1e-3, "lumped": 0.1}[inertia]
     for h in (0.25, 0.125):
         solid, momentum = turned(make_mpm, h, cell=cell, inertia=inertia)
@@ -62,8 +63,8 @@ def test_a_turning_body_lags_behind_by_the_projection_error(make_mpm, cell, iner
 
 @TURNING
 def test_rotation_alone_leaves_no_stress(make_mpm, cell, inertia):
-    """What remains is real: centrifugal stress, about rho (omega r)^2 = 0.5 Pa at the corners (twice that for a body
-    that starts without it), falling with the square of the speed, while E is 1000 Pa."""
+    """What remains is real: centrifugal stress, about rho (omega r)^2 = 0.5 Pa at the corners (twice that for
+    a body that starts without it), falling with the square of the speed, while E is 1000 Pa."""
     fast, slow = (abs(turned(make_mpm, 0.25, speed, cell=cell, inertia=inertia)[0].cauchy_stress()).max()
                   for speed in (1.0, 0.25))
     assert fast < 1.2 and fast / slow > 10
@@ -71,8 +72,8 @@ def test_rotation_alone_leaves_no_stress(make_mpm, cell, inertia):
 
 def clamped_sides(where, H):
     """One support per node of the lattice on the sides, moved to H x within 1 s."""
-    return [Support(lambda x, at=at: np.linalg.norm(x - at, axis=1) < 1e-6, "xy", lambda t, at=at: t * (H @ at))
-            for at in where]
+    return [Support(lambda x, at=at: np.linalg.norm(x - at, axis=1) < 1e-6, "xy",
+                    lambda t, at=at: t * (H @ at)) for at in where]
 
 
 @pytest.mark.parametrize("stress_state", ["plane_strain", "plane_stress"])
@@ -83,8 +84,9 @@ def test_patch(make_mpm, options, cell, law, stress_state, block, at_point):
     H = np.array([[0.1, 0.05], [-0.03, -0.08]])
     x, y = (a.ravel() for a in np.meshgrid([0.0, 0.5, 1.0, 1.5, 2.0], [0.0, 0.5, 1.0, 1.5]))
     rim = (x == 0) | (x == 2) | (y == 0) | (y == 1.5)
-    solid = make_mpm(cell, box=((0.0, 0.0), (2.0, 1.5)), margin=int(block == "inside the grid"), law=law, rho=1e-16,
-                     stress_state=stress_state, supports=clamped_sides(np.column_stack([x, y])[rim], H), interface=None)
+    solid = make_mpm(cell, box=((0.0, 0.0), (2.0, 1.5)), margin=int(block == "inside the grid"), law=law,
+                     rho=1e-16, stress_state=stress_state,
+                     supports=clamped_sides(np.column_stack([x, y])[rim], H), interface=None)
     old = solid.points.x.copy()
     solid.advance(1.0)
     F = np.eye(2) + H
@@ -92,7 +94,8 @@ def test_patch(make_mpm, options, cell, law, stress_state, block, at_point):
     sigma = point.P(F) @ F.T / (np.linalg.det(F) * point.F33(F))
     np.testing.assert_allclose(solid.points.F, np.broadcast_to(F, solid.points.F.shape), rtol=0, atol=1e-13)
     np.testing.assert_allclose(solid.points.x, old @ F.T, rtol=0, atol=1e-13)
-    np.testing.assert_allclose(solid.cauchy_stress(), np.broadcast_to(sigma, solid.points.F.shape), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(solid.cauchy_stress(), np.broadcast_to(sigma, solid.points.F.shape), rtol=0,
+                               atol=1e-13)
 
 
 @pytest.mark.parametrize("inertia", ["consistent", "lumped"])
@@ -103,8 +106,10 @@ def test_free_fall_is_exact(make_mpm, cell, inertia):
     start, surface = solid.points.x.copy(), solid.surface()[0]
     for _ in range(20):
         solid.advance(0.1)
-    np.testing.assert_allclose(solid.points.x - start, np.tile(2 * v + 2 * g, (len(start), 1)), rtol=0, atol=1e-12)
-    np.testing.assert_allclose(solid.surface()[0] - surface, np.tile(2 * v + 2 * g, (len(surface), 1)), atol=1e-12)
+    np.testing.assert_allclose(solid.points.x - start, np.tile(2 * v + 2 * g, (len(start), 1)), rtol=0,
+                               atol=1e-12)
+    np.testing.assert_allclose(solid.surface()[0] - surface, np.tile(2 * v + 2 * g, (len(surface), 1)),
+                               atol=1e-12)
     np.testing.assert_allclose(solid.surface()[1], np.tile(v + 2 * g, (len(surface), 1)), rtol=0, atol=1e-12)
     assert abs(solid.cauchy_stress()).max() < 1e-9
     energy = solid.energy()
@@ -112,8 +117,9 @@ def test_free_fall_is_exact(make_mpm, cell, inertia):
 
 
 def bar(make_mpm, h, free=False, inertia="consistent"):
-    """Bar of 1 m with E = 1, rho = 1, nu = 0, started with the velocity of its first mode, and the mode as a function
-    of positions. Its wave number is pi / 2 fixed-free and pi free-free, its frequency the same in rad/s."""
+    """Bar of 1 m with E = 1, rho = 1, nu = 0, started with the velocity of its first mode, and the mode as a
+    function of positions. Its wave number is pi / 2 fixed-free and pi free-free, its frequency the same in
+    rad/s."""
     grid = Grid(Box((-2 * h, -h), (1 + 2 * h, 2 * h)), (round(1 / h) + 4, 3))
     mode = (lambda x: np.cos(np.pi * x[:, 0])) if free else (lambda x: np.sin(np.pi / 2 * x[:, 0]))
     solid = make_mpm(grid=grid, box=((0.0, 0.0), (1.0, h)), h=h, law=LAWS["linear"](1.0, 0.0), shift=0.0,
@@ -129,15 +135,17 @@ def quarter_period(make_mpm, h, steps, free=False, inertia="consistent"):
     for _ in range(steps + 2 + steps // 10):
         solid.advance(dt)
         q.append(weight @ solid.points.v[:, 0])
-    after = np.argmax(np.array(q) < 0)  # q has no curvature where it vanishes: a straight line finds the place
+    # q has no curvature where it vanishes: a straight line finds the place
+    after = np.argmax(np.array(q) < 0)
     return np.interp(0.0, [q[after], q[after - 1]], [after, after - 1]) / steps
 
 
 @pytest.mark.parametrize("free", [False, True], ids=["fixed-free", "free-free"])
 @pytest.mark.parametrize("inertia, share", [("consistent", 1 / 24), ("lumped", 1 / 8)])
 def test_bar_vibrates_at_the_exact_frequency_as_the_grid_gets_finer(make_mpm, free, inertia, share):
-    """The period is too long by (k h)^2 / 24 with consistent and (k h)^2 / 8 with lumped inertia: linear finite
-    elements have -1/24 and 1/24, the lumped projection of velocity flattens the mode by (k h)^2 / 6 and adds 1/12."""
+    """The period is too long by (k h)^2 / 24 with consistent and (k h)^2 / 8 with lumped inertia: linear
+    finite elements have -1/24 and 1/24, the lumped projection of velocity flattens the mode by (k h)^2 / 6
+    and adds 1/12."""
     h, k = np.array([0.25, 0.125, 0.0625]), np.pi if free else np.pi / 2
     errors = np.array([quarter_period(make_mpm, size, 80, free, inertia) - 1 for size in h])
     np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), 2.0, atol=0.1)
@@ -154,10 +162,11 @@ def test_bar_vibrates_at_the_exact_frequency_as_the_step_gets_smaller(make_mpm, 
 
 @pytest.mark.parametrize("inertia", ["consistent", "lumped"])
 @pytest.mark.parametrize("tangent, tolerance", [("new", 1e-12), ("kept", 1e-6)])
-def test_impulse_of_the_load_is_the_gain_of_momentum(make_mpm, options, cell, make_law, inertia, tangent, tolerance):
-    """A free body takes up F dt in each step, whatever the load does between the steps. With a new tangent to round-off
-    at any tolerance of Newton's method, as inner forces add up to nothing and inertia is linear; a kept tangent has the
-    inertia of older positions."""
+def test_impulse_of_the_load_is_the_gain_of_momentum(make_mpm, options, cell, make_law, inertia, tangent,
+                                                     tolerance):
+    """A free body takes up F dt in each step, whatever the load does between the steps. With a new tangent to
+    round-off at any tolerance of Newton's method, as inner forces add up to nothing and inertia is linear; a
+    kept tangent has the inertia of older positions."""
     if tangent == "new":
         options(snes_lag_jacobian=1)
     solid = make_mpm(cell, law=make_law(1e3, 0.3), inertia=inertia, velocity=(0.3, -0.2))
@@ -171,7 +180,8 @@ def test_impulse_of_the_load_is_the_gain_of_momentum(make_mpm, options, cell, ma
 
 
 def test_work_of_the_load_is_the_gain_of_energy(make_mpm):
-    """Work: sum F (x_new - x_old) over the boundary particles. What is missing comes from the projection: O(h^2)."""
+    """Work: sum F (x_new - x_old) over the boundary particles. What is missing comes from the projection:
+    O(h^2)."""
     def mismatch(h, steps=40):
         solid, work = make_mpm(h=h, segments=32, shift=1e-6), 0.0
         push = np.outer(np.sin(np.pi * solid.interface.x[:, 0] / 2) ** 2, [0.5, -1.0]) / 32
@@ -199,14 +209,15 @@ def test_projection_damps_a_vibration_by_h_squared_dt(make_mpm, inertia):
 
 
 def test_a_body_follows_its_support(make_mpm, cell):
-    """All nodes are moved along a curve: so are the points, exactly. For a cubic the acceleration is linear, and the
-    trapezoidal rule gives the exact velocity."""
+    """All nodes are moved along a curve: so are the points, exactly. For a cubic the acceleration is linear,
+    and the trapezoidal rule gives the exact velocity."""
     move = Support(lambda x: np.full(len(x), True), "xy", lambda t: (0.3 * t**3, -0.1 * t))
     solid = make_mpm(cell, supports=[move], velocity=(0.0, -0.1))
     start = solid.points.x.copy()
     for _ in range(10):
         solid.advance(0.1)
-    np.testing.assert_allclose(solid.points.x - start, np.tile([0.3, -0.1], (len(start), 1)), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(solid.points.x - start, np.tile([0.3, -0.1], (len(start), 1)), rtol=0,
+                               atol=1e-13)
     np.testing.assert_allclose(solid.points.v, np.tile([0.9, -0.1], (len(start), 1)), rtol=0, atol=1e-12)
     np.testing.assert_allclose(solid.points.a, np.tile([1.8, 0.0], (len(start), 1)), rtol=0, atol=1e-11)
 
@@ -218,7 +229,8 @@ def test_a_pulled_bar_stretches_by_what_the_support_moves(make_mpm, cell):
     solid = make_mpm(cell, grid=grid, law=LAWS["linear"](1e3, 0.0), rho=1e-6, supports=supports)
     solid.advance(1.0)
     sigma = solid.cauchy_stress()
-    np.testing.assert_allclose(sigma[:, 0, 0], 1e3 * (1.05**2 - 1) / 2 * 1.05, rtol=1e-5)  # Newton stops at 1e-6
+    # Newton stops at 1e-6
+    np.testing.assert_allclose(sigma[:, 0, 0], 1e3 * (1.05**2 - 1) / 2 * 1.05, rtol=1e-5)
     assert abs(sigma[:, 1, 1]).max() < 1e-6
 
 
@@ -235,11 +247,12 @@ def test_steps_of_other_size_need_no_restart(make_mpm):
 
 @pytest.mark.parametrize("cells, groups", [((5, 3), None), ((3, 3), 2), ((3, 1), 2)])
 def test_points_too_far_apart_to_hold_together(make_mpm, cells, groups):
-    """In the plane, 2 m x 1 m on cells of 0.5 m, one point per body cell: three along leave a column empty."""
+    """In the plane, 2 m x 1 m on cells of 0.5 m, one point per body cell: three along leave a column
+    empty."""
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         make_mpm("quadrilateral", body_cells=cells, points=1, interface=None)
     words = [str(warning.message) for warning in said]
-    assert words == ([] if groups is None else [
-        f"the material points of body 1 lie in {groups} groups of cells without common nodes, and nothing holds these "
-        "together: seed more points, or take a coarser grid"])
+    assert words == ([] if groups is None else [f"the material points of body 1 lie in {groups} groups of "
+                                                "cells without common nodes, and nothing holds these "
+                                                "together: seed more points, or take a coarser grid"])

@@ -6,10 +6,11 @@ from mpm_fenicsx import MPM, Body, Box, Grid, Support, mohr_coulomb, of_points
 
 def test_particles_stay_with_the_points():
     """Dry soil that falls apart, pushed at some of its points; the forces arrive at the nodes."""
-    soil = Body(Box((0.0, 0.0), (0.04, 0.06)), (8, 12), 3, mohr_coulomb(50e3, 0.4, 22.0), 1300.0, cell="triangle",
-                f_bar=True)
+    soil = Body(Box((0.0, 0.0), (0.04, 0.06)), (8, 12), 3, mohr_coulomb(50e3, 0.4, 22.0), 1300.0,
+                cell="triangle", f_bar=True)
     grid = Grid(Box((0.0, 0.0), (0.12, 0.08)), (12, 8))
-    supports = [Support(lambda x: x[:, 1] < 1e-6, "xy", name="the floor"), Support.column("x", 0.0, grid, "x")]
+    supports = [Support(lambda x: x[:, 1] < 1e-6, "xy", name="the floor"),
+                Support.column("x", 0.0, grid, "x")]
     solid = MPM(grid, soil, supports, of_points(soil), gravity=(0.0, -9.81), inertia="lumped")
     force = np.zeros((solid.count, 2))
     for step in range(60):

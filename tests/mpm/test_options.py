@@ -30,7 +30,8 @@ def give():
 @pytest.mark.parametrize("text", ["nan", "-1", "inf", "none", "1_0"])
 def test_tolerances_that_make_no_sense_are_refused(give, name, text):
     give(name, text)
-    with pytest.raises(ValueError, match=f"^-mpm_{name} is {text}.*: give a number .* 0.*, or leave the option out$"):
+    with pytest.raises(ValueError, match=f"^-mpm_{name} is {text}.*: give a number .* 0.*, or leave the "
+                       "option out$"):
         options.check()
 
 
@@ -62,7 +63,8 @@ def test_a_step_that_is_not_solved_is_warned_of_once(give):
         give("snes_atol", "1e3")
         doubt = options.Doubt()
         doubt(1e-3, 1e-6, "step 1")
-    with pytest.warns(UserWarning, match="step 2 was accepted with a residual of 1 N, .* the usual .*, correct -mpm_snes_a"):
+    with pytest.warns(UserWarning, match="step 2 was accepted with a residual of 1 N, .* the usual .*, "
+                      "correct -mpm_snes_a"):
         doubt(1.0, 1e-6, "step 2")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -82,9 +84,10 @@ snes.setOptionsPrefix("mpm_")
 snes.setFromOptions()
 print(options.used(), options.unused(), sep=";")
 """
-    env = {"PETSC_OPTIONS": "-mpm_snes_rtol 1e-9", "PYTHONPATH": str(ROOT), "HOME": str(tmp_path), "PATH": "/usr/bin"}
-    done = subprocess.run([sys.executable, "-c", code, "-mpm_snes_max_it", "7", "-mpm_typo", "1"], cwd=tmp_path, env=env,
-                          capture_output=True, text=True, timeout=60)
+    env = {"PETSC_OPTIONS": "-mpm_snes_rtol 1e-9", "PYTHONPATH": str(ROOT), "HOME": str(tmp_path),
+           "PATH": "/usr/bin"}
+    done = subprocess.run([sys.executable, "-c", code, "-mpm_snes_max_it", "7", "-mpm_typo", "1"],
+                          cwd=tmp_path, env=env, capture_output=True, text=True, timeout=60)
     used, unused = map(eval, done.stdout.split(";"))
     assert used == {"-mpm_snes_stol": "1e-20", "-mpm_snes_rtol": "1e-9", "-mpm_snes_max_it": "7"}, done.stderr
     assert unused == ["-mpm_typo", "-mpm_nonsense"]

@@ -1,4 +1,5 @@
-"""Material that leaves the grid: it stops the run, is held at the edge or removed, and nothing is lost in the books."""
+"""Material that leaves the grid: it stops the run, is held at the edge or removed, and nothing is lost in the
+books."""
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,8 @@ def u_shaped():
     """A mesh with a gap between its arms, into which a drop flies."""
     vertices, cells = lattice(BOX, (16, 12), "quadrilateral")
     middle = vertices[cells].mean(axis=1)
-    return Mesh(vertices, cells[~((middle[:, 0] > 1.4) & (middle[:, 0] < 1.9) & (middle[:, 1] > 0.0))], "quadrilateral")
+    return Mesh(vertices, cells[~((middle[:, 0] > 1.4) & (middle[:, 0] < 1.9) & (middle[:, 1] > 0.0))],
+                "quadrilateral")
 
 
 def splash(outflow, velocity=(8.0, 1.0), grid=None, gravity=None, **more):
@@ -27,8 +29,8 @@ def splash(outflow, velocity=(8.0, 1.0), grid=None, gravity=None, **more):
 def books(solid):
     """Count, mass, momentum and energy of what is there and of what has left."""
     left, mass = solid.removed, sum(part.points.mass.sum() for part in solid.bodies)
-    return np.array([solid.count + left["count"], mass + left["mass"], sum(solid.energy().values()) + left["energy"],
-                     *(solid.momentum() + left["momentum"])])
+    return np.array([solid.count + left["count"], mass + left["mass"],
+                     sum(solid.energy().values()) + left["energy"], *(solid.momentum() + left["momentum"])])
 
 
 @pytest.mark.parametrize("grid", [None, u_shaped()], ids=["grid", "mesh"])
@@ -43,7 +45,8 @@ def test_what_is_there_and_what_has_left_is_what_was_there(way, grid):
     assert left["count"] == 3 and solid.count == 64 and left["mass"] == pytest.approx(0.06, rel=1e-14)
     assert left["momentum"][1] == pytest.approx(0.06, rel=1e-9)
     np.testing.assert_allclose(now[[0, 1, 4]], start[[0, 1, 4]], rtol=1e-12)
-    assert now[2] == pytest.approx(start[2], rel=1e-9)  # energy: gravity only moves it from one kind to another
+    # energy: gravity only moves it from one kind to another
+    assert now[2] == pytest.approx(start[2], rel=1e-9)
     assert len(solid.bodies[1].points) == 0 and "points" in solid.snapshot()
     held = solid.held()[1]
     if way == "hold":
@@ -61,7 +64,8 @@ def test_sides_that_are_not_named_stop():
     solid.close()
     for grid, velocity in ((None, (0.0, 10.0)), (u_shaped(), (-8.0, 0.0))):
         solid = splash({"+x": "remove", "-y": "hold"}, velocity, grid)
-        with pytest.raises(MPMError, match=r"material point 6\d left the grid at x = \[.*\] m, t = 0\.\d+ s: enlarge"):
+        with pytest.raises(MPMError,
+                           match=r"material point 6\d left the grid at x = \[.*\] m, t = 0\.\d+ s: enlarge"):
             for _ in range(12):
                 solid.advance(DT)
         assert solid.removed["count"] == 0
@@ -113,7 +117,8 @@ def test_a_state_has_what_has_left():
 
 def test_when_nothing_is_left_the_run_ends():
     solid = MPM(Grid(BOX, (16, 12)), Body(DROP, None, None, LAW, 2.0, velocity=(30.0, 0.0)), outflow="remove")
-    with pytest.raises(MPMError, match=r"all 3 material points have left the grid at t = 0.04 s: enlarge it, or end"):
+    with pytest.raises(MPMError, match=r"all 3 material points have left the grid at t = 0.04 s: enlarge it, "
+                       r"or end"):
         for _ in range(5):
             solid.advance(DT)
     assert solid.count == 0
@@ -154,5 +159,6 @@ print("fine", MPI.COMM_WORLD.rank)
 
 @pytest.mark.mpi
 def test_books_are_the_same_on_every_rank(run_ranks):
-    done = run_ranks(2, "-m", "mpi4py", "-c", f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r}){RANKS}")
+    done = run_ranks(2, "-m", "mpi4py", "-c", "import sys; sys.path.insert(0, "
+                     f"{str(Path(__file__).parent)!r}){RANKS}")
     assert done.returncode == 0 and done.stdout.count("fine") == 2, done.stdout + done.stderr

@@ -49,7 +49,8 @@ def soil(**more):
 def test_around_is_closed_clockwise_and_inset():
     outline = Interface.around(soil(), inset=0.1)
     assert outline.resampling.spacing == pytest.approx(0.05)
-    assert outline.x.min(axis=0) == pytest.approx([0.01, 0.01]) and outline.x.max(axis=0) == pytest.approx([0.99, 1.99])
+    assert outline.x.min(axis=0) == pytest.approx([0.01, 0.01]) and outline.x.max(axis=0) == pytest.approx(
+        [0.99, 1.99])
     assert area(outline.x, outline.elements) == pytest.approx(0.98 * 1.98)
     assert np.linalg.norm(np.diff(outline.x, axis=0), axis=1) == pytest.approx(0.05, rel=0.03)
     assert sorted(outline.elements[:, 0]) == sorted(outline.elements[:, 1]) == list(range(len(outline.x)))
@@ -63,18 +64,23 @@ def test_around_leaves_sides_open(open_sides, ends, feet):
     outline = Interface.around(soil(), 0.05, open_sides=open_sides, floor="y-" if any(feet) else None)
     assert outline.x[[0, -1]] == pytest.approx(np.array(ends))
     assert outline.resampling.feet == tuple(foot and (foot[0], pytest.approx(foot[1])) for foot in feet)
-    assert (outline.elements == np.column_stack([np.arange(len(outline.x) - 1), np.arange(1, len(outline.x))])).all()
+    assert (outline.elements == np.column_stack([np.arange(len(outline.x) - 1),
+                                                 np.arange(1, len(outline.x))])).all()
     right = outline.x[outline.elements].mean(axis=1)[:, 0] > 0.99
     along = np.diff(outline.x[outline.elements], axis=1)[:, 0]
     assert (along[right, 1] < 0).all() and (along[~right, 0] >= 0).all()
 
 
-@pytest.mark.parametrize("options, text", [
-    (dict(open_sides=("x-", "x+")), "the open sides are x-, x\\+: the others must hang together"),
-    (dict(open_sides=("x-", "x+", "y-", "y+")), "must hang together"), (dict(open_sides=("z-",)), "side of the outline is 'z-': choose one of"),
-    (dict(floor="y-"), "the floor is side 'y-'"), (dict(inset=-1.0), "inset is -1.0 body cells"),
-    (dict(inset=6.0), "inset is 6.0 body cells"), (dict(spacing=0.0), "spacing is 0.0 m: give a positive number"),
-    (dict(longest=0.4), "longest 0.4")])
+@pytest.mark.parametrize("options, text",
+                         [(dict(open_sides=("x-", "x+")),
+                           "the open sides are x-, x\\+: the others must hang together"),
+                          (dict(open_sides=("x-", "x+", "y-", "y+")), "must hang together"),
+                          (dict(open_sides=("z-",)), "side of the outline is 'z-': choose one of"),
+                          (dict(floor="y-"), "the floor is side 'y-'"),
+                          (dict(inset=-1.0), "inset is -1.0 body cells"),
+                          (dict(inset=6.0), "inset is 6.0 body cells"),
+                          (dict(spacing=0.0), "spacing is 0.0 m: give a " "positive number"),
+                          (dict(longest=0.4), "longest 0.4")])
 def test_around_refuses(options, text):
     with pytest.raises(ValueError, match=text):
         Interface.around(soil(), **options)
@@ -84,7 +90,8 @@ def test_around_needs_a_plane_box():
     cloud = Body(Cloud([[0.0, 0.0], [1.0, 1.0]], [1.0, 1.0]), None, None, linear(1e5, 0.3), 1e3)
     with pytest.raises(ValueError, match="an outline goes around a plane body whose shape is a Box"):
         Interface.around(cloud)
-    with pytest.raises(ValueError, match="a foot of the outline is \\('bottom', 0.0\\): give its side, one of x-"):
+    with pytest.raises(ValueError,
+                       match="a foot of the outline is \\('bottom', 0.0\\): give its side, one of x-"):
         Resampling(S, feet=(None, ("bottom", 0.0)))
 
 
@@ -100,7 +107,8 @@ def test_nothing_to_do_is_no_change(closed):
 def test_stretched_segments_are_divided_on_the_line(closed):
     x, elements = chain(circle(30) * [3.0, 1.0], closed)
     change = changed(x, elements)
-    assert len(change.x) > 35 and length(change.x, change.elements) == pytest.approx(length(x, elements), rel=1e-14)
+    assert len(change.x) > 35 and length(change.x, change.elements) == pytest.approx(length(x, elements),
+                                                                                     rel=1e-14)
     if closed:
         assert area(change.x, change.elements) == pytest.approx(area(x, elements), rel=1e-14)
     pieces = np.linalg.norm(np.diff(change.x[change.elements], axis=1)[:, 0], axis=1)
@@ -139,7 +147,8 @@ def test_folds_are_zipped_up(width):
     """A crack from above whose sides have met, down to a width of no segment."""
     depth = np.linspace(0.0, -0.5, 6)
     left, right = (np.column_stack([np.full(6, 0.3 + side * width), depth]) for side in (-0.5, 0.5))
-    x, elements = chain(np.concatenate([[(0.1, 0.0), (0.2, 0.0)], left, right[-2::-1], [(0.4, 0.0), (0.5, 0.0)]]))
+    x, elements = chain(np.concatenate([[(0.1, 0.0), (0.2, 0.0)], left, right[-2::-1],
+                                        [(0.4, 0.0), (0.5, 0.0)]]))
     change = changed(x, elements)
     assert change.x[:, 1] == pytest.approx(0.0) and (np.diff(change.x[:, 0]) > 0.02).all()
     assert change.redistribute(x) .sum(axis=0) == pytest.approx(x.sum(axis=0))
@@ -160,7 +169,8 @@ def crossings(x, elements):
     """By looking at all pairs of segments."""
     a, b = x[elements[:, 0]], x[elements[:, 1]]
     cross = lambda u, w: u[..., 0] * w[..., 1] - u[..., 1] * w[..., 0]  # noqa: E731
-    one = cross((b - a)[:, None], a[None] - a[:, None]) * cross((b - a)[:, None], b[None] - a[:, None]) < -1e-15
+    one = cross((b - a)[:, None], a[None] - a[:, None]) * cross((b - a)[:, None],
+                                                                b[None] - a[:, None]) < -1e-15
     return int((one & one.T).sum()) // 2
 
 
@@ -187,8 +197,8 @@ def drop(half_neck):
     """Surface with a drop on a neck; where this is negative, its sides have crossed."""
     t = np.radians(np.linspace(240, -60, 31))
     ball = np.column_stack([0.5 * np.cos(t), 1.2 + 0.5 * np.sin(t)])
-    foot = [(-1.0, 0.0), (-0.85, 0.0), (-0.7, 0.0), (-0.55, 0.0), (-0.4, 0.0), (-0.3, 0.1), (-0.2, 0.2), (-0.1, 0.4),
-            (-half_neck, 0.5), (-half_neck, 0.6)]
+    foot = [(-1.0, 0.0), (-0.85, 0.0), (-0.7, 0.0), (-0.55, 0.0), (-0.4, 0.0), (-0.3, 0.1), (-0.2, 0.2),
+            (-0.1, 0.4), (-half_neck, 0.5), (-half_neck, 0.6)]
     return chain(np.concatenate([foot, ball, (foot * np.array([-1.0, 1.0]))[::-1]]))
 
 
@@ -239,7 +249,8 @@ def test_foot_goes_beneath_the_nose_and_what_was_overrun_is_cut():
     assert change.x[-1] == pytest.approx([1.25, 0.01]) and change.x[:, 0].max() == 1.25
     assert not (np.abs(change.x - [1.1, 0.1]) < 1e-9).all(axis=1).any()
     v = np.random.default_rng(1).normal(size=x.shape)
-    assert change.interpolate(v)[-1] == pytest.approx(v[8]) and change.interpolate(v)[nose] == pytest.approx(v[8])
+    assert change.interpolate(v)[-1] == pytest.approx(v[8]) and change.interpolate(v)[nose] == pytest.approx(
+        v[8])
     assert changed(change.x, change.elements, FOOT) is None
 
 

@@ -1,4 +1,5 @@
-"""Several ranks give what one gives: points travel between them, until one rank has none left or a new distribution comes."""
+"""Several ranks give what one gives: points travel between them, until one rank has none left or a new
+distribution comes."""
 import numpy as np
 import pytest
 
@@ -98,25 +99,29 @@ def run(run_ranks, tmp_path):
     ("quadrilateral", "neo_hooke", "ghost", "two"), ("tetrahedron", "linear", "ghost", "one"),
     ("triangle", "neo_hooke", "lumped", "f_bar"), ("tetrahedron", "neo_hooke", "lumped", "f_bar")])
 def test_two_ranks_give_what_one_gives(run, cell, law, inertia, bodies):
-    """To round-off for one body. With two bodies the grid is distributed anew on the way, which makes a new tangent on two
-    ranks alone: what Newton's method leaves, 1e-6 of a step's forces, then differs (measured: 9e-9)."""
+    """To round-off for one body. With two bodies the grid is distributed anew on the way, which makes a new
+    tangent on two ranks alone: what Newton's method leaves, 1e-6 of a step's forces, then differs (measured:
+    9e-9)."""
     one, two = (run(n, RUN, cell, law, inertia, bodies) for n in (1, 2))
     assert bodies != "two" or two["rebalances"] > 0
     assert two["ranks"] == 2 and two["travelled"] > (10 if bodies == "two" else 50) and one["travelled"] == 0
     allowed = 1e-6 if bodies == "two" else 1e-12
     for name in ("x", "v", "F", "energy", "momentum"):
-        np.testing.assert_allclose(two[name], one[name], rtol=0, atol=allowed * abs(one[name]).max(), err_msg=name)
+        np.testing.assert_allclose(two[name], one[name], rtol=0, atol=allowed * abs(one[name]).max(),
+                                   err_msg=name)
     assert "left the grid" in str(one["message"]) and str(one["message"])[:25] == str(two["message"])[:25]
 
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("mesh", ["lattice", "unstructured", "f_bar"])
 def test_a_body_that_crosses_the_grid_is_shared_out_again(run, mesh):
-    """It flies over 18 columns of cells and turns; without a new distribution one rank would have all of it."""
+    """It flies over 18 columns of cells and turns; without a new distribution one rank would have all of
+    it."""
     one, three = (run(n, CROSSING, mesh) for n in (1, 3))
     assert three["ranks"] == 3 and len(one["rebalances"]) == 0 and one["imbalance"] == 1.0
     steps, before, after = three["rebalances"].T
     assert len(steps) >= 2 and (steps % 5 == 0).all() and (np.diff(steps) > 0).all()
     assert (before > 1.2).all() and (after < 1.2).all() and three["imbalance"] < before.max()
     for name in ("surface", "x", "v", "F", "mass"):
-        np.testing.assert_allclose(three[name], one[name], rtol=0, atol=1e-12 * abs(one[name]).max(), err_msg=name)
+        np.testing.assert_allclose(three[name], one[name], rtol=0, atol=1e-12 * abs(one[name]).max(),
+                                   err_msg=name)

@@ -1,4 +1,5 @@
-"""Patches of simplices for F-bar: squares and cubes of a lattice, rings around edges elsewhere, and never cut."""
+"""Patches of simplices for F-bar: squares and cubes of a lattice, rings around edges elsewhere, and never
+cut."""
 import numpy as np
 import pytest
 
@@ -31,12 +32,13 @@ def test_patches_of_a_mesh_hang_together_and_are_of_like_size(cell, distorted):
     mesh = distorted(cell, tuple(2 * n for n in SIMPLICES[cell]), by=0.3)
     patch = patches(mesh, mesh.vertices, mesh.cells)
     size = np.bincount(patch)
-    assert size.min() >= 2 and size.max() <= (4 if cell == "triangle" else 14) and size.sum() == len(mesh.cells)
+    assert size.min() >= 2 and size.max() <= (4 if cell == "triangle"
+                                              else 14) and size.sum() == len(mesh.cells)
     for members in groups(patch):
         joined, rest = {members[0]}, set(members[1:])
         while rest:
-            beside = {c for c in rest if any(len(np.intersect1d(mesh.cells[c], mesh.cells[d])) == mesh.cells.shape[1] - 1
-                                             for d in joined)}
+            beside = {c for c in rest if any(len(np.intersect1d(mesh.cells[c], mesh.cells[d]))
+                                             == mesh.cells.shape[1] - 1 for d in joined)}
             assert beside
             joined, rest = joined | beside, rest - beside
 

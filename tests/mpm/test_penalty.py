@@ -1,4 +1,5 @@
-"""Supports and walls by springs on boundary particles, against closed forms and against supports on grid nodes."""
+"""Supports and walls by springs on boundary particles, against closed forms and against supports on grid
+nodes."""
 
 import numpy as np
 import pytest
@@ -27,19 +28,23 @@ def tilted(angle):
 
 def surface_below(kind, mu, **others):
     """The plane y = 0 in space, or the sole of the block."""
-    line = Interface.line((-0.2, 0.0), (2.2, 0.0), 48) if kind == "plane" else Interface.line((0, 1e-3), (1, 1e-3), 8)
+    line = Interface.line((-0.2, 0.0), (2.2, 0.0), 48) if kind == "plane" else Interface.line((0, 1e-3),
+                                                                                              (1, 1e-3), 8)
     return Penalty(line, (0, 1), mu, follows=kind == "sole", name="slope", **{"separates": True, **others})
 
 
 def block(make_mpm, angle, penalties, grid=None, **others):
-    """A block of 1 m x 0.5 m on the slope; its first vibration, which gravity starts, has a period of 2.7 steps."""
+    """A block of 1 m x 0.5 m on the slope; its first vibration, which gravity starts, has a period of 2.7
+    steps."""
     grid = turned_grid(0.35) if grid is None else grid
     return make_mpm(grid=grid, box=((0.0, 0.0), (1.0, 0.5)), body_cells=(8, 4), law=LAWS["linear"](1e8, 0.3),
-                    rho=1000.0, interface=None, gravity=tilted(angle), inertia="lumped", penalties=penalties, **others)
+                    rho=1000.0, interface=None, gravity=tilted(angle), inertia="lumped", penalties=penalties,
+                    **others)
 
 
 def slide(solid, steps=100):
-    """Velocity along the slope [m/s] and reaction over the weight after each step, shapes (steps,) and (steps, 2)."""
+    """Velocity along the slope [m/s] and reaction over the weight after each step, shapes (steps,) and
+    (steps, 2)."""
     v, reaction = [], []
     for _ in range(steps):
         solid.advance(DT)
@@ -51,8 +56,8 @@ def slide(solid, steps=100):
 @pytest.mark.parametrize("kind", ["plane", "sole"])
 @pytest.mark.parametrize("angle, mu", [(20, 0.0), (30, 0.3), (40, 0.2), (40, 0.6)])
 def test_block_slides_down_a_plane_that_cuts_the_grid(make_mpm, kind, angle, mu):
-    """a = g (sin t - mu cos t). What remains is the block's own vibration, as it starts unstressed: measured are at
-    most 1e-3 g, on the plane at mu 0.6, and 3e-5 g otherwise."""
+    """a = g (sin t - mu cos t). What remains is the block's own vibration, as it starts unstressed: measured
+    are at most 1e-3 g, on the plane at mu 0.6, and 3e-5 g otherwise."""
     t = np.radians(angle)
     v, reaction = slide(block(make_mpm, t, [surface_below(kind, mu)]))
     exact = np.sin(t) - mu * np.cos(t)
@@ -64,23 +69,23 @@ def test_block_slides_down_a_plane_that_cuts_the_grid(make_mpm, kind, angle, mu)
 @pytest.mark.parametrize("cell", ["hexahedron", "tetrahedron"])
 @pytest.mark.parametrize("kind", ["plane", "sole", "nodes"])
 def test_block_slides_in_space(make_mpm, cell, kind):
-    """As above, obliquely to the grid and across the middle of its cells: a along the slope, nothing across. Measured:
-    within 5e-4 g of 0.2402 g, and 7e-5 g."""
+    """As above, obliquely to the grid and across the middle of its cells: a along the slope, nothing across.
+    Measured: within 5e-4 g of 0.2402 g, and 7e-5 g."""
     t, mu, down = np.radians(30), 0.3, np.array([np.cos(0.4), np.sin(0.4), 0.0])
     if kind == "nodes":
         wall = GridWall(lambda x: x[:, 2] < 1e-9, "+z", mu, True, name="slope")
     elif kind == "plane":
-        wall = Penalty(Interface.patch((-0.4, -0.4, 0), (2, 0, 0), (0, 1.5, 0), (20, 15)), (0, 0, 1), mu, True,
-                       name="slope")
+        wall = Penalty(Interface.patch((-0.4, -0.4, 0), (2, 0, 0), (0, 1.5, 0), (20, 15)), (0, 0, 1), mu,
+                       True, name="slope")
     else:
-        wall = Penalty(Interface.patch((0, 0, 1e-3), (1, 0, 0), (0, 0.5, 0), (6, 3)), (0, 0, 1), mu, True, follows=True,
-                       name="slope")
+        wall = Penalty(Interface.patch((0, 0, 1e-3), (1, 0, 0), (0, 0.5, 0), (6, 3)), (0, 0, 1), mu, True,
+                       follows=True, name="slope")
     bottom = 0.0 if kind == "nodes" else -0.35
     grid = Grid(Box((-0.5, -0.5, bottom), (1.75, 1.25, bottom + 1.25)), (9, 7, 5), cell)
-    solid = make_mpm(cell, grid=grid, box=((0.0, 0.0, 0.0), (1.0, 0.5, 0.5)), body_cells=(6, 3, 3),
-                     points=2 if cell == "hexahedron" else 4, stress_state=None, law=LAWS["linear"](1e8, 0.3),
-                     rho=1000.0, interface=None, gravity=G * (np.sin(t) * down - [0, 0, np.cos(t)]), inertia="lumped",
-                     penalties=[wall])
+    solid = make_mpm(cell, grid=grid, box=((0.0, 0.0, 0.0), (1.0, 0.5, 0.5)), body_cells=(6, 3, 3), points=2
+                     if cell == "hexahedron" else 4, stress_state=None, law=LAWS["linear"](1e8, 0.3),
+                     rho=1000.0, interface=None, gravity=G * (np.sin(t) * down - [0, 0, np.cos(t)]),
+                     inertia="lumped", penalties=[wall])
     v = []
     for _ in range(60):
         solid.advance(DT)
@@ -133,8 +138,8 @@ def test_wall_pushes_but_does_not_pull(make_mpm, wall):
 def test_sole_meets_its_plane_where_it_is(make_mpm):
     """Dropped from 2 cm, the block touches after sqrt(2 s / g) and then carries its weight on the plane."""
     grid = Grid(Box((-0.5, -0.5), (1.5, 1.5)), (8, 8))
-    sole = Penalty(Interface.line((0, 1e-3), (1, 1e-3), 8), (0, 1), separates=True, follows=True, at=(0.0, -0.019),
-                   name="slope")
+    sole = Penalty(Interface.line((0, 1e-3), (1, 1e-3), 8), (0, 1), separates=True, follows=True,
+                   at=(0.0, -0.019), name="slope")
     solid = block(make_mpm, 0.0, [sole], grid)
     reaction = slide(solid, 40)[1][:, 1]
     assert np.argmax(reaction > 0) * DT == pytest.approx(np.sqrt(2 * 0.02 / G), abs=DT)
@@ -142,13 +147,13 @@ def test_sole_meets_its_plane_where_it_is(make_mpm):
 
 
 def swing(make_mpm, h, steps=120):
-    """A bar of 0.2 m x 1 m swings by 0.1 rad about one boundary particle: time of its turning point over the exact one
-    less 1, energy lost in one period over that of the swing, and largest gap of the hinge [m]."""
+    """A bar of 0.2 m x 1 m swings by 0.1 rad about one boundary particle: time of its turning point over the
+    exact one less 1, energy lost in one period over that of the swing, and largest gap of the hinge [m]."""
     d, inertia = 0.4, (1.0 + 0.04) / 12 + 0.16
     period = 2 * np.pi * np.sqrt(inertia / (G * d)) * (1 + 0.1**2 / 16)
     hinge = Penalty(Interface(np.array([[0.1, 0.9]]), np.zeros((0, 2), int)), follows=True, name="hinge")
-    solid = make_mpm(box=((0.0, 0.0), (0.2, 1.0)), h=h, margin=round(0.2 / h), law=LAWS["linear"](1e8, 0.3), rho=1000.0,
-                     interface=None, gravity=tilted(0.1), penalties=[hinge], inertia="lumped")
+    solid = make_mpm(box=((0.0, 0.0), (0.2, 1.0)), h=h, margin=round(0.2 / h), law=LAWS["linear"](1e8, 0.3),
+                     rho=1000.0, interface=None, gravity=tilted(0.1), penalties=[hinge], inertia="lumped")
     w, p, energy = [0.0], solid.points, sum(solid.energy().values())
     for _ in range(steps):
         solid.advance(period / steps)
@@ -161,8 +166,8 @@ def swing(make_mpm, h, steps=120):
 
 
 def test_pendulum_swings_at_its_period(make_mpm):
-    """T = 2 pi sqrt(I / (m g d)), I about the hinge. The period is too long, and energy lost, by what the lumped
-    projection takes from a rotation: O(h^2). The hinge holds to 4e-6 m."""
+    """T = 2 pi sqrt(I / (m g d)), I about the hinge. The period is too long, and energy lost, by what the
+    lumped projection takes from a rotation: O(h^2). The hinge holds to 4e-6 m."""
     errors, lost, gap = np.array([swing(make_mpm, h) for h in (0.2, 0.1, 0.05)]).T
     assert 0 < errors[2] < 0.006 and 0 < lost[2] < 0.03
     np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), 2.1, atol=0.3)
@@ -170,17 +175,18 @@ def test_pendulum_swings_at_its_period(make_mpm):
 
 
 def pulled(make_mpm, end, steps=40, stiffness=None):
-    """A bar of 1 m x 0.5 m after one second in which it was held at x = 0 and pulled at x = 1, smoothly, by 1 %."""
+    """A bar of 1 m x 0.5 m after one second in which it was held at x = 0 and pulled at x = 1, smoothly, by 1
+    %."""
     motion = lambda t: np.array([0.005 * (1 - np.cos(np.pi * min(max(t, 0.0), 1.0))), 0.0])  # noqa: E731
     grid = Grid(Box((-0.5, -0.5), (1.5, 1.0)), (8, 6))
     supports, penalties = [Support.column("x", 0.0, grid, "x")], []
     if end == "nodes":
         supports.append(Support.column("x", 1.0, grid, "x", lambda t: motion(t)[0]))
     else:
-        penalties = [Penalty(Interface.line((1.0, 0.0), (1.0, 0.5), 4), (-1, 0), motion=motion, follows=end == "body",
-                             stiffness=stiffness, name="end")]
-    solid = make_mpm(box=((0, 0), (1, 0.5)), grid=grid, body_cells=(8, 4), law=LAWS["linear"](1e5, 0.0), rho=1.0,
-                     interface=None, supports=supports, penalties=penalties)
+        penalties = [Penalty(Interface.line((1.0, 0.0), (1.0, 0.5), 4), (-1, 0), motion=motion,
+                             follows=end == "body", stiffness=stiffness, name="end")]
+    solid = make_mpm(box=((0, 0), (1, 0.5)), grid=grid, body_cells=(8, 4), law=LAWS["linear"](1e5, 0.0),
+                     rho=1.0, interface=None, supports=supports, penalties=penalties)
     for _ in range(steps):
         solid.advance(1.0 / steps)
     return solid
@@ -188,8 +194,8 @@ def pulled(make_mpm, end, steps=40, stiffness=None):
 
 @pytest.mark.parametrize("end", ["space", "body"])
 def test_prescribed_motion_agrees_with_grid_nodes_as_the_springs_get_stiffer(make_mpm, end):
-    """The springs give by stress / k: a share of E / (k L + E) of the motion, with k from one to a hundred E / h. The
-    error falls from 21 % to 0.24 %."""
+    """The springs give by stress / k: a share of E / (k L + E) of the motion, with k from one to a hundred E
+    / h. The error falls from 21 % to 0.24 %."""
     exact = pulled(make_mpm, "nodes").cauchy_stress()[:, 0, 0].mean()
     errors = []
     for k in (4e5, 4e6, 4e7):
@@ -201,9 +207,10 @@ def test_moving_wall_pushes_a_block(make_mpm):
     """A wall in space that starts smoothly takes the block along to the same speed."""
     grid = Grid(Box((-0.5, -0.5), (2.5, 1.0)), (12, 6))
     motion = lambda t: np.array([0.5 * 10.0 * t**2, 0.0])  # noqa: E731
-    wall = Penalty(Interface.line((0.0, -0.2), (0.0, 0.7), 18), (1, 0), separates=True, motion=motion, name="wall")
-    solid = make_mpm(box=((0, 0), (1, 0.5)), grid=grid, body_cells=(8, 4), law=LAWS["linear"](1e7, 0.3), rho=1000.0,
-                     interface=None, penalties=[wall], inertia="lumped")
+    wall = Penalty(Interface.line((0.0, -0.2), (0.0, 0.7), 18), (1, 0), separates=True, motion=motion,
+                   name="wall")
+    solid = make_mpm(box=((0, 0), (1, 0.5)), grid=grid, body_cells=(8, 4), law=LAWS["linear"](1e7, 0.3),
+                     rho=1000.0, interface=None, penalties=[wall], inertia="lumped")
     pushed = []
     for _ in range(200):
         solid.advance(DT)
@@ -219,9 +226,10 @@ def loaded_problem(make_mpm, grid=None, **changes):
     line, random = Interface.line((0.1, 0.1), (0.9, 0.1), 8), np.random.default_rng(4)
     penalties = [Penalty(line, name="stick", follows=True), Penalty(line, (0, 1), 0.4, name="rub"),
                  Penalty(line, (1, 2), 0.4, True, follows=True, name="rub and separate"),
-                 Penalty(line, (1, -2), np.inf, True, name="stick and separate"), Penalty(line, (2, 1), name="slip")]
-    solid = make_mpm(grid=grid, box=((0.0, 0.0), (1.0, 0.5)), body_cells=(8, 4), interface=None, penalties=penalties,
-                     **changes)
+                 Penalty(line, (1, -2), np.inf, True, name="stick and separate"),
+                 Penalty(line, (2, 1), name="slip")]
+    solid = make_mpm(grid=grid, box=((0.0, 0.0), (1.0, 0.5)), body_cells=(8, 4), interface=None,
+                     penalties=penalties, **changes)
     for penalty in solid.penalties:
         penalty.points.gap[:] = random.normal(size=penalty.points.gap.shape) * 1e-2
         penalty.points.force[:] = random.normal(size=penalty.points.gap.shape) * 50
@@ -247,7 +255,8 @@ def test_matrix_is_the_derivative_of_the_residual(make_mpm, taylor_rate):
     K = step.active_cells.matrix.convert("dense").getDenseArray().copy()
     kinds = np.concatenate([penalty.points.status for penalty in solid.penalties])
     rate = taylor_rate(lambda s: residual(u + s * du), K @ du.ravel(), h=1e-3)
-    assert set(kinds % springs.CLOSED).issuperset({springs.FREE, springs.STICK}) and kinds.max() > springs.CLOSED + 1
+    assert set(kinds % springs.CLOSED).issuperset({springs.FREE,
+                                                   springs.STICK}) and kinds.max() > springs.CLOSED + 1
     assert rate == pytest.approx(2.0, abs=0.05) and np.isfinite(start).all()
     np.testing.assert_allclose(K, K.T, rtol=0, atol=1e-14 * abs(K).max())
 
@@ -278,18 +287,19 @@ def test_spring_matrix_is_the_derivative_of_the_force(taylor_rate, D):
     smooth = (force(1e-4)[2] == status) & (force(5e-5)[2] == status)
     assert len(np.unique(status)) >= 4 * D - 2 + 2 and smooth.sum() > 0.9 * n
     if D == 3:  # in the plane every branch is linear
-        assert taylor_rate(lambda s: force(s)[1][smooth], slope[smooth], h=1e-4) == pytest.approx(2.0, abs=0.05)
+        assert taylor_rate(lambda s: force(s)[1][smooth], slope[smooth], h=1e-4) == pytest.approx(2.0,
+                                                                                                  abs=0.05)
     else:
         np.testing.assert_allclose(force(1e-4)[1][smooth], (f + 1e-4 * slope)[smooth], rtol=0, atol=1e-14)
 
 
 def busy(make_mpm):
     """A block on a slope with a load, a hinge and a moving wall."""
-    hinge = Penalty(Interface(np.array([[0.9, 0.4]]), np.zeros((0, 2), int)), motion=lambda t: np.array([0.1 * t, 0.0]),
-                    follows=True, stiffness=1e5, name="hinge")
+    hinge = Penalty(Interface(np.array([[0.9, 0.4]]), np.zeros((0, 2), int)),
+                    motion=lambda t: np.array([0.1 * t, 0.0]), follows=True, stiffness=1e5, name="hinge")
     top = Interface.line((0.0, 0.45), (1.0, 0.45), 6)
-    wall = Penalty(Interface.line((0.0, 0.1), (0.0, 0.4), 3), (1, 0), separates=True, motion=lambda t: [20 * t**2, 0.0],
-                   name="wall")
+    wall = Penalty(Interface.line((0.0, 0.1), (0.0, 0.4), 3), (1, 0), separates=True,
+                   motion=lambda t: [20 * t**2, 0.0], name="wall")
     return block(make_mpm, 0.5, [surface_below("plane", 0.3), hinge, wall],
                  loads=[Load(top, pressure=lambda t: 1e4 * t)])
 
@@ -379,13 +389,17 @@ def test_grid_wall_says_what_is_wrong(arguments, message):
         GridWall(lambda x: x[:, 1] < 0, name="floor", **arguments)
 
 
-@pytest.mark.parametrize("condition, message", [
-    (Penalty(Interface.line((0, 0), (9, 0), 3), name="base"), r"particle 2 of base lies at \[6. 0.\] m, .* enlarge"),
-    (GridWall(lambda x: x[:, 1] < -9, "+y", name="floor"), "floor holds no node of the grid: look at where"),
-    (GridWall(lambda x: x[:, 1] < 0, "+z", name="floor"), "normal of floor is '\\+z', the scene has 2 dimensions"),
-    (Penalty(LINE, motion=lambda t: np.ones(2), name="base"), r"motion of base at t = 0 is \[1.0, 1.0\] m: it must"),
-    (Penalty(Interface(np.zeros((1, 3)), np.zeros((0, 3), int)), name="base"), "surface of base has 3 dimensions, the"),
-])
+@pytest.mark.parametrize("condition, message",
+                         [(Penalty(Interface.line((0, 0), (9, 0), 3), name="base"),
+                           r"particle 2 of base lies at \[6. 0.\] m, .* enlarge"),
+                          (GridWall(lambda x: x[:, 1] < -9, "+y", name="floor"),
+                           "floor holds no node of the grid: look at where"),
+                          (GridWall(lambda x: x[:, 1] < 0, "+z", name="floor"),
+                           "normal of floor is '\\+z', the scene has 2 dimensions"),
+                          (Penalty(LINE, motion=lambda t: np.ones(2), name="base"),
+                           r"motion of base at t = 0 is \[1.0, 1.0\] m: it must"),
+                          (Penalty(Interface(np.zeros((1, 3)), np.zeros((0, 3), int)), name="base"),
+                           "surface of base has 3 dimensions, the"),])
 def test_scene_says_what_is_wrong(make_mpm, condition, message):
     with pytest.raises(ValueError, match=message):
         make_mpm(penalties=[condition])
@@ -393,7 +407,8 @@ def test_scene_says_what_is_wrong(make_mpm, condition, message):
 
 def test_a_hinge_outside_the_body_is_refused(make_mpm):
     far = Penalty(Interface(np.array([[-0.9, 1.4]]), np.zeros((0, 2), int)), follows=True, name="hinge")
-    with pytest.raises(MPMError, match="boundary particle 0 at x = .* has no material point near it at t = 0 s"):
+    with pytest.raises(MPMError, match="boundary particle 0 at x = .* has no material point near it at t = 0 "
+                       "s"):
         make_mpm(penalties=[far]).advance(0.01)
 
 

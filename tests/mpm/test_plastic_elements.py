@@ -1,4 +1,5 @@
-"""Element tests of the plastic laws against closed forms, and what their parameters may be. Stresses in units of E."""
+"""Element tests of the plastic laws against closed forms, and what their parameters may be. Stresses in units
+of E."""
 import numpy as np
 import pytest
 from scipy.optimize import newton
@@ -17,8 +18,8 @@ def soil(make, psi=PSI, c=C, **others):
 
 
 def compressed(point, axial, lateral_stress, guess):
-    """Step to the axial log strain under that lateral stress; returns stresses (lateral, across, axial) and the lateral
-    log strain. Axis: the last of the space or the plane."""
+    """Step to the axial log strain under that lateral stress; returns stresses (lateral, across, axial) and
+    the lateral log strain. Axis: the last of the space or the plane."""
     dim = point.dim
 
     def F(lateral):
@@ -30,7 +31,8 @@ def compressed(point, axial, lateral_stress, guess):
 
 
 def path(point, strains, lateral_stress=-P0):
-    """Axial log strains under constant lateral stress; rows of stresses (lateral, across, axial), lateral strains."""
+    """Axial log strains under constant lateral stress; rows of stresses (lateral, across, axial), lateral
+    strains."""
     rows, guess = [], 0.0
     for axial in strains:
         stresses, guess = compressed(point, axial, lateral_stress, guess)
@@ -64,7 +66,8 @@ def test_triaxial_extension(make, others, element):
 @pytest.mark.parametrize("make, others", [(mohr_coulomb, {}), (drucker_prager, dict(match="plane_strain"))])
 @pytest.mark.parametrize("psi", [0.0, PSI, PHI])
 def test_plane_strain_compression(make, others, psi, element):
-    """As triaxial compression, with the stress across the plane in between; the cone gets there as it flows."""
+    """As triaxial compression, with the stress across the plane in between; the cone gets there as it
+    flows."""
     strains = -np.linspace(0.005, 0.6, 120)
     rows = path(element(soil(make, psi, **others), 2), strains)
     rtol = 1e-11 if make is mohr_coulomb else 1e-6
@@ -77,7 +80,8 @@ def test_plane_strain_compression(make, others, psi, element):
 
 @pytest.mark.parametrize("make, others", [(mohr_coulomb, {}), (drucker_prager, dict(match="plane_strain"))])
 def test_simple_shear_without_dilation(make, others, element, dim):
-    """Shear keeps the volume, so the mean stress stays at -p0 and the radius grows to p0 sin(phi) + c cos(phi)."""
+    """Shear keeps the volume, so the mean stress stays at -p0 and the radius grows to p0 sin(phi) + c
+    cos(phi)."""
     point = element(soil(make, 0.0, **others), dim)
     squeezed = np.exp(-P0 / K / 3) * np.eye(dim)
     if dim == 2:  # the same pressure across the plane
@@ -94,7 +98,8 @@ def test_simple_shear_without_dilation(make, others, element, dim):
 @pytest.mark.parametrize("make", [mohr_coulomb, drucker_prager])
 @pytest.mark.parametrize("cutoff", [None, 0.0, 0.001])
 def test_isotropic_tension(make, cutoff, element):
-    """tau = K ln J up to the apex c cot(phi) or the cut-off; what is beyond has opened, and closes before it pushes."""
+    """tau = K ln J up to the apex c cot(phi) or the cut-off; what is beyond has opened, and closes before it
+    pushes."""
     limit = C / np.tan(np.radians(PHI)) if cutoff is None else cutoff
     point, opened = element(soil(make, tension_cutoff=cutoff), 3), 0.0
     for volume in (0.001, 0.01, 0.2, 0.05, 0.01, 0.0, -0.01, 0.1, 0.3, -0.02, 0.005, 0.0):
@@ -106,7 +111,8 @@ def test_isotropic_tension(make, cutoff, element):
 
 @pytest.mark.parametrize("make", [mohr_coulomb, drucker_prager])
 def test_separated_soil_is_not_larger_when_it_comes_together(make, element, dim):
-    """Torn apart and turned about, it bears at its old volume again, and only there. (Dilation would fill the gap.)"""
+    """Torn apart and turned about, it bears at its old volume again, and only there. (Dilation would fill the
+    gap.)"""
     random = np.random.default_rng(0)
     point = element(soil(make, psi=0.0, c=0.0), dim)
     for _ in range(50):
@@ -128,8 +134,8 @@ Y, H = 0.003, 0.05
 
 @pytest.mark.parametrize("hardening", [0.0, H])
 def test_uniaxial_stress_of_a_metal(hardening, element):
-    """tau = Y + H (e - tau / E), and the plastic strain is e - tau / E: logarithmic strains add up. Unloading is
-    elastic, and the metal yields again, the other way round, at -(Y + H alpha)."""
+    """tau = Y + H (e - tau / E), and the plastic strain is e - tau / E: logarithmic strains add up. Unloading
+    is elastic, and the metal yields again, the other way round, at -(Y + H alpha)."""
     point, strains = element(von_mises(1.0, 0.3, Y, hardening), 3), np.linspace(0.005, 0.3, 60)
     rows = path(point, strains, lateral_stress=0.0)
     tau = (Y + hardening * strains) / (1 + hardening)
@@ -157,8 +163,8 @@ def test_simple_shear_of_a_metal(element, dim):
 
 # ---------------------------------------------------------------- all
 
-ALL = {"pyramid": soil(mohr_coulomb, c=0.0), "cone": soil(drucker_prager, c=0.0), "pyramid, c": soil(mohr_coulomb),
-       "cone, c": soil(drucker_prager), "metal": von_mises(1.0, 0.3, Y, H)}
+ALL = {"pyramid": soil(mohr_coulomb, c=0.0), "cone": soil(drucker_prager, c=0.0),
+       "pyramid, c": soil(mohr_coulomb), "cone, c": soil(drucker_prager), "metal": von_mises(1.0, 0.3, Y, H)}
 
 
 @pytest.fixture(params=[2, 3])
@@ -172,7 +178,8 @@ def any_law(request):
 
 
 def test_plastic_work_is_not_negative(element, any_law):
-    """tau : (trial strain - elastic strain), the trial strain of F Cp_old^-1 F^T, which has the axes of tau."""
+    """tau : (trial strain - elastic strain), the trial strain of F Cp_old^-1 F^T, which has the axes of
+    tau."""
     point, random, total = element(any_law, 3), np.random.default_rng(1), 0.0
     for _ in range(300):
         F = np.eye(3) + random.normal(0, 0.02, (3, 3)) + random.normal(-0.01, 0.02) * np.eye(3)
@@ -200,29 +207,37 @@ def test_elastic_cycles_leave_no_trace(element, any_law, dim):
 
 
 def test_closed_cycles_of_flow_settle(element, any_law):
-    """After the first cycles the same path gives the same stresses again (with hardening: elastic shakedown)."""
+    """After the first cycles the same path gives the same stresses again (with hardening: elastic
+    shakedown)."""
     point, last = element(any_law, 2), None
     for cycle in range(60):
-        taus = np.array([point.step([[0.98, g], [0.0, 0.99]]) for g in 0.05 * np.sin(np.linspace(0, 2 * np.pi, 20))])
+        taus = np.array([point.step([[0.98, g], [0.0, 0.99]])
+                         for g in 0.05 * np.sin(np.linspace(0, 2 * np.pi, 20))])
         if cycle > 50:
             np.testing.assert_allclose(taus, last, rtol=0, atol=1e-3 * abs(taus).max())
         last = taus
 
 
-@pytest.mark.parametrize("make, values, message", [
-    (mohr_coulomb, dict(friction_angle=90.0), "friction_angle is 90.0 degrees: give at least 0 and less than 90"),
-    (mohr_coulomb, dict(friction_angle=-1.0), "friction_angle is -1.0 degrees"),
-    (mohr_coulomb, dict(friction_angle=np.nan), "friction_angle is nan"),
-    (drucker_prager, dict(friction_angle=20.0, dilation_angle=21.0), "dilation_angle is 21.0 .* at most the friction"),
-    (mohr_coulomb, dict(friction_angle=20.0, dilation_angle=-1.0), "dilation_angle is -1.0"),
-    (mohr_coulomb, dict(friction_angle=20.0, cohesion=-5.0), "cohesion is -5.0 Pa: give 0 or a positive number"),
-    (mohr_coulomb, dict(friction_angle=0.0), "both 0: give one of them"),
-    (mohr_coulomb, dict(friction_angle=45.0, cohesion=5.0, tension_cutoff=5.1), "tension_cutoff is 5.1 Pa: .* apex"),
-    (drucker_prager, dict(friction_angle=45.0, cohesion=5.0, tension_cutoff=-1.0), "tension_cutoff is -1.0 Pa"),
-    (drucker_prager, dict(friction_angle=45.0, match="best"), "match is 'best': choose one of compression, extension, plane_strain"),
-    (von_mises, dict(yield_stress=0.0), "yield_stress is 0.0 Pa: give a positive number"),
-    (von_mises, dict(yield_stress=1.0, hardening=-1.0), "hardening is -1.0 Pa"),
-])
+@pytest.mark.parametrize("make, values, message",
+                         [(mohr_coulomb, dict(friction_angle=90.0), "friction_angle is 90.0 degrees: give at "
+                           "least 0 and " "less than 90"), (mohr_coulomb, dict(friction_angle=-1.0),
+                                                            "friction_angle is -1.0 degrees"),
+                          (mohr_coulomb, dict(friction_angle=np.nan), "friction_angle is nan"),
+                          (drucker_prager, dict(friction_angle=20.0, dilation_angle=21.0),
+                           "dilation_angle is 21.0 .* at most the friction"),
+                          (mohr_coulomb, dict(friction_angle=20.0, dilation_angle=-1.0),
+                           "dilation_angle is -1.0"), (mohr_coulomb, dict(friction_angle=20.0, cohesion=-5.0),
+                                                       "cohesion is -5.0 Pa: give 0 or a positive number"),
+                          (mohr_coulomb, dict(friction_angle=0.0), "both 0: give one of them"),
+                          (mohr_coulomb, dict(friction_angle=45.0, cohesion=5.0, tension_cutoff=5.1),
+                           "tension_cutoff is 5.1 Pa: .* apex"),
+                          (drucker_prager, dict(friction_angle=45.0, cohesion=5.0, tension_cutoff=-1.0),
+                           "tension_cutoff is -1.0 Pa"),
+                          (drucker_prager, dict(friction_angle=45.0, match="best"),
+                           "match is 'best': choose one of compression, extension, plane_strain"),
+                          (von_mises, dict(yield_stress=0.0),
+                           "yield_stress is 0.0 Pa: give a positive number"),
+                          (von_mises, dict(yield_stress=1.0, hardening=-1.0), "hardening is -1.0 Pa"),])
 def test_impossible_strengths(make, values, message):
     with pytest.raises(ValueError, match=message):
         make(1e6, 0.3, **values)
@@ -243,4 +258,5 @@ def test_principal_axes_are_orthogonal_and_rebuild_the_matrix(values):
         np.testing.assert_allclose(n @ n.T, np.eye(3), rtol=0, atol=4e-15)
         np.testing.assert_allclose(n.T @ np.diag(found) @ n, 0.5 * (B + B.T), rtol=0, atol=1e-14 * values[0])
         found, n = algebra.symmetric2(B[0, 0], B[1, 1], B[0, 1])
-        np.testing.assert_allclose(np.transpose(n) @ np.diag(found) @ n, B[:2, :2], rtol=0, atol=1e-14 * values[0])
+        np.testing.assert_allclose(np.transpose(n) @ np.diag(found) @ n, B[:2, :2], rtol=0,
+                                   atol=1e-14 * values[0])

@@ -24,20 +24,19 @@ from mpm_fenicsx.laws.mohr_coulomb import (
 from mpm_fenicsx.laws.von_mises import FLOW
 
 MC = dict(E=1.0, nu=0.3, friction_angle=30.0, dilation_angle=10.0, cohesion=0.01)
-LAWS = {
-    "pyramid": (mohr_coulomb(**MC), (ELASTIC, SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, OPEN)),
-    "no dilation": (mohr_coulomb(1.0, 0.4, 22.0, 0.0, 0.01), (ELASTIC, SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, OPEN)),
-    "no friction": (mohr_coulomb(1.0, 0.2, 0.0, 0.0, 0.01), (ELASTIC, SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE)),
-    "cut pyramid": (mohr_coulomb(1.0, 0.2, 30.0, 10.0, 0.01, tension_cutoff=0.004),
-                    (ELASTIC, SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, TENSION, TENSION_EDGE, SHEAR_TENSION, CORNER,
-                     OPEN)),
-    "cone": (drucker_prager(**MC), (ELASTIC, CONE, OPEN)),
-    "cut cone": (drucker_prager(**MC, tension_cutoff=0.004, match="plane_strain"), (ELASTIC, CONE, OPEN)),
-    "metal": (von_mises(1.0, 0.3, 0.03), (ELASTIC, FLOW)),
-    "hard metal": (von_mises(1.0, 0.3, 0.03, 0.2), (ELASTIC, FLOW)),
-}
-IN_REGIONS = [pytest.param(law, region, dim, id=f"{name}-{region}-{dim}D") for name, (law, regions) in LAWS.items()
-              for region in regions for dim in (2, 3)]
+LAWS = {"pyramid": (mohr_coulomb(**MC), (ELASTIC, SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, OPEN)),
+        "no dilation": (mohr_coulomb(1.0, 0.4, 22.0, 0.0, 0.01), (ELASTIC, SHEAR, COMPRESSION_EDGE,
+                                                                  EXTENSION_EDGE, OPEN)),
+        "no friction": (mohr_coulomb(1.0, 0.2, 0.0, 0.0, 0.01), (ELASTIC, SHEAR, COMPRESSION_EDGE,
+                                                                 EXTENSION_EDGE)),
+        "cut pyramid": (mohr_coulomb(1.0, 0.2, 30.0, 10.0, 0.01, tension_cutoff=0.004),
+                        (ELASTIC, SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, TENSION, TENSION_EDGE,
+                         SHEAR_TENSION, CORNER, OPEN)), "cone": (drucker_prager(**MC), (ELASTIC, CONE, OPEN)),
+        "cut cone": (drucker_prager(**MC, tension_cutoff=0.004, match="plane_strain"), (ELASTIC, CONE, OPEN)),
+        "metal": (von_mises(1.0, 0.3, 0.03), (ELASTIC, FLOW)), "hard metal": (von_mises(1.0, 0.3, 0.03, 0.2),
+                                                                              (ELASTIC, FLOW)),}
+IN_REGIONS = [pytest.param(law, region, dim, id=f"{name}-{region}-{dim}D") for name, (law, regions)
+              in LAWS.items() for region in regions for dim in (2, 3)]
 
 
 @pytest.fixture(params=LAWS)
@@ -68,7 +67,8 @@ def sorted_strains(seed, n=4000, size=0.04):
 
 
 def led_to(element, law, dim, region, seed):
-    """An element with some history and a deformation that leads to ``region``, with a direction to change it in."""
+    """An element with some history and a deformation that leads to ``region``, with a direction to change it
+    in."""
     random, point = np.random.default_rng(seed), element(law, dim)
     for _ in range(20000):
         point.states[:] = 0
@@ -93,8 +93,8 @@ SETS = [dict(friction_angle=phi, dilation_angle=psi, cohesion=c, nu=nu, tension_
 
 @pytest.mark.parametrize("parameters", SETS, ids=lambda s: "-".join(f"{value}" for value in s.values()))
 def test_pyramid_returns_by_plastic_flow_of_active_planes(parameters):
-    """The stress is sorted and admissible, and what the return takes from the strain is a sum of the flow directions of
-    the planes it lies on, none of them negative: this defines the return, and it is unique."""
+    """The stress is sorted and admissible, and what the return takes from the strain is a sum of the flow
+    directions of the planes it lies on, none of them negative: this defines the return, and it is unique."""
     law = mohr_coulomb(1.0, **parameters)
     p, (stress, _) = law.params, principal(law)
     compliance = (1 + parameters["nu"]) * np.eye(3) - parameters["nu"]
@@ -128,7 +128,8 @@ def test_all_regions_are_met_and_their_moduli_are_derivatives(name, taylor_rate)
         if "pyramid" in name or name.startswith("no"):  # made of planes: linear in each region
             np.testing.assert_allclose(change, linear, rtol=0, atol=1e-14)
         elif np.linalg.norm(change - linear) > 1e-13:
-            assert taylor_rate(lambda h, e=e, de=de: stress(e + h * de)[0], linear, h=1.0) == pytest.approx(2.0, abs=0.02)
+            assert taylor_rate(lambda h, e=e, de=de: stress(e + h * de)[0], linear,
+                               h=1.0) == pytest.approx(2.0, abs=0.02)
     assert sorted(met) == sorted(regions) and min(met.values()) == 5
 
 
@@ -168,7 +169,8 @@ def test_rotating_the_deformed_body_rotates_the_stress(element, law, region, dim
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_plane_is_a_slice_of_space(element, plastic_law, seed):
-    """Plane strain equals three dimensions with F33 = 1 along a path, wherever the stress across the plane ranks."""
+    """Plane strain equals three dimensions with F33 = 1 along a path, wherever the stress across the plane
+    ranks."""
     plane, space, random = element(plastic_law, 2), element(plastic_law, 3), np.random.default_rng(seed)
     for _ in range(4):
         F, full = np.eye(2) + random.normal(0, 0.04, (2, 2)) + random.normal(0, 0.03) * np.eye(2), np.eye(3)
@@ -210,7 +212,8 @@ def test_stress_at_the_end_of_a_step_is_found_again_from_its_state(element, plas
 def test_tangent_where_stretches_meet(element, plastic_law, dim, gap):
     """It varies smoothly with the stretches, so the nearly equal ones have the tangent of the equal ones."""
     R = np.linalg.qr(np.random.default_rng(2).normal(size=(dim, dim)))[0]
-    A = [element(plastic_law, dim).A(R @ np.diag([0.99, 0.99 * (1 + g), 0.9][:dim]) @ R.T) for g in (gap, 0.0)]
+    A = [element(plastic_law, dim).A(R @ np.diag([0.99, 0.99 * (1 + g), 0.9][:dim]) @ R.T)
+         for g in (gap, 0.0)]
     np.testing.assert_allclose(A[0], A[1], rtol=0, atol=10 * gap + 1e-10)
 
 
@@ -228,7 +231,8 @@ def test_pulled_soil_without_cohesion_has_exactly_no_stress(element, make, dim):
 @pytest.mark.parametrize("seed", range(3))
 def test_plane_stress_by_the_general_route(name, seed, at_point, taylor_rate):
     point, random = at_point(LAWS[name][0], "plane_stress"), np.random.default_rng(seed)
-    F, dF = np.array([[0.95, 0.03], [-0.02, 0.98]]) + random.normal(0, 0.01, (2, 2)), random.normal(size=(2, 2))
+    F, dF = np.array([[0.95, 0.03], [-0.02, 0.98]]) + random.normal(0, 0.01,
+                                                                    (2, 2)), random.normal(size=(2, 2))
     assert abs(point.P33(F)) < 1e-14
     rate = taylor_rate(lambda h: point.P(F + h * dF), np.einsum("ijkl,kl", point.A(F), dF), h=1e-5)
     assert rate == pytest.approx(2.0, abs=0.05)

@@ -47,7 +47,8 @@ def energy(p, F, F33, old):
     return 0.5 * p.E * square
 
 
-KELVIN_VOIGT = Law("kelvin_voigt", Params(E, ETA), np.dtype([("strain", float, (D, D))]), stress, tangent, energy)
+KELVIN_VOIGT = Law("kelvin_voigt", Params(E, ETA), np.dtype([("strain", float, (D, D))]), stress, tangent,
+                   energy)
 
 
 @pytest.fixture
@@ -58,7 +59,8 @@ def make_bar():
     def make():
         box, line = Box((0.0, 0.0), (1.0, 1.0)), Interface.line((1.0, 0.0), (1.0, 1.0), 1)
         hold = [Support(lambda x: x[:, 0] < 0.1, "x"), Support(lambda x: x[:, 1] > -1.0, "y")]
-        opened.append(MPM(Grid(Box((0.0, 0.0), (1.2, 1.2)), (1, 1)), Body(box, (1, 1), 2, KELVIN_VOIGT, RHO), hold, line))
+        opened.append(MPM(Grid(Box((0.0, 0.0), (1.2, 1.2)), (1, 1)), Body(box, (1, 1), 2, KELVIN_VOIGT, RHO),
+                          hold, line))
         return opened[-1]
     yield make
     for solid in opened:

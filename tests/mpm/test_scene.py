@@ -85,13 +85,16 @@ def test_nonsense_is_refused(call, words):
 
 
 def test_body_outside_the_grid():
-    with pytest.raises(ValueError, match="the body reaches out of the grid: a material point lies at .* enlarge"):
+    with pytest.raises(ValueError, match="the body reaches out of the grid: a material point lies at .* "
+                       "enlarge"):
         MPM(Grid(Box((0.5, 0.0), (3.0, 1.0)), (4, 2)), body())
 
 
 def test_boundary_particle_outside_the_grid():
-    with pytest.raises(ValueError, match=r"a boundary particle lies at \[0.  1.1\] m, the grid covers .* enlarge"):
-        MPM(Grid(Box((-1.0, -1.0), (3.0, 1.0)), (8, 4)), body(), interface=Interface.line((0.0, 1.1), (1.0, 1.1), 4))
+    with pytest.raises(ValueError,
+                       match=r"a boundary particle lies at \[0.  1.1\] m, the grid covers .* enlarge"):
+        MPM(Grid(Box((-1.0, -1.0), (3.0, 1.0)), (8, 4)), body(), interface=Interface.line((0.0, 1.1),
+                                                                                          (1.0, 1.1), 4))
 
 
 def test_unknown_inertia(make_mpm):
@@ -100,24 +103,28 @@ def test_unknown_inertia(make_mpm):
 
 
 def test_a_point_that_leaves_the_grid_is_named(make_mpm, cell):
-    """The rightmost points sit 2 x 0.5 m and their distance from the rim away from the edge: gone after 1 s."""
+    """The rightmost points sit 2 x 0.5 m and their distance from the rim away from the edge: gone after 1
+    s."""
     solid = make_mpm(cell, velocity=(1.0, 0.0), interface=None)
-    with pytest.raises(MPMError, match=r"material point \d+ left the grid at x = \[3.\d+, .*\] m, t = 1.2 s: enl"):
+    with pytest.raises(MPMError,
+                       match=r"material point \d+ left the grid at x = \[3.\d+, .*\] m, t = 1.2 s: enl"):
         for _ in range(30):
             solid.advance(0.2)
 
 
 def test_a_boundary_particle_that_leaves_the_grid_is_named(make_mpm):
     solid = make_mpm(velocity=(1.02, 0.0), points=1)
-    with pytest.raises(MPMError, match=r"boundary particle 4 left the grid at x = \[3.\d+, .*\] m, t = 1 s: enlarge"):
+    with pytest.raises(MPMError,
+                       match=r"boundary particle 4 left the grid at x = \[3.\d+, .*\] m, t = 1 s: enlarge"):
         for _ in range(30):
             solid.advance(0.1)
 
 
 def test_a_boundary_particle_far_from_all_points_is_named(make_mpm):
     far = Interface(np.array([[1.0, 0.9], [-0.9, -0.9]]), np.array([[0, 1]]))
-    with pytest.raises(MPMError, match=r"boundary particle 1 at x = \[-0.9, -0.9\] m has no material point near it at "
-                                       "t = 0 s: move the interface"):
+    with pytest.raises(MPMError,
+                       match=r"boundary particle 1 at x = \[-0.9, -0.9\] m has no material point near it at "
+                       "t = 0 s: move the interface"):
         make_mpm(interface=far).advance(0.1)
 
 
@@ -131,14 +138,16 @@ def test_a_force_that_is_no_number(make_mpm, bad):
     assert solid.time == 0.1 and np.isfinite(solid.advance(0.1)[0]).all()  # nothing is lost
 
 
-@pytest.mark.parametrize("changes, force, reason", [(dict(snes_max_it=1), 1e3, "too many iterations.*snes_max_it 100"),
-                                                    (dict(), -1e6, "smaller dt")])
+@pytest.mark.parametrize("changes, force, reason",
+                         [(dict(snes_max_it=1), 1e3, "too many " "iterations.*snes_max_it 100"),
+                          (dict(), -1e6, "smaller dt")])
 def test_divergence_names_reason_step_and_option(make_mpm, options, changes, force, reason):
     """What has been tried stands before what remains."""
     options(**changes)
     solid = make_mpm(law=neo_hooke(1e3, 0.3))
     solid.advance(0.1)
-    with pytest.raises(MPMDivergedError, match=r"Newton's method diverged in step 2, t = 0.2 s after \d+ iterations with "
-                                          r"residual .* N \(DIVERGED_\w+\); new tangents, a start from rest, full "
-                                          rf"Newton steps did not help: .*{reason}"):
+    with pytest.raises(MPMDivergedError,
+                       match=r"Newton's method diverged in step 2, t = 0.2 s after \d+ iterations with "
+                       r"residual .* N \(DIVERGED_\w+\); new tangents, a start from rest, full "
+                       rf"Newton steps did not help: .*{reason}"):
         solid.advance(0.1, np.full((5, 2), force))

@@ -1,4 +1,5 @@
-"""Search for the cells of points, on the lattice and by walking, and the distribution of the cells over ranks."""
+"""Search for the cells of points, on the lattice and by walking, and the distribution of the cells over
+ranks."""
 import numpy as np
 import pytest
 from mpi4py import MPI
@@ -12,8 +13,8 @@ BOX = Box((0.0, 0.0), (4.0, 2.0))
 
 
 def shaken(cell="triangle", counts=(20, 10), by=0.25, seed=1):
-    """The lattice's cells with inner vertices moved by up to ``by`` of a cell and with shuffled numbers; parallelograms
-    are sheared instead."""
+    """The lattice's cells with inner vertices moved by up to ``by`` of a cell and with shuffled numbers;
+    parallelograms are sheared instead."""
     grid = Grid(BOX, counts, cell)
     vertices, cells = whole_mesh(grid)
     rng = np.random.default_rng(seed)
@@ -76,7 +77,8 @@ def test_the_walk_follows_points_over_several_cells(cell):
 
 
 def test_a_walk_that_meets_a_hole_is_finished_by_the_tree():
-    """A U-shaped mesh: from the left arm the walk to the right arm leaves through the gap, which is not the outside."""
+    """A U-shaped mesh: from the left arm the walk to the right arm leaves through the gap, which is not the
+    outside."""
     vertices, cells = whole_mesh(Grid(BOX, (20, 10), "triangle"))
     centre = vertices[cells].mean(axis=1)
     gap = (np.abs(centre[:, 0] - 2.0) < 0.5) & (centre[:, 1] > 0.5)
@@ -115,7 +117,8 @@ def test_both_searches_give_the_same_run():
 
 
 def test_a_point_that_leaves_a_mesh_is_named():
-    solid = MPM(shaken(), Body(Box((3.0, 0.5), (3.5, 1.0)), (2, 2), 2, linear(1e3, 0.3), 1.0, velocity=(1.0, 0.0)))
+    solid = MPM(shaken(), Body(Box((3.0, 0.5), (3.5, 1.0)), (2, 2), 2, linear(1e3, 0.3), 1.0,
+                               velocity=(1.0, 0.0)))
     with pytest.raises(MPMError, match=r"material point \d+ left the grid at x = \[4\.\d+, .*t = 0.6 s"):
         for _ in range(10):
             solid.advance(0.2)
@@ -124,7 +127,8 @@ def test_a_point_that_leaves_a_mesh_is_named():
 
 @pytest.mark.parametrize("ranks", [1, 2, 3, 4, 7])
 def test_bisection_gives_every_rank_its_share(ranks):
-    """7 200 cells, all points in the lower left eighth: the sums of weights differ by little more than one cell's."""
+    """7 200 cells, all points in the lower left eighth: the sums of weights differ by little more than one
+    cell's."""
     x = np.stack(np.meshgrid(np.arange(120.0), np.arange(60.0)), -1).reshape(-1, 2)
     weights = 0.02 + 16.0 * ((x[:, 0] < 60) & (x[:, 1] < 15))
     share = np.bincount(bisect(x, weights, ranks), weights, minlength=ranks)

@@ -20,10 +20,11 @@ def tabulate(cells, corners, cell, x):
     return N, G, affine
 
 
-@pytest.fixture(params=[(name, bent) for name in DIMS for bent in (False, True) if not bent or name[0] in "qh"],
-                ids=lambda p: p[0] + " bent" * p[1])
+@pytest.fixture(params=[(name, bent) for name in DIMS for bent in (False, True) if not bent
+                        or name[0] in "qh"], ids=lambda p: p[0] + " bent" * p[1])
 def sample(request):
-    """Random points of one cell: basix' vertices moved by an affine map o + J xi, and for a bent cell each by up to
+    """Random points of one cell: basix' vertices moved by an affine map o + J xi, and for a bent cell each by
+    up to
     0.15 more. Cell name, vertices, xi, x, N, G."""
     (name, bent), D = request.param, DIMS[request.param[0]]
     random = np.random.default_rng(1)
@@ -39,7 +40,8 @@ def sample(request):
 
 def table_of(name, xi):
     """Values and derivatives along xi by basix, (1 + D, points, K)."""
-    return basix.create_element(basix.ElementFamily.P, getattr(basix.CellType, name), 1).tabulate(1, xi)[..., 0]
+    return basix.create_element(basix.ElementFamily.P, getattr(basix.CellType, name), 1).tabulate(1, xi)[...,
+                                                                                                         0]
 
 
 def test_partition_of_unity(sample):
@@ -54,7 +56,8 @@ def test_values_and_gradients_are_those_of_basix(sample):
     table = table_of(name, xi)
     J = np.einsum("ai,dpa->pid", corners, table[1:])
     np.testing.assert_allclose(N, table[0], rtol=0, atol=30 * EPS)
-    np.testing.assert_allclose(G, np.einsum("dpk,pde->pke", table[1:], np.linalg.inv(J)), rtol=0, atol=300 * EPS)
+    np.testing.assert_allclose(G, np.einsum("dpk,pde->pke", table[1:], np.linalg.inv(J)), rtol=0,
+                               atol=300 * EPS)
 
 
 def test_linear_fields_are_reproduced(sample):

@@ -10,8 +10,8 @@ POINTS = {"quadrilateral": 2, "triangle": 3}
 
 
 def compacted(cells, load, steps=60, slowly=20.0):
-    """Column after its weight times ``load`` has come smoothly in 20 s, 11 of its periods: mean error of the stress
-    over the weight, greatest motion over a cell's size, settlement of the top [m]."""
+    """Column after its weight times ``load`` has come smoothly in 20 s, 11 of its periods: mean error of the
+    stress over the weight, greatest motion over a cell's size, settlement of the top [m]."""
     h, count = HEIGHT / cells, round(1.2 * cells)
     ramp = lambda t: (s := min(t / slowly, 1.0)) ** 3 * (10.0 - 15.0 * s + 6.0 * s**2)  # noqa: E731
     body = Body(Box((0.0, 0.0), (h, HEIGHT)), (1, cells), 2, neo_hooke(E, 0.0), RHO)
@@ -29,12 +29,13 @@ def compacted(cells, load, steps=60, slowly=20.0):
 
 
 def test_column_compacts_under_its_weight():
-    """s_yy = -rho0 g (l0 - Y) whatever the law, as the area stays (the example of AMPLE, wmcoombs.github.io/tests). The
-    stress is constant in each cell: first order, the error being the way from a point to the middle, 1 / (2 sqrt(3)
-    cells). That holds until points leave the cells they were seeded in: then the standard method, whose gradients jump
-    there, stops converging, as it is known for."""
+    """s_yy = -rho0 g (l0 - Y) whatever the law, as the area stays (the example of AMPLE,
+    wmcoombs.github.io/tests). The stress is constant in each cell: first order, the error being the way from
+    a point to the middle, 1 / (2 sqrt(3) cells). That holds until points leave the cells they were seeded in:
+    then the standard method, whose gradients jump there, stops converging, as it is known for."""
     still = [compacted(n, 1e-3) for n in (5, 10, 20)]
-    np.testing.assert_allclose([error for error, *_ in still], [0.5 / np.sqrt(3) / n for n in (5, 10, 20)], rtol=1e-3)
+    np.testing.assert_allclose([error for error, *_ in still], [0.5 / np.sqrt(3) / n for n in (5, 10, 20)],
+                               rtol=1e-3)
     np.testing.assert_allclose(still[-1][2], 1e-3 * RHO * G * HEIGHT**2 / (2 * E), rtol=1e-3)
     large = {n: compacted(n, 1.0) for n in (5, 10, 20, 80)}
     assert large[10][1] < 0.25 < 0.5 < large[80][1]
@@ -43,8 +44,8 @@ def test_column_compacts_under_its_weight():
 
 
 def footing(cell, law, f_bar, h, steps=10, settlement=2e-3, half_width=1.0, size=(5.0, 2.5)):
-    """Mean pressure under a stiff rough strip of 2 m pressed into weightless clay, over its cohesion, after each
-    step."""
+    """Mean pressure under a stiff rough strip of 2 m pressed into weightless clay, over its cohesion, after
+    each step."""
     (width, depth), counts = size, tuple(round(s / h) for s in size)
     grid = Grid(Box((0.0, -depth), (width, 2 * h)), (counts[0], counts[1] + 2), cell)
     body = Body(Box((0.0, -depth), (width, 0.0)), counts, POINTS[cell], law, 1.0, cell=cell, f_bar=f_bar)
@@ -67,9 +68,10 @@ CLAY = {"mohr_coulomb": mohr_coulomb(1e7, 0.49, 0.0, cohesion=COHESION),
 
 @pytest.mark.parametrize("cell", sorted(POINTS))
 def test_f_bar_finds_the_load_that_a_footing_bears(cell):
-    """Prandtl: (2 + pi) c. The field has a kink at the edge, which lies somewhere in its cell: the load of a strip
-    wider by half a cell is the measure here. Without F-bar the clay locks and bears any load."""
-    free, locked = (footing(cell, CLAY["mohr_coulomb"], f_bar, 0.25, settlement=4e-3) for f_bar in (True, False))
+    """Prandtl: (2 + pi) c. The field has a kink at the edge, which lies somewhere in its cell: the load of a
+    strip wider by half a cell is the measure here. Without F-bar the clay locks and bears any load."""
+    free, locked = (footing(cell, CLAY["mohr_coulomb"], f_bar, 0.25, settlement=4e-3)
+                    for f_bar in (True, False))
     assert free[-1] == pytest.approx((2 + np.pi) * 1.125, rel=0.04)
     assert free[-1] - free[-4] < 0.02 * free[-1]
     assert locked[-1] > 1.7 * free[-1] and locked[-1] - locked[-4] > 0.1 * free[-1]

@@ -1,4 +1,5 @@
-"""Presets of the linear solver: the same motion with each, the user's options win, and what does not fit is said."""
+"""Presets of the linear solver: the same motion with each, the user's options win, and what does not fit is
+said."""
 import numpy as np
 import pytest
 from petsc4py import PETSc
@@ -54,7 +55,8 @@ def test_options_win_over_the_preset(make_mpm, options):
     options(pc_type="jacobi", ksp_rtol=1e-4)
     solid = make_mpm(**BLOCK, numerics=Numerics("direct"))
     motion(solid)
-    assert "cg, jacobi" in solid.step.newton.describe() and solid.step.newton.snes.getKSP().getTolerances()[0] == 1e-4
+    assert "cg, jacobi" in solid.step.newton.describe() and solid.step.newton.snes.getKSP().getTolerances()[
+        0] == 1e-4
     options(pc_type="lu", pc_factor_mat_solver_type="petsc")
     solid = make_mpm(**BLOCK, numerics=Numerics("gamg"))
     motion(solid)

@@ -29,12 +29,14 @@ def assert_same(state, other):
 
 @pytest.fixture
 def moving(make_mpm, cell, make_law):
-    """``moving()``: a new soft block on the way through its grid; it leaves the active cells of its start within 8 steps."""
+    """``moving()``: a new soft block on the way through its grid; it leaves the active cells of its start
+    within 8 steps."""
     return lambda: make_mpm(cell, law=make_law(1e3, 0.3), margin=6, velocity=(4.0, 1.0), inertia="lumped")
 
 
 def test_going_back_repeats_the_run(moving):
-    """From a state in the middle, over changes of the active cells, after a detour with other loads and step sizes."""
+    """From a state in the middle, over changes of the active cells, after a detour with other loads and step
+    sizes."""
     solid = moving()
     advance(solid, 0, 3)
     state, filled = solid.get_state(), solid.step.filled.copy()
@@ -140,7 +142,8 @@ print(solid.step.tangents.count, solid.unused_options())
 
 @pytest.mark.parametrize("words, made", [([], 1), (["-mpm_snes_lag_jacobian", "1", "-mpm_nonsense", "3"], 5)])
 def test_the_command_line_reaches_the_solver(words, made):
-    run = subprocess.run([sys.executable, "-c", COUNT, *words], capture_output=True, text=True, cwd=ROOT, check=True)
+    run = subprocess.run([sys.executable, "-c", COUNT, *words], capture_output=True, text=True, cwd=ROOT,
+                         check=True)
     tangents, unused = run.stdout.split(maxsplit=1)
     assert int(tangents) == 1 if made == 1 else int(tangents) >= made
     assert ("-mpm_nonsense" in unused) == bool(words) and "lag_jacobian" not in unused
@@ -163,8 +166,8 @@ def test_large_deformation_renews_the_tangent_when_it_gets_slow(make_mpm, cell):
     grid = Grid(Box((-1.0, -1.0), (5.0, 2.0)), (12, 6), cell)
     clamps = [Support(lambda x: x[:, 0] < 0.25, "xy"),
               Support(lambda x: x[:, 0] > 1.75, "xy", lambda t: (1.6 * t, 0.0))]  # of 2 m
-    solid = make_mpm(cell, grid=grid, law=LAWS["neo_hooke"](1e3, 0.3), rho=10.0, supports=clamps, body_cells=(8, 4),
-                     interface=None, inertia="lumped")
+    solid = make_mpm(cell, grid=grid, law=LAWS["neo_hooke"](1e3, 0.3), rho=10.0, supports=clamps,
+                     body_cells=(8, 4), interface=None, inertia="lumped")
     made = 0
     for _ in range(40):
         before, step = solid.step.tangents.count, solid.step
@@ -208,7 +211,8 @@ def test_a_step_that_fails_with_the_kept_tangent_is_tried_with_new_ones(make_mpm
 def test_a_state_of_another_scene_is_refused(make_mpm, change, words):
     solid, other = make_mpm(), make_mpm(**change)
     before = solid.get_state()
-    with pytest.raises(ValueError, match=f"the state belongs to another scene: its {words}; give a state of this scene"):
+    with pytest.raises(ValueError, match=f"the state belongs to another scene: its {words}; give a state of "
+                       "this scene"):
         solid.set_state(other.get_state())
     assert_same(before, solid.get_state())
     with pytest.raises(ValueError, match="no state of an MPM: give what get_state"):
@@ -228,16 +232,19 @@ def test_after_the_end_a_sentence(make_mpm):
         with pytest.raises(MPMError, match=r"was called after close\(\): the solver is gone, make a new MPM"):
             call()
     np.testing.assert_array_equal(solid.surface()[0], x)
-    assert solid.energy().keys() and len(solid.snapshot()["points"][0]) == solid.count == len(solid.cauchy_stress())
+    assert solid.energy().keys() and len(solid.snapshot()["points"][0]) == solid.count == len(
+        solid.cauchy_stress())
     assert solid.removed["count"] == 0 and solid.imbalance() == 1.0 and solid.momentum().shape == (2,)
 
 
 
 
 def test_another_one_of_the_same_scene_begins_at_the_start(make_mpm):
-    """Far from zero, too, where the scene is moved into a frame of its own; it goes the same way, bit for bit."""
+    """Far from zero, too, where the scene is moved into a frame of its own; it goes the same way, bit for
+    bit."""
     for at in 0.0, 4.5e5:
-        solid = make_mpm(box=((at, 0.0), (at + 2.0, 1.0)), gravity=(0.0, -1.0), inertia="lumped", outflow={"-y": "hold"})
+        solid = make_mpm(box=((at, 0.0), (at + 2.0, 1.0)), gravity=(0.0, -1.0), inertia="lumped",
+                         outflow={"-y": "hold"})
         way = [solid.advance(0.01)[0] for _ in range(3)]
         other = solid.anew()
         assert other.time == 0.0 and other.scene == solid.scene and other.comm == solid.comm

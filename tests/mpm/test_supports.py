@@ -30,7 +30,8 @@ def test_the_last_support_counts():
     expected = np.column_stack([0.5 * left(X), np.where(low(X), 3.0, 1.0 * left(X))])
     np.testing.assert_allclose(known, expected, atol=1e-15)
     np.testing.assert_allclose(v[supports.fixed], 2 * known[supports.fixed], atol=1e-14)
-    assert abs(a[supports.fixed]).max() < 1e-13 and (v[~supports.fixed] == 1).all() and (a[~supports.fixed] == 1).all()
+    assert abs(a[supports.fixed]).max() < 1e-13 and (v[~supports.fixed] == 1).all() and (a[~supports.fixed]
+                                                                                         == 1).all()
 
 
 def test_a_support_without_motion_stands_still():
@@ -40,7 +41,8 @@ def test_a_support_without_motion_stands_still():
 
 
 def ends_of_steps(motion, dt, steps=8):
-    """Acceleration at the start of each step, and at its end by Newmark's method, of a support that moves along x."""
+    """Acceleration at the start of each step, and at its end by Newmark's method, of a support that moves
+    along x."""
     supports, pairs = Supports([Support(left, "x", motion)], X), []
     for n in range(steps):
         v, a = np.zeros((2, *X.shape))

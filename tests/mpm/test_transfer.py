@@ -13,8 +13,8 @@ EPS = np.finfo(float).eps
 
 
 class Cloud:
-    """Forty points at random in the lower left quarter of 4 x 4 cells, with random mass, v and a: nodes further up or
-    right have no mass."""
+    """Forty points at random in the lower left quarter of 4 x 4 cells, with random mass, v and a: nodes
+    further up or right have no mass."""
 
     def __init__(self, cell):
         grid = Grid(Box((0.0, 0.0), (4.0, 4.0)), (4, 4), cell)
@@ -70,7 +70,8 @@ def test_projected_velocity_has_no_more_kinetic_energy(cloud):
     assert ((p**2).sum(axis=1)[m > 0] / m[m > 0]).sum() < 0.9 * energy
     cloud.v[:] = 2.0, -1.0
     m, p, _ = cloud.to_grid()
-    np.testing.assert_allclose(p[m > 0] / m[m > 0, None], np.tile(cloud.v[0], (np.count_nonzero(m), 1)), rtol=10 * EPS)
+    np.testing.assert_allclose(p[m > 0] / m[m > 0, None], np.tile(cloud.v[0], (np.count_nonzero(m), 1)),
+                               rtol=10 * EPS)
 
 
 def test_points_gain_the_momentum_of_the_grid(cloud):
@@ -122,7 +123,8 @@ def test_modified_basis_sums_to_one_over_nodes_with_mass(cloud):
     on = active[cloud.cells[cloud.cell]]
     np.testing.assert_allclose(cloud.N.sum(axis=1), 1.0, rtol=0, atol=4 * EPS)
     assert not cloud.N[~on].any() and on.all(axis=1).any() and not on.all(axis=1).all()
-    np.testing.assert_allclose(cloud.N, np.where(on, old, 0.0) / (old * on).sum(axis=1)[:, None], rtol=10 * EPS)
+    np.testing.assert_allclose(cloud.N, np.where(on, old, 0.0) / (old * on).sum(axis=1)[:, None],
+                               rtol=10 * EPS)
 
 
 def test_modified_basis_changes_nothing_where_all_nodes_have_mass(cloud):

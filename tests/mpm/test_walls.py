@@ -1,4 +1,5 @@
-"""Walls stop soil, however they are made and wherever the grid is cut; what has gone through is counted and named."""
+"""Walls stop soil, however they are made and wherever the grid is cut; what has gone through is counted and
+named."""
 import warnings
 
 import numpy as np
@@ -15,7 +16,8 @@ SOIL = LAWS["mohr_coulomb"](2e5, 0.3, 20.0, 0.0, 0.0)
 
 
 def test_divided_triangles_keep_area_and_turn():
-    """Each into its own number of pieces; particles in one place are one where two sides are divided alike."""
+    """Each into its own number of pieces; particles in one place are one where two sides are divided
+    alike."""
     patch = Interface.patch((0, 0, 0), (2, 0, 0), (0, 1.5, 0.3), (3, 2))
     x, elements = np.asarray(patch.x), np.asarray(patch.elements)
     pieces = np.random.default_rng(0).integers(1, 5, len(elements))
@@ -46,29 +48,32 @@ def thrown(walls, velocity=(3.0, 0.0), stiffness=None):
 
 def line(cells, **others):
     """A wall of segments of that many cells along x = 0.53 m."""
-    return Penalty(Interface.line((0.53, -0.28), (0.53, 0.68), round(9.6 / cells)), (-1, 0), separates=True, name="wall",
-                   **others)
+    return Penalty(Interface.line((0.53, -0.28), (0.53, 0.68), round(9.6 / cells)), (-1, 0), separates=True,
+                   name="wall", **others)
 
 
 @pytest.mark.parametrize("wall", ["nodes", 1.5, 2.0, 9.6])
 def test_nothing_passes(wall):
     """Thrown back twice by a wall of nodes or of segments of many cells; at 2 cells 21 % passed."""
-    walls = [GridWall(lambda x: abs(x[:, 0] - 0.5) < 1e-9, "-x", separates=True)] if wall == "nodes" else [line(wall)]
+    walls = [GridWall(lambda x: abs(x[:, 0] - 0.5) < 1e-9, "-x",
+                      separates=True)] if wall == "nodes" else [line(wall)]
     solid = thrown(walls)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for _ in range(60):
             solid.advance(2.5e-3)
     x = solid.points.x[:, 0]
-    assert x.max() < 0.55 and (solid.points.side[x > 0.45] == FRONT).all() and sum(solid.behind().values()) == 0
+    assert x.max() < 0.55 and (solid.points.side[x > 0.45]
+                               == FRONT).all() and sum(solid.behind().values()) == 0
 
 
 def test_what_goes_through_is_counted_and_named_once():
     """Soil that a soft wall gives way to by a cell: all that is more than half a cell behind."""
     solid = thrown([line(1.0, stiffness=1e3)])
     assert set(solid.points.side) == {0, FRONT}
-    with pytest.warns(UserWarning, match=r"\d+ material points? ha\w+ gone through wall, more than 0.5 cells deep, at t = "
-                                         r"0.0\d+ s: take a smaller dt") as told:
+    with pytest.warns(UserWarning,
+                      match=r"\d+ material points? ha\w+ gone through wall, more than 0.5 cells deep, at t = "
+                      r"0.0\d+ s: take a smaller dt") as told:
         for _ in range(60):
             solid.advance(2.5e-3)
     behind = np.count_nonzero(solid.points.x[:, 0] > 0.58)
@@ -78,7 +83,8 @@ def test_what_goes_through_is_counted_and_named_once():
 
 @pytest.fixture
 def to_the_end(monkeypatch):
-    """Newton's method goes on to round-off: by default it leaves 1e-6 of a step's forces, which is 1e-9 m/s here."""
+    """Newton's method goes on to round-off: by default it leaves 1e-6 of a step's forces, which is 1e-9 m/s
+    here."""
     options = PETSc.Options("mpm_")
     monkeypatch.setattr(Step, "tolerance", 1e-12)
     options["snes_rtol"] = 1e-12
@@ -88,14 +94,15 @@ def to_the_end(monkeypatch):
 
 @pytest.mark.parametrize("wall", ["nodes", "line"])
 def test_a_mirror_image_gives_the_mirror_image(wall, to_the_end):
-    """Soil that comes to the wall from the left and from the right: to round-off. Nodes of the wall in cells that no point
-    has come to yet are held on both sides."""
+    """Soil that comes to the wall from the left and from the right: to round-off. Nodes of the wall in cells
+    that no point has come to yet are held on both sides."""
     ends = []
     for sign in (-1.0, 1.0):
         if wall == "nodes":
             held = GridWall(lambda x: abs(x[:, 0]) < 1e-9, "+x" if sign > 0 else "-x", 0.3, True)
         else:
-            held = Penalty(Interface.line((-0.025 * sign, -0.4), (-0.025 * sign, 0.4), 16), (sign, 0), 0.3, True)
+            held = Penalty(Interface.line((-0.025 * sign, -0.4), (-0.025 * sign, 0.4), 16), (sign, 0), 0.3,
+                           True)
         box = Box((0.1, -0.1), (0.4, 0.1)) if sign > 0 else Box((-0.4, -0.1), (-0.1, 0.1))
         body = Body(box, (6, 4), 2, SOIL, 1000.0, velocity=np.array([-3.0 * sign, 0.4]))
         solid = MPM(Grid(Box((-0.6, -0.6), (0.6, 0.6)), (12, 12)), body, inertia="lumped", penalties=[held])
@@ -136,7 +143,8 @@ def test_ranks_and_new_partitions_change_nothing_at_walls(tmp_path, request, run
                          "-mpm_snes_rtol", "1e-12")
         assert done.returncode == 0, done.stderr
         found.append(np.load(out))
-    assert two[0]["ranks"] == 2 and two[0]["parts"] > 0 and one[0]["parts"] == one[0]["behind"] == two[0]["behind"] == 0
+    assert two[0]["ranks"] == 2 and two[0]["parts"] > 0 and one[0]["parts"] == one[0]["behind"] == two[0][
+        "behind"] == 0
     for name in ("x", "v"):
         np.testing.assert_allclose(two[0][name], one[0][name], rtol=0, atol=1e-10)
 
@@ -153,16 +161,16 @@ def test_boundary_particles_may_lie_on_the_edge_of_the_grid(lower):
 
 @pytest.mark.parametrize("cell", ["quadrilateral", "triangle"])
 def test_a_floor_that_gives_may_lie_on_the_edge_of_the_grid(cell):
-    """Soil sinks into the springs of its floor, on any ranks and with any number of cells beside it; the same with a
-    layer of cells below. What misses the floor by more has left the grid."""
+    """Soil sinks into the springs of its floor, on any ranks and with any number of cells beside it; the same
+    with a layer of cells below. What misses the floor by more has left the grid."""
     x, deepest = [], []
     for below in (0, 1):
         grid = Grid(Box((0.0, -0.1 * below), (0.8, 0.4)), (8, 4 + below), cell)
         soil = Body(Box((0.0, 0.0), (0.3, 0.3)), (6, 6), 4 if cell == "quadrilateral" else 12,
                     mohr_coulomb(1e5, 0.3, 30.0, 0.0, 0.0), 1500.0, cell=cell)
         floor = GridWall(lambda x: abs(x[:, 1]) < 1e-9, "+y", friction=0.4, stiffness=6e5)
-        solid = MPM(grid, soil, [Support(lambda x: x[:, 0] < 1e-9, "x")], penalties=[floor], gravity=(0, -9.81),
-                    inertia="lumped")
+        solid = MPM(grid, soil, [Support(lambda x: x[:, 0] < 1e-9, "x")], penalties=[floor],
+                    gravity=(0, -9.81), inertia="lumped")
         lowest = [solid.advance(2e-3) and solid.points.x[:, 1].min() for _ in range(100)]
         x.append(solid.points.x.copy())
         deepest.append(min(lowest))

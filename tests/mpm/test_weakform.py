@@ -8,7 +8,8 @@ DT = 0.02
 
 
 class Problem:
-    """The equations of one step as functions of u; ``free`` masks the unknowns. The left side of the body is held."""
+    """The equations of one step as functions of u; ``free`` masks the unknowns. The left side of the body is
+    held."""
 
     def __init__(self, solid):
         random, p, self.solid, self.step = np.random.default_rng(2), solid.points, solid, solid.step
@@ -19,7 +20,8 @@ class Problem:
         self.F_old, self.F33_old = p.F.copy(), p.F33.copy()
         self.shape = self.step.active_cells.node.size, solid.dim
         self.free = (~self.step.active_cells.fixed & self.step.active[:, None]).ravel()
-        self.u, self.du = np.where(self.free.reshape(self.shape), random.uniform(-0.05, 0.05, (2, *self.shape)), 0.0)
+        self.u, self.du = np.where(self.free.reshape(self.shape),
+                                   random.uniform(-0.05, 0.05, (2, *self.shape)), 0.0)
         self.residual(self.u)
         self.step.newton.make_tangent(self.trial)
         self.K = self.step.active_cells.matrix.convert("dense").getDenseArray().copy()
@@ -35,7 +37,8 @@ def problem(request, make_mpm, cell, make_law, plane):
     """All combinations of cell, law, stress state and inertia."""
     law = make_law(1e3, 0.3)
     hold = Support(lambda x: x[:, 0] < 0.1, "xy")
-    return Problem(make_mpm(cell, law=law, stress_state=plane, inertia=request.param, supports=[hold], thickness=0.7))
+    return Problem(make_mpm(cell, law=law, stress_state=plane, inertia=request.param, supports=[hold],
+                            thickness=0.7))
 
 
 @pytest.fixture(params=["plane_strain", "plane_stress"])
@@ -78,7 +81,8 @@ def test_matrix_with_f_bar_is_the_derivative_too(averaged, law, taylor_rate):
 
 
 def test_forces_with_f_bar_are_the_derivative_of_the_energy(averaged, taylor_rate):
-    """Of sum V0 W(F) at the averaged F, whatever the points of a patch have been through; so the matrix is symmetric."""
+    """Of sum V0 W(F) at the averaged F, whatever the points of a patch have been through; so the matrix is
+    symmetric."""
     problem = averaged(linear(1e3, 0.3))
     body, p, step = problem.solid.bodies[0], problem.solid.points, problem.step
     trials = []
@@ -100,11 +104,12 @@ def test_forces_with_f_bar_are_the_derivative_of_the_energy(averaged, taylor_rat
 
 
 def test_f_bar_keeps_one_volume_change_per_patch(averaged):
-    """After a step det F / det F_old is the same for all points of a patch, and the patch's volume is what it was
-    without the mean."""
+    """After a step det F / det F_old is the same for all points of a patch, and the patch's volume is what it
+    was without the mean."""
     problem = averaged(linear(1e3, 0.3))
     body, background = problem.solid.bodies[0], problem.solid.background
-    patch = np.arange(len(background.cells)) if background.patch is None else background.patch[background.original_cell]
+    patch = np.arange(len(background.cells)) if background.patch is None else background.patch[
+        background.original_cell]
     of_point = patch[body.points.cell]
     assert background.patch is None or len(np.unique(of_point)) < len(np.unique(body.points.cell))
     start = body.points.V0 * np.linalg.det(problem.F_old)
@@ -141,7 +146,8 @@ def test_matrix_has_identity_rows_for_supports_and_empty_nodes(problem):
 
 
 def test_matrix_equals_a_dense_assembly(problem, at_point, plane):
-    """K = sum_p V0 B^T A B + alpha m N^T N, with dF_iM = B_iM,Jk du_Jk = delta_ik (grad N_J . F_old)_M du_Jk."""
+    """K = sum_p V0 B^T A B + alpha m N^T N, with dF_iM = B_iM,Jk du_Jk = delta_ik (grad N_J . F_old)_M
+    du_Jk."""
     solid, (nodes, D) = problem.solid, problem.shape
     point, p, cells = at_point(solid.bodies[0].body.law, plane), solid.points, problem.step.active_cells.cells
     values, gradients = np.empty((len(p), cells.shape[1])), np.empty((len(p), cells.shape[1], D))
@@ -152,7 +158,8 @@ def test_matrix_equals_a_dense_assembly(problem, at_point, plane):
         F = (np.eye(D) + problem.u[on].T @ G) @ problem.F_old[q]
         B = np.einsum("ik,JM->iMJk", np.eye(D), G @ problem.F_old[q])
         stiffness = p.V0[q] * np.einsum("iMIa,iMkN,kNJb->IaJb", B, point.A(F), B)
-        inertia = alpha * p.mass[q] * np.einsum("I,J,ab->IaJb", N, N, np.eye(D)) if solid.step.problem.consistent else 0.0
+        inertia = alpha * p.mass[q] * np.einsum("I,J,ab->IaJb", N, N,
+                                                np.eye(D)) if solid.step.problem.consistent else 0.0
         K[np.ix_(on, range(D), on, range(D))] += stiffness + inertia
     K = K.reshape(nodes * D, -1)
     if not solid.step.problem.consistent:

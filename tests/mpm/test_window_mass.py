@@ -20,14 +20,14 @@ def answer(solid, force):
 @pytest.mark.parametrize("inertia", ["lumped", "consistent"])
 @pytest.mark.parametrize("shift", [0.0, 0.1])
 def test_window_mass_is_that_of_a_free_body(make_mpm, shift, inertia):
-    """dt^2/2 over what a unit force does in a step, within a factor of two: from cells that are much larger than the
-    way of a wave in it (the nodes' mass) to much smaller ones (dt^2/4 times the stiffness, a thousand times as much),
-    on nodes and between them."""
+    """dt^2/2 over what a unit force does in a step, within a factor of two: from cells that are much larger
+    than the way of a wave in it (the nodes' mass) to much smaller ones (dt^2/4 times the stiffness, a
+    thousand times as much), on nodes and between them."""
     found = {}
     for E in (1e-3, 10.0, 1e3, 1e5):
         held = Support(lambda x: x[:, 1] < 0.1, "xy", name="the bottom")
-        solid = make_mpm(box=((0.0, 0.0), (4.0, 1.0)), h=0.25, law=LAWS["linear"](E, 0.3), points=3, segments=16,
-                         inertia=inertia, supports=[held], shift=shift)
+        solid = make_mpm(box=((0.0, 0.0), (4.0, 1.0)), h=0.25, law=LAWS["linear"](E, 0.3), points=3,
+                         segments=16, inertia=inertia, supports=[held], shift=shift)
         solid.advance(DT)
         mass, force = solid.window_mass(), np.zeros((17, 2))
         assert mass.shape == (17,) and (mass > 0).all() and mass[8] == pytest.approx(mass[9], rel=1e-6)

@@ -33,7 +33,7 @@ def main(
     beam: SimplySupportedBeam = SimplySupportedBeam(),
     plane: Literal["stress", "strain"] = "stress",  # plane state of the beam (dim=2)
     law: Literal["linear", "neo_hooke"] = "linear",  # of the beam
-    f_bar: bool = False,  # average the volume change over patches, against locking of triangles and tetrahedra
+    f_bar: bool = False,  # volume change averaged over patches, against locking of triangles and tetrahedra
     shift: float = 0.0,  # of interface and wall into the beam, the paper's delta [m]
     radius: float = 0.01,  # of the sphere [m]; its modulus and Poisson's ratio are those of the beam
     rho_sphere: Optional[float] = None,  # density of the sphere, where it is another one [kg/m^3]
@@ -42,8 +42,8 @@ def main(
     restitution: float = 1.0,  # coefficient of the contact, 0 to 1 [-]; the reference has 1
     friction: float = 0.0,  # coefficient of the contact [-]
     wall_segments: Optional[Tuple[int, ...]] = None,  # of the DEM wall [-]; none: as many, on the same places
-    mapping: Literal["linear", "nearest"] = "linear",  # from interface to wall; both are a copy where places coincide
-    spread: float = 0.0,  # radius over which the contact force is spread [m], see docs/error_floor.md; 0: as it comes
+    mapping: Literal["linear", "nearest"] = "linear",  # interface to wall; a copy where places coincide
+    spread: float = 0.0,  # radius over which the force is spread [m], see docs/error_floor.md; 0: as it comes
     take_out: bool = False,  # the dent that is left under it, which Hertz's law contains
     scheme: Scheme = Scheme(dt=2e-6, t_end=4e-4, substeps=20),
     numerics: Numerics = Numerics(),

@@ -116,7 +116,8 @@ def _kind_name(kind: Any) -> str:
     if typing.get_origin(kind) is tuple:
         if args[-1] is Ellipsis:
             return f"numbers separated by commas, such as {','.join(3 * ['2' if args[0] is int else '0.1'])}"
-        return f"{len(args)} numbers separated by commas, such as {','.join('2' if a is int else '0.1' for a in args)}"
+        sample = ",".join("2" if a is int else "0.1" for a in args)
+        return f"{len(args)} numbers separated by commas, such as {sample}"
     return {int: "a whole number", float: "a finite number", bool: "yes or no", str: "a word",
             Path: "a folder"}.get(kind, str(kind))
 

@@ -76,7 +76,7 @@ def test_scenes_are_plain_data(file):
     assert imports(ROOT / file) <= {"dataclasses", "functools", "itertools", "typing", "numpy", "math", LEAF}
 
 
-FLOORS = {  # of the subpackages, from the ground up: each imports from those before it, and from files beside them
+FLOORS = {  # from the ground up: each imports from those before it, and from files beside them
     "mpm_fenicsx": ["laws", "scene", "basis", "grid", "points", "terms", "solve", "output"],
     "dem_liggghts": ["scene", "contact", "search", "common", "reference", "liggghts"],
     "coupling": ["ledger", "maps", "pictures", "loop", "records"]}

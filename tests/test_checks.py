@@ -94,8 +94,10 @@ def test_words_and_functions():
 
 
 @pytest.mark.parametrize("where, sentence", [
-    (lambda x: x[:, 0], r"where gives float64 of shape \(3,\) for positions of shape \(3, 2\): let it say True or False"),
-    (lambda x: True, r"where gives bool of shape \(\)"), (lambda x: x[7], r"where fails for shape \(3, 2\) \(IndexError"),
+    (lambda x: x[:, 0], r"where gives float64 of shape \(3,\) for positions of shape \(3, 2\): let it say "
+     r"True or False"),
+    (lambda x: True, r"where gives bool of shape \(\)"),
+    (lambda x: x[7], r"where fails for shape \(3, 2\) \(IndexError"),
     ("left", "where is 'left': give a function")])
 def test_a_mask_is_true_or_false_of_each(where, sentence):
     with pytest.raises(ValueError, match=sentence):

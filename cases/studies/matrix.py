@@ -37,8 +37,10 @@ SOFT = ("the soft layer is too slow to push within a contact: the block bounces 
 RIGID = "two rigid bodies and a Hertz contact; the staggered force lags one window of 50 in a contact"
 FOUR = "four windows per contact: it and the modes it excites are not resolved"
 ADDED_MASS = "the beam gives way so much more than the sphere that a force that lags one window feeds itself"
-LUMPED = "the projection's lumped mass has 5 % too much moment of inertia on 4 cells, a third of it in the impulse"
-LUMPED_SPACE = "a cube of 4 cells has 12 % too much moment of inertia in the projection, and as much energy of turning"
+LUMPED = ("the projection's lumped mass has 5 % too much moment of inertia on 4 cells, a third of it in the "
+          "impulse")
+LUMPED_SPACE = ("a cube of 4 cells has 12 % too much moment of inertia in the projection, and as much energy "
+                "of turning")
 
 ROWS = [
     # Young's modulus, at a speed at which the beam of 1 kPa bends by a tenth of its height
@@ -61,13 +63,16 @@ ROWS = [
      dict(against_fixed=0.01, impulse=1e-9), "a base 1e8 times as stiff is as good as fixed nodes"),
 
     # speed: from small motion to perforation
-    *[("speed", f"v_{v}", f"{BEAM} v0={v}", "right", AS_BEAM, "small strain: the beam and Hertz stay linear in size")
+    *[("speed", f"v_{v}", f"{BEAM} v0={v}", "right", AS_BEAM, "small strain: the beam and Hertz stay linear "
+       "in size")
       for v in ("1e-3", "1e-1", "1", "10")],
     ("speed", "deep", f"{BLOCK} v0=1", "right", AS_RIGID, "a tenth of the radius deep: Hertz' law as given"),
     ("speed", "deep_liggghts", f"{BLOCK} v0=1 {LIGGGHTS}", "right", AS_RIGID, "as with the built-in DEM"),
     ("speed", "deeper", f"{BLOCK} v0=10", "right", AS_RIGID, "0.6 of the radius deep: Hertz' law as given"),
-    ("speed", "perforation", f"{BLOCK} v0=100", "stopped", {}, "the sphere's centre goes through the surface"),
-    ("speed", "perforation_1e3", f"{BLOCK} v0=1000", "stopped", {}, "the sphere's centre goes through the surface"),
+    ("speed", "perforation", f"{BLOCK} v0=100", "stopped", {},
+     "the sphere's centre goes through the surface"),
+    ("speed", "perforation_1e3", f"{BLOCK} v0=1000", "stopped", {}, "the sphere's centre goes through the "
+     "surface"),
     ("speed", "perforation_liggghts", f"{BLOCK} v0=100 {LIGGGHTS}", "stopped", {},
      "the sphere's centre goes through the surface"),
     ("speed", "soft_target", words(BLOCK, "E=1e5 E_ball=1e9 v0=1 law=neo_hooke"), "stopped", {},
@@ -79,7 +84,8 @@ ROWS = [
     ("speed", "v_1e3", f"{BEAM} v0=1000", "stopped", {}, "the sphere comes at a fifth of the wave speed"),
 
     # mass of the sphere over that of the body
-    *[("mass", f"free_{m}", f"{FREE} mass_ratio={m}", "right", AS_RIGID, RIGID) for m in ("1e-3", "1", "1e3")],
+    *[("mass", f"free_{m}", f"{FREE} mass_ratio={m}", "right", AS_RIGID, RIGID) for m
+      in ("1e-3", "1", "1e3")],
     *[("mass", f"free_{m}_liggghts", f"{FREE} mass_ratio={m} {LIGGGHTS}", "right", AS_RIGID, RIGID)
       for m in ("1e-3", "1e3")],
     *[("mass", f"beam_{m}", f"{BEAM} mass_ratio={m} windows={n}", "right", AS_BEAM,
@@ -87,19 +93,24 @@ ROWS = [
       for m, n in (("1e-3", 120), ("0.1", 120), ("10", 40))],
     *[("mass", f"beam_{m}_weak", f"{BEAM} mass_ratio={m} windows=40", "stopped", {}, ADDED_MASS)
       for m in ("1e3", "1e4")],
-    ("mass", "beam_1e3_weak_short", f"{BEAM} mass_ratio=1e3 windows=160 per_contact=200", "stopped", {}, ADDED_MASS),
+    ("mass", "beam_1e3_weak_short", f"{BEAM} mass_ratio=1e3 windows=160 per_contact=200", "stopped", {},
+     ADDED_MASS),
     *[("mass", f"beam_{m}_iterated", f"{BEAM} mass_ratio={m} windows=40 iterate=20", "right", ITERATED,
        "both sides agree in every window: nothing lags") for m in ("1e-3", "1", "1e3", "1e4")],
-    ("mass", "beam_1e3_iterated_liggghts", f"{BEAM} mass_ratio=1e3 windows=40 iterate=20 {LIGGGHTS}", "right", ITERATED,
+    ("mass", "beam_1e3_iterated_liggghts", f"{BEAM} mass_ratio=1e3 windows=40 iterate=20 {LIGGGHTS}", "right",
+     ITERATED,
      "both sides agree in every window: nothing lags"),
-    ("mass", "beam_1e3_iterated_force", f"{BEAM} mass_ratio=1e3 windows=40 iterate=20", "inaccurate", dict(force=0.05),
+    ("mass", "beam_1e3_iterated_force", f"{BEAM} mass_ratio=1e3 windows=40 iterate=20", "inaccurate",
+     dict(force=0.05),
      "the force rattles between beam and sphere, faster than 50 windows per contact resolve"),
 
     # Poisson's ratio, in plane strain
     *[("nu", f"nu_{nu}", f"{BENDING} nu={nu} f_bar=yes", "right", {**AS_BEAM, "u_beam": 0.12},
-       "F-bar leaves the volume to the mean of a cell; bilinear cells shear in bending, more so in plane strain")
+       "F-bar leaves the volume to the mean of a cell; bilinear cells shear in bending, more so in plane "
+       "strain")
       for nu in ("0", "0.45", "0.499", "0.4999")],
-    ("nu", "nu_0.4999_fine", words(BENDING, "nu=0.4999 f_bar=yes h=1.25e-3 points=2"), "right", {**AS_BEAM, "u_beam": 0.04},
+    ("nu", "nu_0.4999_fine", words(BENDING, "nu=0.4999 f_bar=yes h=1.25e-3 points=2"), "right",
+     {**AS_BEAM, "u_beam": 0.04},
      "that shear falls with the square of the cell"),
     ("nu", "nu_0.4999_locking", f"{BENDING} nu=0.4999", "inaccurate", dict(u_beam=0.06),
      "without F-bar bilinear cells lock"),
@@ -119,17 +130,20 @@ ROWS = [
 
     # time step over the explicit limit, of the beam alone and of the impact
     *[("step", f"swing_{cfl}", f"{MODE} cfl={cfl} windows={n}", "right", bounds,
-       "Newmark's method keeps the amplitude at any step, at a frequency that is known; the grid's own is 1 % too high")
+       "Newmark's method keeps the amplitude at any step, at a frequency that is known; the grid's own is 1 "
+       "% too high")
       for cfl, n, bounds in (("0.1", 200, dict(newmark=0.02)), ("1", 200, dict(newmark=0.02)),
                              ("10", 200, dict(newmark=0.1, amplitude=0.05)),
                              ("100", 40, dict(newmark=0.2, amplitude=0.05)),
                              ("1000", 20, dict(newmark=0.2, amplitude=0.05)))],
     ("step", "impact_1", f"{BEAM} cfl=1 windows=400", "right", AS_BEAM, "far below what the contact needs"),
     ("step", "impact_10", f"{BEAM} cfl=10", "right", AS_BEAM, "40 windows per contact"),
-    ("step", "impact_100", f"{BEAM} cfl=100 windows=10", "inaccurate", dict(force=0.05, energy_gain=0.25), FOUR),
+    ("step", "impact_100", f"{BEAM} cfl=100 windows=10", "inaccurate", dict(force=0.05, energy_gain=0.25),
+     FOUR),
     ("step", "impact_100_iterated", f"{BEAM} cfl=100 windows=10 iterate=20", "inaccurate",
      dict(force=0.05, energy_gain=0.25), FOUR),
-    ("step", "impact_1000", f"{BEAM} cfl=1000 windows=5", "stopped", {}, "the contact is over within half a window"),
+    ("step", "impact_1000", f"{BEAM} cfl=1000 windows=5", "stopped", {}, "the contact is over within half a "
+     "window"),
     ("step", "impact_1000_iterated", f"{BEAM} cfl=1000 windows=5 iterate=20", "stopped", {},
      "the contact is over within half a window"),
     ("step", "impact_100_adapted", f"{BEAM} cfl=100 windows=10 adapt=0.05", "right", AS_BEAM,
@@ -139,16 +153,19 @@ ROWS = [
     ("contact", "restitution_1", f"{BLOCK}", "right", AS_RIGID, RIGID),
     ("contact", "restitution_0.05", f"{BLOCK} restitution=0.05", "right", dict(rebound=0.01),
      "the damping is made for its coefficient"),
-    ("contact", "restitution_0.05_liggghts", f"{BLOCK} restitution=0.05 {LIGGGHTS}", "right", dict(rebound=0.01),
+    ("contact", "restitution_0.05_liggghts", f"{BLOCK} restitution=0.05 {LIGGGHTS}", "right",
+     dict(rebound=0.01),
      "the damping is made for its coefficient"),
-    ("contact", "friction_0", f"{BLOCK} angle=45", "right", dict(rebound=0.01, peak=0.01, angular=1e-6, sliding=1e-6),
+    ("contact", "friction_0", f"{BLOCK} angle=45", "right",
+     dict(rebound=0.01, peak=0.01, angular=1e-6, sliding=1e-6),
      "nothing acts along a smooth wall, but for the tilt of its dent"),
     ("contact", "friction_0.1", f"{BLOCK} angle=45 friction=0.1", "right",
      dict(rebound=0.01, angular=1e-3, sliding=1e-3),
      "the sphere slides throughout: the impulse is friction times that of the normal force"),
     ("contact", "friction_10", f"{BLOCK} angle=45 friction=10", "right",
      dict(rebound=0.01, angular=1e-3, energy_gain=0.1),
-     "it sticks; the tangential spring gives back more than it took while the contact opens (Thornton et al. 2013)"),
+     "it sticks; the tangential spring gives back more than it took while the contact opens (Thornton et al. "
+     "2013)"),
     ("contact", "friction_10_liggghts", f"{BLOCK} angle=45 friction=10 {LIGGGHTS}", "right",
      dict(rebound=0.01, angular=1e-3, energy_gain=0.1), "as with the built-in DEM"),
 
@@ -160,13 +177,16 @@ ROWS = [
     ("place", "beyond_edge", f"{FREE} at=0.025", "right", TURNING, LUMPED),
     ("place", "beyond_edge_liggghts", f"{FREE} at=0.025 {LIGGGHTS}", "right", TURNING, LUMPED),
     ("place", "two_on_one_segment", f"{FREE} at=-1.001e-3,1.001e-3 radius=1e-3", "right", AS_RIGID, RIGID),
-    ("place", "two_on_one_segment_liggghts", f"{FREE} at=-1.001e-3,1.001e-3 radius=1e-3 {LIGGGHTS}", "right", AS_RIGID,
+    ("place", "two_on_one_segment_liggghts", f"{FREE} at=-1.001e-3,1.001e-3 radius=1e-3 {LIGGGHTS}", "right",
+     AS_RIGID,
      RIGID),
     ("place", "space_middle", words(FREE, SPACE), "right", AS_RIGID, RIGID),
     ("place", "space_edge", words(FREE, SPACE, "at=0.0101"), "right", THICK, LUMPED_SPACE),
-    ("place", "space_edge_fine", words(FREE, SPACE, "at=0.0101 h=2.5e-3"), "right", {**TURNING, "rebound": 0.01},
+    ("place", "space_edge_fine", words(FREE, SPACE, "at=0.0101 h=2.5e-3"), "right",
+     {**TURNING, "rebound": 0.01},
      "the error of the projection falls with the square of the cell"),
-    ("place", "space_edge_liggghts", words(FREE, SPACE, "at=0.0101 ", LIGGGHTS), "right", THICK, LUMPED_SPACE),
+    ("place", "space_edge_liggghts", words(FREE, SPACE, "at=0.0101 ", LIGGGHTS), "right", THICK,
+     LUMPED_SPACE),
     ("place", "tetrahedra", words(FREE, SPACE, "cell=tetrahedron points=4"), "right", AS_RIGID, RIGID),
     ("place", "triangles", f"{FREE} cell=triangle points=3", "right", AS_RIGID, RIGID),
 
@@ -175,8 +195,10 @@ ROWS = [
      "it comes back after 2 v/g, as fast"),
     ("again", "bouncing_liggghts", f"{BLOCK} gravity=0.1 windows=600 {LIGGGHTS}", "right", dict(again=0.02),
      "it comes back after 2 v/g, as fast"),
-    ("again", "three_contacts", "length=0.307 radius=0.02 h=2.5e-3 points=2 per_contact=150 windows=1400", "right",
-     dict(u_beam=0.06, v_end=0.03), "three contacts; the force of the third comes late, its impulse is right"),
+    ("again", "three_contacts", "length=0.307 radius=0.02 h=2.5e-3 points=2 per_contact=150 windows=1400",
+     "right",
+     dict(u_beam=0.06, v_end=0.03),
+     "three contacts; the force of the third comes late, its impulse is right"),
     ("again", "flies_off", f"{FREE} windows=600", "right", AS_RIGID, RIGID),
 
     # flight through many cells
@@ -205,8 +227,10 @@ ROWS = [
       for suffix, words in (("", ""), ("_liggghts", LIGGGHTS))],
 
     # at rest
-    ("rest", "long", f"{REST} windows=10000", "right", dict(weight=1e-6, sag=0.02, creep=1e-6), "nothing moves on"),
-    ("rest", "long_liggghts", f"{REST} windows=10000 {LIGGGHTS}", "right", dict(weight=1e-6, sag=0.02, creep=1e-6),
+    ("rest", "long", f"{REST} windows=10000", "right", dict(weight=1e-6, sag=0.02, creep=1e-6),
+     "nothing moves on"),
+    ("rest", "long_liggghts", f"{REST} windows=10000 {LIGGGHTS}", "right",
+     dict(weight=1e-6, sag=0.02, creep=1e-6),
      "nothing moves on"),
     ("rest", "undamped", words(REST, "restitution=1 windows=2000"), "right", dict(weight=0.05, impulse=1e-9),
      "it swings about its weight for ever"),

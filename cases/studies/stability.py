@@ -197,7 +197,8 @@ def judge(row: Row, result: sweep.Result) -> Outcome:
 def line(one: Outcome) -> str:
     """One outcome for the terminal."""
     surprise = "" if one.found == one.row.expected else f" (expected: {one.row.expected})"
-    return f"{one.row.name}: {one.found}{surprise}; {one.says or shown(one) + f', energy gain {one.energy_gain:.2g}'}"
+    says = one.says or f"{shown(one)}, energy gain {one.energy_gain:.2g}"
+    return f"{one.row.name}: {one.found}{surprise}; {says}"
 
 
 def summary(outcomes: List[Outcome]) -> str:

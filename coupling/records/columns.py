@@ -9,7 +9,8 @@ from ..ledger.departures import Departures
 WINDOW = {  # name → (unit, meaning)
     "newton": ("1", "Newton iterations of the MPM, in the last computation of the window"),
     "window": ("s", "length of the window"),
-    "iterations": ("1", "computations of the window by both partitions until they agreed; 1 when weakly coupled"),
+    "iterations": ("1", "computations of the window by both partitions until they agreed; 1 when weakly "
+                   "coupled"),
     "retries": ("1", "attempts at the window that were given up"),
 }
 

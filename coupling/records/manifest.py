@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple, Union
 
 NAME = "manifest.txt"
-HEAD = "# The results of one run. A later run in this folder replaces these files, and leaves all others alone.\n"
+HEAD = ("# The results of one run. A later run in this folder replaces these files, and leaves all others "
+        "alone.\n")
 
 
 class Manifest(NamedTuple):

@@ -43,7 +43,8 @@ class Results:
         self._hidden = self.folder / HIDDEN
         self._names: Dict[str, None] = {}
         self._lock: Optional[Lock] = None
-        self._run = f"{case}, {time.strftime('%Y-%m-%d %H:%M:%S')}, process {os.getpid()}, {uuid.uuid4().hex[:12]}"
+        now = time.strftime("%Y-%m-%d %H:%M:%S")
+        self._run = f"{case}, {now}, process {os.getpid()}, {uuid.uuid4().hex[:12]}"
         self._run, self.started = on_first(comm, partial(self._take, names))
 
     def _take(self, names: Sequence[str]) -> Tuple[str, bool]:
@@ -131,10 +132,12 @@ class Results:
         """Why what is written is no longer seen: a sentence, or None. On rank 0."""
         try:
             if not os.path.samestat(os.stat(self.folder), self._place):
-                return f"the folder {self.folder} has been replaced by another one while the run wrote into it"
+                return (f"the folder {self.folder} has been replaced by another one while the run wrote into "
+                        "it")
         except FileNotFoundError:
             return f"the folder {self.folder} has been deleted while the run wrote into it"
-        return None if self._lock is not None and self._lock.held() else f"{self._hidden} has been deleted while the run needed it"
+        held = self._lock is not None and self._lock.held()
+        return None if held else f"{self._hidden} has been deleted while the run needed it"
 
     def end(self, state: str) -> None:
         """Write into the manifest how the run ended: ``complete`` or ``stopped``. On rank 0."""

@@ -36,7 +36,7 @@ from .law import Law
 
 STATE = np.dtype([
     ("plastic", np.float64, (3, 3)),  # Cp^-1 - 1, zero at the start
-    ("plastic_strain", np.float64),   # accumulated equivalent strain, the integral of sqrt(2/3 dev(d) : dev(d))
+    ("plastic_strain", np.float64),   # accumulated: the integral of sqrt(2/3 dev(d) : dev(d))
     ("opened", np.float64),           # volumetric strain to close before the soil pushes
 ])
 ELASTIC, OPEN = 0, 1

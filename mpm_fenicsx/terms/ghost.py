@@ -117,7 +117,8 @@ class Facets:
     def _integrate(self, place):
         b, n = self._background, len(self.cells)
         K, D = b.cells.shape[1], b.dim
-        matrix, N, G = np.zeros((n, self.nodes.shape[1], self.nodes.shape[1])), np.empty((n, K)), np.empty((n, K, D))
+        M = self.nodes.shape[1]
+        matrix, N, G = np.zeros((n, M, M)), np.empty((n, K)), np.empty((n, K, D))
         points, normal = self._points()
         for x in points:
             jump = np.zeros(self.nodes.shape)

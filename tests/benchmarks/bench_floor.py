@@ -242,14 +242,16 @@ def table(title, rows):
         print("| " + " | ".join(cells) + " |", flush=True)
 
 
-RUNS = {"2": ["h=5e-3 body=31x2", "h=2.5e-3 body=61x4", "h=2e-3 body=77x5", "h=1e-3 body=154x10",  # points that fit
+RUNS = {"2": ["h=5e-3 body=31x2", "h=2.5e-3 body=61x4", "h=2e-3 body=77x5",
+              "h=1e-3 body=154x10",  # points that fit
               "h=2e-3 body=77x5 points=4", "h=2e-3 body=77x8", "h=2e-3 body=120x5", "h=2e-3 body=120x8",
               "h=2e-3 body=120x8 points=4", "h=2e-3 body=77x5 dt=8e-6 substeps=80",
               "h=2e-3 body=77x5 dt=5e-7 substeps=5", "h=2e-3 body=77x5 dt=2e-7 substeps=2",
               "h=2e-3 body=77x5 plane=strain"],
         "3": ["h=5e-3 body=31x2x2", "h=2.5e-3 body=61x4x4", "h=2e-3 body=77x5x5", "h=2e-3",
               "h=2e-3 dt=5e-7 substeps=5", "h=2e-3 segments=31x3"],
-        "three": ["h=2e-3 body=154x5", "h=2e-3", "h=1e-3 body=307x10", "h=2e-3 body=154x5 dt=1e-6 substeps=10"]}
+        "three": ["h=2e-3 body=154x5", "h=2e-3", "h=1e-3 body=307x10",
+                  "h=2e-3 body=154x5 dt=1e-6 substeps=10"]}
 
 
 def rows_of_runs(name):

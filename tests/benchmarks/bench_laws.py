@@ -54,7 +54,8 @@ def measure(law, dim, points, repeat):
 def main(points=19200, repeat=50):
     laws = [linear(5e4, 0.4), neo_hooke(5e4, 0.4), mohr_coulomb(5e4, 0.4, 22.0),
             drucker_prager(5e4, 0.4, 22.0), von_mises(5e4, 0.4, 100.0)]
-    print("| law | dimensions | stress [ns] | tangent [ns] | flowing | opened |\n| --- | --- | --- | --- | --- | --- |")
+    print("| law | dimensions | stress [ns] | tangent [ns] | flowing | opened |\n| --- | --- | --- | --- | "
+          "--- | --- |")
     for dim in (2, 3):
         for law in laws:
             times = measure(law, dim, points, repeat)

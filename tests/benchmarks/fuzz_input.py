@@ -37,9 +37,11 @@ COLUMN = "h=0.05 dt=1e-3 t_end=3e-3"
 BLOCKS = "h=0.025 dt=5e-4 t_end=1.5e-3 spheres=2"
 EXTREME = "length=0.04 height=0.02 h=0.01 points=2 windows=3"
 SCENES = [  # case, words that run in a moment
-    ("beam_impact", BEAM), ("multiple_impact", LONG), ("column_collapse", COLUMN), ("granular_blocks", BLOCKS),
+    ("beam_impact", BEAM), ("multiple_impact", LONG), ("column_collapse", COLUMN),
+    ("granular_blocks", BLOCKS),
     *(("extreme", f"scene={scene} {EXTREME}{more}") for scene, more in (
-        ("beam", ""), ("block", ""), ("free", ""), ("layers", " contrast=10"), ("rest", " gravity=10 E_ball=1e7"),
+        ("beam", ""), ("block", ""), ("free", ""), ("layers", " contrast=10"),
+        ("rest", " gravity=10 E_ball=1e7"),
         ("swing", ""), ("flight", " fly=1")))]
 
 FLOATS = ["nan", "-inf", "-1", "0", "1e30", "1e-300", "1e300", "abc", "1,2", "1_0", "٣", ""]
@@ -71,7 +73,8 @@ UNUSED = [  # case, words with a key that has no effect beside the others
         ("flight", "gap=0.1 restitution=0.5 friction=0.5 gravity=1 angle=3"))
       for words in keys.split()),
     *(("extreme", words) for words in (
-        "dt=1e-6 cfl=1", "dt=1e-6 per_contact=20 cfl=1", "cfl=1 per_contact=20", "width=0.02 dim=3 plane=strain"))]
+        "dt=1e-6 cfl=1", "dt=1e-6 per_contact=20 cfl=1", "cfl=1 per_contact=20",
+        "width=0.02 dim=3 plane=strain"))]
 RUINS = [  # sizes beyond all machines, which must be refused at once
     *((case, words) for case in ("beam_impact", "multiple_impact") for words in (
         "h=1e-5", "cells=10000,10000", "body=100000,100000", "segments=1000000000", "substeps=1000000000",
@@ -79,20 +82,23 @@ RUINS = [  # sizes beyond all machines, which must be refused at once
     *(("column_collapse", words) for words in (
         "h=1e-5", "refine=100 h=0.001", "box=1e30,1e30", "box=1e6,1e6", "dt=1e-12 t_end=1", "dim=3 h=1e-4")),
     *(("granular_blocks", words) for words in (
-        "h=1e-5", "spheres=500", "blocks=1000000000", "spacing=1e-6", "substeps=1000000000", "dt=1e-12 t_end=1",
+        "h=1e-5", "spheres=500", "blocks=1000000000", "spacing=1e-6", "substeps=1000000000",
+        "dt=1e-12 t_end=1",
         "box=1e30,1e30", "block=1e15,1e15", "iterate=1000000000", "adapt=1e30")),
     *(("extreme", words) for words in (
         "h=1e-7", "refine=10000", "substeps=1000000000", "windows=99999999999999", "length=1e9"))]
 # values that are right though nobody waits: the most windows of a run
 SLOW = {("extreme", "windows"): (1e9,)}
 OTHERS = [  # words that are wrong as such
-    "=", "=1", "h", "h==1", "--h=1", "-h=1", "h=1e-3 h=2e-3", "nonsense=1", "preset=none-such", "H=1", "out=/",
+    "=", "=1", "h", "h==1", "--h=1", "-h=1", "h=1e-3 h=2e-3", "nonsense=1", "preset=none-such", "H=1",
+    "out=/",
     "--options_file={folder}/missing"]
-RAW = re.compile(r"broadcast|out of bounds|bug in the program|Traceback|operand|Unable to allocate|math domain|"
-                 r"could not convert|invalid literal|not supported between|object is not|has no attribute|must be real|"
-                 r"unexpected keyword|error code|negative dimensions|cannot convert|array element|too many values|"
-                 r"not enough values|Errno|division by zero|overflow|too large|zero-size|empty sequence|embedded null|"
-                 r"surrogates|LinAlg|Singular matrix|positional|\bCODEC|codec can't|maximum recursion|NoneType", re.I)
+RAW = re.compile(
+    r"broadcast|out of bounds|bug in the program|Traceback|operand|Unable to allocate|math domain|"
+    r"could not convert|invalid literal|not supported between|object is not|has no attribute|must be real|"
+    r"unexpected keyword|error code|negative dimensions|cannot convert|array element|too many values|"
+    r"not enough values|Errno|division by zero|overflow|too large|zero-size|empty sequence|embedded null|"
+    r"surrogates|LinAlg|Singular matrix|positional|\bCODEC|codec can't|maximum recursion|NoneType", re.I)
 REMEDY = re.compile(
     r"\b(give|take|choose|move|enlarge|leave|look|use|try|remove|repair|must|separate|let|needs?|known|"
     r"cannot be read as|shorten|reverse|name|add|seed|say|end)\b")

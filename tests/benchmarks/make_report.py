@@ -124,8 +124,10 @@ def targets(folder):
         return "Beam in the plane: **no run has a force error of at most 0.8 %.**\n"
     best = min(rows, key=lambda row: float(row["window_s"]))
     verdict = "met" if float(best["window_s"]) <= 0.6 else "**missed**"
-    return (f"Beam in the plane, force error of at most 0.8 % in at most 0.6 s of window time on one rank: {verdict}, "
-            f"{float(best['error_force']):.2%} in {float(best['window_s']):.2f} s (h={best['h']}, dt={best['dt']}).\n")
+    return ("Beam in the plane, force error of at most 0.8 % in at most 0.6 s of window time on one rank: "
+            f"{verdict}, "
+            f"{float(best['error_force']):.2%} in {float(best['window_s']):.2f} s (h={best['h']}, "
+            f"dt={best['dt']}).\n")
 
 
 def warm_up(folder):

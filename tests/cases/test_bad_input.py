@@ -192,7 +192,8 @@ def test_option_that_diverges_and_option_that_nobody_used(words, tmp_path):
     assert done.returncode == 1 and done.stdout.count("\n") == 1 and done.stderr.count("\n") == 1, done.stderr
     assert done.stderr.startswith(
         "error: Newton's method diverged in step 1, t = "), "with the shortest window"
-    assert "new tangents, a start from rest, full Newton steps did not help: too many iterations, try " in done.stderr
+    assert ("new tangents, a start from rest, full Newton steps did not help: too many iterations, try "
+            in done.stderr)
     assert "; tried before: the ghost penalty on inertia, windows down to " in done.stderr
     assert json.loads((tmp_path / "report.json").read_text())["error"].startswith("MPMDivergedError: ")
     assert len(read(tmp_path / "history.csv")["time"]) == 0

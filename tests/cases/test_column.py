@@ -15,7 +15,8 @@ PINNED = {"front": 0.134126, "x99": 0.128709, "height": 0.167937, "kinetic": 2.9
           "elastic": 0.171125, "volume": 0.019842}
 VARIANTS = [  # and their front after 0.05 s [cm]
     (dict(law="drucker_prager"), 10.6849), (dict(law="von_mises", cohesion=300.0), 10.7839),
-    (dict(floor="slip"), 10.9216), (dict(floor="0.4"), 10.5827), (dict(cell="triangle", f_bar=False), 10.5274),
+    (dict(floor="slip"), 10.9216), (dict(floor="0.4"), 10.5827),
+            (dict(cell="triangle", f_bar=False), 10.5274),
     (dict(body_cell="quadrilateral"), 10.6101), (dict(cohesion=500.0, inertia="consistent"), 10.2359),
     (dict(phi=35.0, psi=5.0), 10.4779), (dict(aspect=0.5), 10.1466), (dict(box=(0.3, 0.25)), 10.6728)]
 COARSE = dict(h=0.025, dt=1e-3, t_end=0.1)

@@ -51,7 +51,8 @@ def test_manual_and_wrong_words(multiple):
     manual = cli.manual(multiple.main)
     lines = [" ".join(line.split()) for line in manual.splitlines()]
     assert "length=0.307 of the beam [m]" in lines and "dim=2 in the plane or in space; one of 2, 3" in lines
-    assert "preset=paper cells=124,13 body=240,8 points=4 segments=240 dt=5e-08 substeps=1 t_end=0.004" in lines
+    assert ("preset=paper cells=124,13 body=240,8 points=4 segments=240 dt=5e-08 substeps=1 t_end=0.004"
+            in lines)
     for line in manual.split("keys (key=value)")[1].splitlines()[1:-2]:
         assert len(line.split(maxsplit=1)) == 2, line
     env = {**os.environ, "PYTHONPATH": str(ROOT)}

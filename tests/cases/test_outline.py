@@ -160,7 +160,8 @@ solid.rebalance_every = 10
 scenes.run(solid, grains, 66, on_window=[lambda w: sizes.append(len(w.x))])
 (x, v), block = solid.surface(), grains.bodies()["x"]
 if solid.comm.rank == 0:
-    np.savez(sys.argv[1], x=x, v=v, sizes=sizes, elements=solid.interface.elements, block=block, shared=solid.comm.size)
+    np.savez(sys.argv[1], x=x, v=v, sizes=sizes, elements=solid.interface.elements, block=block,
+             shared=solid.comm.size)
 """
 
 

@@ -17,7 +17,7 @@ from coupling import cli
 _, path, failure, *_ = sys.argv
 del sys.argv[1:3]
 sys.path.insert(0, os.path.dirname(path))  # as of a case that is started
-signal.signal(signal.SIGINT, signal.default_int_handler)  # even where the tests run with interrupts turned off
+signal.signal(signal.SIGINT, signal.default_int_handler)  # even where the tests run without interrupts
 spec = importlib.util.spec_from_file_location("beam_impact", path)
 case = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(case)

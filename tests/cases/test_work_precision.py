@@ -35,7 +35,8 @@ for _ in range(round(1 / dt)):
     x, v = x + dt * half, (half - 0.5 * dt * (x + dt * half) if keys["scheme"] == "leapfrog" else v - dt * x)
 seconds = time.perf_counter() - begin
 width, height = keys["size"].split(",")
-json.dump({"wall_s": seconds + 0.5, "startup_s": 0.5, "window_s": seconds, "peak_mb": [10.0, 12.0], "windows": 3,
+json.dump({"wall_s": seconds + 0.5, "startup_s": 0.5, "window_s": seconds, "peak_mb": [10.0, 12.0],
+           "windows": 3,
            "errors": {"x": abs(x / math.cos(1.0) - 1), "v": abs(v / math.sin(1.0) + 1)}},
           open(os.path.join(keys["out"], "report.json"), "w"))
 with open(os.path.join(os.path.dirname(sys.argv[0]), "calls.txt"), "a") as file:
@@ -51,7 +52,8 @@ for name in ("work", "csv", "summary", "modes"):
 for name in "steps dt length radius E nu rho v0".split():
     parser.add_argument("--" + name, type=float)
 a = parser.parse_args()
-h = beam_theory.impact(a.length, 0.01, 0.01, a.radius, a.v0, a.E, a.nu, a.rho, a.steps * a.dt, modes=int(a.modes), dt=a.dt)
+h = beam_theory.impact(a.length, 0.01, 0.01, a.radius, a.v0, a.E, a.nu, a.rho, a.steps * a.dt,
+                       modes=int(a.modes), dt=a.dt)
 with open(a.csv, "w") as file:
     file.write("t_s,contact_force_dem_N,interface_mid_disp_m,sphere_vel_m_s\\n")
     file.writelines("%.9g,%.9g,%.9g,%.9g\\n" % row for row in zip(h.time, h.force, h.u_beam, h.v_sphere))

@@ -70,9 +70,11 @@ def test_options_of_petsc_are_left_alone():
     ("dt=fast", "dt=fast cannot be read as a finite number"), ("dt=nan", "dt=nan cannot .* finite number"),
     ("E=inf", "E=inf cannot"), ("n=4.0", "n=4.0 cannot be read as a whole number"),
     ("cells=3", "cells=3 cannot be read as 2 numbers separated by commas, such as 2,2"),
-    ("cells=1.5,2", "cells=1.5,2 cannot be read"), ("size=a,b", "size=a,b cannot be read as .* such as 0.1,0.1"),
+    ("cells=1.5,2", "cells=1.5,2 cannot be read"),
+    ("size=a,b", "size=a,b cannot be read as .* such as 0.1,0.1"),
     ("plane=bent", "plane=bent does not exist: choose one of stress, strain"),
-    ("fast=perhaps", "fast=perhaps cannot be read as yes or no"), ("h=big", "h=big cannot be read as a finite number"),
+    ("fast=perhaps", "fast=perhaps cannot be read as yes or no"),
+    ("h=big", "h=big cannot be read as a finite number"),
     ("preset=papr", "preset=papr does not exist: choose one of paper, none")])
 def test_wrong_words_are_named(word, text):
     with pytest.raises(cli.UsageError, match=text):

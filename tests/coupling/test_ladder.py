@@ -99,7 +99,8 @@ def test_at_the_end_the_error_says_what_was_tried(alone):
     grains = None if alone else Ball()
     kind, shortest = ("steps", 20 * INNER / 32) if alone else ("windows", INNER)
     solid = Failing(0.0)
-    more = "$" if alone else r"; left to try: more DEM steps per window \(substeps=40\), so that it can be shorter$"
+    longer = r"; left to try: more DEM steps per window \(substeps=40\), so that it can be shorter$"
+    more = "$" if alone else longer
     with pytest.raises(FloatingPointError, match=f"^too long; tried before: {kind} down to {shortest:.3g} "
                        f"s{more}"):
         run(solid, grains)

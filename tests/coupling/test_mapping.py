@@ -15,7 +15,8 @@ rng, out = np.random.default_rng(0), {}
 for n, m in ((40, 331), (331, 40), (1, 1), (2, 300)):
     x, wall = line(n), line(m)
     plain = linear(x, elements(n), wall)
-    for name, mapping in ("nearest", nearest(x, wall)), ("linear", plain), ("spread", spread(plain, 0.2, 1e-3)):
+    maps = {"nearest": nearest(x, wall), "linear": plain, "spread": spread(plain, 0.2, 1e-3)}
+    for name, mapping in maps.items():
         assert mapping.is_copy == (n == m and name != "spread")
         moved = mapping.motion(x + rng.normal(size=x.shape), rng.normal(size=x.shape))
         force = mapping.force(rng.normal(size=wall.shape))

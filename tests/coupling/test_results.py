@@ -112,7 +112,7 @@ def counted(function):
         return function(*arguments, **keys)
     return call
 
-for name in "replace", "open", "write", "unlink", "mkdir", "rmdir":  # all that changes a folder, of os and pathlib
+for name in "replace", "open", "write", "unlink", "mkdir", "rmdir":  # all that changes a folder
     setattr(os, name, counted(getattr(os, name)))
 pathlib.Path.unlink, pathlib.Path.write_text = counted(pathlib.Path.unlink), counted(pathlib.Path.write_text)
 for point in range(1000):

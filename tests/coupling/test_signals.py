@@ -147,7 +147,8 @@ def test_a_full_disk_is_a_sentence_and_the_report_is_kept(start, small_disk, key
     _, err = process.communicate(timeout=60)
     assert process.returncode == 1 and err.count("\n") == 1, err
     assert err.startswith(f"error: {small_disk}/{full}") and err.endswith(
-        "cannot be written (No space left on device): free some space on that disk or choose another folder\n"), err
+        "cannot be written (No space left on device): free some space on that disk or choose another "
+        "folder\n"), err
     report = json.loads((small_disk / "report.json").read_text())
     rows = read(small_disk / "history.csv")["time"]
     assert report["error"].startswith("OutputError: ") and report["windows"] == len(rows) > 20
@@ -160,7 +161,8 @@ def test_the_limit_of_a_file_is_a_sentence(start, tmp_path):
     resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (100_000, 100_000))
     _, err = process.communicate(timeout=60)
     assert process.returncode == 1 and err.count("\n") == 1
-    assert "history.csv cannot be written (File too large): raise the limit of the size of a file (ulimit -f)" in err
+    assert ("history.csv cannot be written (File too large): raise the limit of the size of a file "
+            "(ulimit -f)") in err
     assert len(read(tmp_path / "out/history.csv")["time"]) > 50
     assert "(File too large)" in json.loads((tmp_path / "out/report.json").read_text())["error"]
 

@@ -27,7 +27,8 @@ def test_back_ends_agree_on_a_heap(both, heap, dim, record_property, capsys):
     dems[1].close()
     record_property("relative difference of the back ends", float(difference))
     with capsys.disabled():
-        print(f"\nheap, {dim}D: the back ends differ by {difference:.1e} of the largest force, {state:.1e} of the "
+        print(f"\nheap, {dim}D: the back ends differ by {difference:.1e} of the largest force, {state:.1e} "
+              "of the "
               "state")
     assert difference < 1e-6 and state < 1e-6
     for name in energies[0]:

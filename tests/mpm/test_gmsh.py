@@ -18,7 +18,8 @@ ENTITIES = """0 3 2 0
 2 0 0 0 1 1 0 1 2 3 1 2 3
 """
 NODES = "1 4 1 4\n2 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
-ELEMENTS = "5 6 1 6\n1 1 1 1\n1 1 2\n1 2 1 1\n2 4 1\n1 3 1 2\n3 2 3\n4 3 4\n2 1 2 1\n5 1 2 3\n2 2 2 1\n6 1 3 4\n"
+ELEMENTS = ("5 6 1 6\n1 1 1 1\n1 1 2\n1 2 1 1\n2 4 1\n1 3 1 2\n3 2 3\n4 3 4\n2 1 2 1\n"
+            "5 1 2 3\n2 2 2 1\n6 1 3 4\n")
 KINDS_OF_ELEMENTS = {1: 3, 2: 4}  # line and triangle → numbers of one element
 VERSION_2 = """$Nodes
 4

@@ -129,7 +129,8 @@ def test_pressure_turns_with_a_block(make_mpm):
 @pytest.mark.parametrize("arguments, message", [
     (dict(), "wind has nothing: give one of force, traction, pressure"),
     (dict(force=(0, 1), pressure=1.0), "wind has force and pressure: give one of"),
-    (dict(pressure=(1.0, 2.0)), r"the pressure of wind is \(1.0, 2.0\): give numbers of shape \(\) \(one number\)"),
+    (dict(pressure=(1.0, 2.0)), r"the pressure of wind is \(1.0, 2.0\): give numbers of shape \(\) \(one "
+     r"number\)"),
     (dict(traction=1.0), r"the traction of wind is 1.0: give numbers of shape \(2,\)"),
     (dict(force=(0, np.nan)), r"the force of wind \(entry 1\) is nan: give finite"),
 ])
@@ -148,5 +149,6 @@ def test_scene_says_what_is_wrong(make_mpm):
     with pytest.raises(ValueError, match="surface of wind has 3 dimensions, the scene 2"):
         make_mpm(loads=[Load(Interface.patch((0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1)), pressure=1.0,
                              name="wind")])
-    with pytest.raises(ValueError, match=r"the value of the force of wind at t = 0.005 s \(entry 0\) is nan: give finite"):
+    with pytest.raises(ValueError, match=r"the value of the force of wind at t = 0.005 s \(entry 0\) is nan: "
+                       r"give finite"):
         make_mpm(loads=[Load(bare, force=lambda t: np.array([np.nan, 0.0]), name="wind")]).advance(0.01)

@@ -327,8 +327,10 @@ def block(D):
     (3, 2, {}, "body 0 has 2 dimensions, the grid 3: give both the same"),
     (2, 3, {}, "body 0 has 3 dimensions, the grid 2"),
     (3, 3, dict(gravity=(0.0, -1.0)), r"gravity is \(0.0, -1.0\) m/s\^2: give 3 numbers"),
-    (3, 3, dict(interface=Interface.line((0.3, 0.3), (0.5, 0.3), 2)), "the interface has 2 dimensions, the grid 3"),
-    (2, 2, dict(supports=[Support(lambda x: x[:, 0] < 0, "z")]), "support fixes 'z', the scene has 2 dimensions"),
+    (3, 3, dict(interface=Interface.line((0.3, 0.3), (0.5, 0.3), 2)), "the interface has 2 dimensions, the "
+     "grid 3"),
+    (2, 2, dict(supports=[Support(lambda x: x[:, 0] < 0, "z")]), "support fixes 'z', the scene has 2 "
+     "dimensions"),
 ])
 def test_two_and_three_dimensions_do_not_mix(grid, body, more, words):
     with pytest.raises(ValueError, match=words):

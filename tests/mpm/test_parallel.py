@@ -13,11 +13,13 @@ D = 2 if cell in ("quadrilateral", "triangle") else 3
 grid = Grid(Box((-1,) * D, (5, 3, 2)[:D]), (12, 8, 6)[:D], cell)
 def body(lower, upper, law):
     points = {"quadrilateral": 3, "triangle": 3, "hexahedron": 2, "tetrahedron": 4}[cell]
-    return Body(Box((lower, 0, 0)[:D], (upper, 1, 1)[:D]), (4 * (upper - lower), 4, 4)[:D], points, LAWS[law](1e3, 0.3), 1.0,
+    return Body(Box((lower, 0, 0)[:D], (upper, 1, 1)[:D]), (4 * (upper - lower), 4, 4)[:D], points,
+                LAWS[law](1e3, 0.3), 1.0,
                 cell=cell, velocity=(2.0, 0.2, 0.1)[:D], f_bar=bodies == "f_bar")
 body = [body(0, 1, law), body(1, 2, "linear")] if bodies == "two" else body(0, 2, law)
 top = np.column_stack([np.linspace(0, 2, 7), np.full(7, 0.9), np.full(7, 0.5)])[:, :D]
-solid = MPM(grid, body, interface=Interface(top, np.zeros((0, D), int)), gravity=(0, -0.5, 0)[:D], inertia=inertia,
+solid = MPM(grid, body, interface=Interface(top, np.zeros((0, D), int)), gravity=(0, -0.5, 0)[:D],
+            inertia=inertia,
             numerics=Numerics(rebalance=1.05))
 solid.rebalance_every = 7 if bodies == "two" else 50
 def field(name):
@@ -39,7 +41,8 @@ try:
 except Exception as error:
     message = str(error)
 if solid.comm.rank == 0:
-    np.savez(path, x=x, v=v, F=F[np.argsort(gid)], energy=list(energy.values()), momentum=momentum, travelled=travelled,
+    np.savez(path, x=x, v=v, F=F[np.argsort(gid)], energy=list(energy.values()), momentum=momentum,
+             travelled=travelled,
              ranks=solid.comm.size, rebalances=len(solid.rebalances), message=message)
 """
 
@@ -74,7 +77,8 @@ order = np.argsort(gather(solid.points.gid))
 fields = {name: gather(getattr(solid.points, name))[order] for name in ("x", "v", "a", "F", "mass")}
 report = solid.describe()
 if solid.comm.rank == 0:
-    np.savez(path, surface=x, **fields, rebalances=np.array(report["rebalances"]).reshape(-1, 3), imbalance=report["imbalance"],
+    np.savez(path, surface=x, **fields, rebalances=np.array(report["rebalances"]).reshape(-1, 3),
+             imbalance=report["imbalance"],
              ranks=solid.comm.size)
 """
 

@@ -53,13 +53,15 @@ def body(**changes):
 
 @pytest.mark.parametrize("call, words", [
     (lambda: Box((0.0, 0.0), (1.0, 0.0)), "every upper coordinate must exceed the lower one"),
-    (lambda: Box((0.0, 0.0), (1.0, np.nan)), r"upper corner of the box \(number 2 of 2\) is nan m: give a finite number"),
+    (lambda: Box((0.0, 0.0), (1.0, np.nan)), r"upper corner of the box \(number 2 of 2\) is nan m: give a "
+     r"finite number"),
     (lambda: Box((0.0,), (1.0,)), "2 or 3 coordinates each"),
     (lambda: Box((0.0, 0.0), (1.0, 1.0, 1.0)), "2 or 3 coordinates each"),
     (lambda: Grid(BOX, (0, 2)), r"cells of the grid is \(0, 2\): give 2 whole numbers, each at least 1"),
     (lambda: Grid(BOX, (4,)), "give 2 whole numbers"),
     (lambda: Grid(BOX, (4, 2.5)), "give 2 whole numbers"),
-    (lambda: Grid(BOX, (4, 2), "hexagon"), "cell of the grid is 'hexagon': choose one of quadrilateral, triangle"),
+    (lambda: Grid(BOX, (4, 2), "hexagon"), "cell of the grid is 'hexagon': choose one of quadrilateral, "
+     "triangle"),
     (lambda: Grid.counts((2.0, 1.0), 0.0), "h is 0.0 m: the cell size must lie between 0 and 1 m"),
     (lambda: Grid.counts((2.0, 1.0), 3.0), "h is 3.0 m"),
     (lambda: Grid.counts((2.0, 1.0), np.nan), "h is nan m"),
@@ -75,7 +77,8 @@ def body(**changes):
     (lambda: body(stress_state="plane"), "stress_state is 'plane': choose one of plane_stress, plane_strain"),
     (lambda: body(stress_state="three_dimensional"), "choose one of plane_stress, plane_strain"),
     (lambda: Interface.top(BOX, 0), "segments is 0: give a whole number of at least 1"),
-    (lambda: Interface.top(BOX, 4, -0.1), "shift is -0.1 m: it must lie between 0 and the height of the body, 1.0 m"),
+    (lambda: Interface.top(BOX, 4, -0.1), "shift is -0.1 m: it must lie between 0 and the height of the "
+     "body, 1.0 m"),
     (lambda: Interface.top(BOX, 4, shift=1.0), "shift is 1.0 m"),
     (lambda: Interface.top(BOX, 4, shift=np.nan), "shift is nan m"),
 ])

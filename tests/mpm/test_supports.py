@@ -90,7 +90,8 @@ def test_a_held_node_stays_and_carries_the_weight(make_mpm, cell):
 
 def test_a_support_beside_the_body_is_a_warning_at_the_start(make_mpm):
     solid = make_mpm(supports=[Support(lambda x: x[:, 0] < -0.9, "y", name="bearing")])
-    with pytest.warns(UserWarning, match=r"bearing \(fix 'y'\) holds no grid node of the body at t = 0 s: move it") as told:
+    with pytest.warns(UserWarning, match=r"bearing \(fix 'y'\) holds no grid node of the body at t = 0 s: "
+                      r"move it") as told:
         for _ in range(3):
             solid.advance(0.1)
     assert len(told) == 1

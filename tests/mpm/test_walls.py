@@ -121,8 +121,8 @@ from mpm_fenicsx import MPM, Numerics
 import test_walls
 test_walls.Step.tolerance = 1e-12
 MPM.rebalance_every = 5
-solid = test_walls.thrown([test_walls.line(2.0, friction=0.3), test_walls.GridWall(lambda x: abs(x[:, 1]) < 1e-9, "+y", 0.3,
-                                                                               True, name="floor")], (3.0, -1.0))
+floor = test_walls.GridWall(lambda x: abs(x[:, 1]) < 1e-9, "+y", 0.3, True, name="floor")
+solid = test_walls.thrown([test_walls.line(2.0, friction=0.3), floor], (3.0, -1.0))
 solid.numerics = Numerics(rebalance=1.05)
 for _ in range(30):
     solid.advance(2.5e-3)

@@ -6,7 +6,7 @@ has nothing to show.
 """
 import numpy as np
 
-from ..scene.mesh import corner_volumes
+from ..scene.facets import corner_volumes
 
 AROUND = {"triangle": ("triangle", [0, 1, 2]), "quadrilateral": ("quad", [0, 1, 3, 2]),
           "tetrahedron": ("tetra", [0, 1, 2, 3]), "hexahedron": ("hexahedron", [0, 1, 3, 2, 4, 5, 7, 6])}
@@ -52,7 +52,7 @@ def _grid(mpm):
     kind, order = AROUND[mpm.grid.cell]
     corners = corners.reshape(own.shape)[:, order]
     if kind in ("triangle", "tetra"):
-        turned = corner_volumes(vertices[own], mpm.grid.cell)[:, 0] < 0
+        turned = corner_volumes(vertices[own])[:, 0] < 0
         corners[turned, -2:] = corners[turned, -2:][:, ::-1]
     return vertices[nodes], {kind: corners}, {"mass": mass[nodes], "velocity": velocity[nodes]}
 

@@ -8,6 +8,8 @@ import numpy as np
 
 import mpm_dem_checks as check
 
+from .facets import alike, corner_volumes, runs_up
+
 CELLS = {2: ("quadrilateral", "triangle"), 3: ("hexahedron", "tetrahedron")}  # tensor product, simplex
 NODES = {"quadrilateral": 4, "triangle": 3, "hexahedron": 8, "tetrahedron": 4}
 BYTES_PER_CELL = {2: 600, 3: 1300}  # of a grid, on each rank, measured
@@ -120,19 +122,19 @@ class Mesh:
 
     def _check_cells(self) -> None:
         x = self.vertices[self.cells]
-        volume = corner_volumes(x, self.cell)
+        volume = corner_volumes(x)
         least = FLAT * np.ptp(x, axis=1).max(axis=1) ** self.dim
         flat = (volume.min(axis=1) <= least) & (volume.max(axis=1) >= -least)
         if flat.any():
             raise ValueError(f"{self._place(int(np.argmax(flat)))} is flat or inside out: repair the mesh")
         facets = self._facets()
-        order, first, count = _alike(facets)
+        order, first, count = alike(facets)
         if count.max() > 2:
             place = self.vertices[facets[order[first[np.argmax(count)]]]].mean(axis=0)
             raise ValueError(f"the mesh is not a manifold: {count.max()} cells share the facet at {place} m: "
                              "repair the mesh")
         pair = np.stack([order[first[count == 2]], order[first[count == 2] + 1]])
-        same = _runs_up(facets[pair[0]]) == _runs_up(facets[pair[1]])
+        same = runs_up(facets[pair[0]]) == runs_up(facets[pair[1]])
         if same.any():
             one, other = pair[:, np.argmax(same)] // len(FACETS[self.cell])
             raise ValueError(f"{self._place(one)} and cell {other} lie on the same side of their common "
@@ -185,7 +187,7 @@ class Mesh:
         * facets per cell, nodes per facet) in cyclic order."""
         local = np.array(FACETS[self.cell])
         facets = self.cells[:, local]
-        turned = corner_volumes(self.vertices[self.cells], self.cell)[:, 0] < 0
+        turned = corner_volumes(self.vertices[self.cells])[:, 0] < 0
         facets[turned] = facets[turned][:, :, ::-1]
         return facets.reshape(-1, local.shape[1])
 
@@ -197,7 +199,7 @@ class Mesh:
         two facets, and for a named surface that is not on the boundary.
         """
         facets = self._facets()
-        order, first, count = _alike(facets)
+        order, first, count = alike(facets)
         facets = facets[np.sort(order[first[count == 1]])]
         if surface is not None:
             wanted = {tuple(facet) for facet in np.sort(self._surface(surface), axis=1).tolist()}
@@ -208,43 +210,12 @@ class Mesh:
                                  "mesh on one side of them")
         around = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2)
         edges = around if self.dim == 3 else facets.reshape(-1, 1)
-        order, first, count = _alike(edges)
+        order, first, count = alike(edges)
         if count.max() > 2:
             place = self.vertices[edges[order[first[np.argmax(count)]]]].mean(axis=0)
             raise ValueError(f"the surface of the mesh is not a manifold: {count.max()} facets meet at "
                              f"{place} m: repair the mesh, or take its parts one by one")
         return facets
-
-
-def _alike(rows: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows that hold the same numbers: ``order`` puts them next to each other, ``first`` and ``count`` say
-    where each lot begins in it and how many there are."""
-    key = np.sort(rows, axis=1)
-    order = np.lexsort(key.T)
-    change = (key[order[1:]] != key[order[:-1]]).any(axis=1)
-    first = np.flatnonzero(np.append(True, change))
-    return order, first, np.diff(np.append(first, len(rows)))
-
-
-def _runs_up(facets: np.ndarray) -> np.ndarray:
-    """Whether each facet goes from its lowest vertex to the lower one beside it: which way round."""
-    if facets.shape[1] == 2:
-        return facets[:, 0] < facets[:, 1]
-    lowest, row = np.argmin(facets, axis=1), np.arange(len(facets))
-    n = facets.shape[1]
-    return facets[row, (lowest + 1) % n] < facets[row, (lowest - 1) % n]
-
-
-def corner_volumes(x: np.ndarray, cell: str) -> np.ndarray:
-    """Jacobian determinant at the vertices of each cell, (m, k), k = 1 for simplices; x: (m, nodes, dim)."""
-    dim = x.shape[2]
-    if NODES[cell] == dim + 1:
-        return np.linalg.det(x[:, 1:] - x[:, :1])[:, None]
-    corners = []
-    for a in range(2**dim):
-        edges = [(x[:, a ^ (1 << d)] - x[:, a]) * (-1 if (a >> d) & 1 else 1) for d in range(dim)]
-        corners.append(np.linalg.det(np.stack(edges, axis=1)))
-    return np.stack(corners, axis=1)
 
 
 def lattice(box: Box, counts: Sequence[int], cell: Optional[str]) -> Tuple[np.ndarray, np.ndarray]:

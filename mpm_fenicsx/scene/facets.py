@@ -1,0 +1,35 @@
+"""Facets and corners of the cells of a mesh, as arrays."""
+from typing import Tuple
+
+import numpy as np
+
+
+def alike(rows: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows that hold the same numbers: ``order`` puts them next to each other, ``first`` and ``count`` say
+    where each lot begins in it and how many there are."""
+    key = np.sort(rows, axis=1)
+    order = np.lexsort(key.T)
+    change = (key[order[1:]] != key[order[:-1]]).any(axis=1)
+    first = np.flatnonzero(np.append(True, change))
+    return order, first, np.diff(np.append(first, len(rows)))
+
+
+def runs_up(facets: np.ndarray) -> np.ndarray:
+    """Whether each facet goes from its lowest vertex to the lower one beside it: which way round."""
+    if facets.shape[1] == 2:
+        return facets[:, 0] < facets[:, 1]
+    lowest, row = np.argmin(facets, axis=1), np.arange(len(facets))
+    n = facets.shape[1]
+    return facets[row, (lowest + 1) % n] < facets[row, (lowest - 1) % n]
+
+
+def corner_volumes(x: np.ndarray) -> np.ndarray:
+    """Jacobian determinant at the vertices of each cell, (m, k), k = 1 for simplices; x: (m, nodes, dim)."""
+    dim = x.shape[2]
+    if x.shape[1] == dim + 1:
+        return np.linalg.det(x[:, 1:] - x[:, :1])[:, None]
+    corners = []
+    for a in range(2**dim):
+        edges = [(x[:, a ^ (1 << d)] - x[:, a]) * (-1 if (a >> d) & 1 else 1) for d in range(dim)]
+        corners.append(np.linalg.det(np.stack(edges, axis=1)))
+    return np.stack(corners, axis=1)

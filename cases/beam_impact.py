@@ -1,10 +1,10 @@
 """A steel sphere strikes a simply supported beam: the first example of Singer et al. 2022, in the plane and
 in space.
 
-    python cases/beam_impact.py                                   seconds, with the built-in DEM python
-    cases/beam_impact.py dim=3                             the beam in space python cases/beam_impact.py
-    dem=liggghts preset=paper         the paper's discretisation and time step; or paper_3d python
-    cases/beam_impact.py h=1e-3 law=neo_hooke -mpm_snes_monitor
+    python cases/beam_impact.py                                   seconds, with the built-in DEM
+    python cases/beam_impact.py dim=3                             the beam in space
+    python cases/beam_impact.py dem=liggghts preset=paper         the paper's cells and time step; or paper_3d
+    python cases/beam_impact.py h=1e-3 law=neo_hooke -mpm_snes_monitor
 """
 from dataclasses import replace
 from pathlib import Path

@@ -42,8 +42,7 @@ class Steps:
 
     dt: float  # time step [s]
     t_end: float  # end of the run [s]
-    # shorter windows; none: never, 0: where one fails, 0.01: also for that error [-]
-    adapt: Optional[float] = 0.0
+    adapt: Optional[float] = 0.0  # shorter windows; none: never, 0: where one fails, 0.01: for that error [-]
 
     substeps: ClassVar[int] = 1
 

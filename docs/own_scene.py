@@ -1,7 +1,7 @@
 """Dry soil collapses and carries rocks along a floor: a scene of one's own, in space.
 
-    python own_scene.py                        half a minute, with the built-in DEM python own_scene.py
-    dem=compare h=0.02     finer, with both back ends; python own_scene.py --help shows all keys
+    python own_scene.py                        half a minute, with the built-in DEM
+    python own_scene.py dem=compare h=0.02     finer, with both back ends; --help shows all keys
 """
 import numpy as np
 
@@ -23,15 +23,15 @@ def main(
     body = Body(Box((0.0, 0.0, 0.0), size), Grid.counts(size, h), 2, soil.material(3), soil.rho, f_bar=True)
     grid = flow_grid(size, h, fall_room(size, -gravity[1], scheme.t_end))
     supports, _ = level_floor("stick", h, dim=3)
-    supports += [Support.column(axis, at, grid, axis) for axis, at in (("x", 0.0), ("z", 0.0),
-                                                                       ("z", size[2]))]
+    sides = ("x", 0.0), ("z", 0.0), ("z", size[2])  # where the soil leans against smooth walls [m]
+    supports += [Support.column(axis, at, grid, axis) for axis, at in sides]
     solid = MPM(grid, body, supports, of_points(body), gravity=gravity, inertia="lumped")
 
     x = np.array([(x, radius, z) for x in (0.14, 0.18) for z in (0.02, 0.05, 0.08)])
     rocks = Spheres(x, np.zeros_like(x), radius, rho=2600.0)
     surface = Wall.discs(solid.interface.x, 0.25 * h)  # the material points, as balls
-    floor = Wall([(0, 0, 0), (1, 0, 0), (1, 0, size[2]), (0, 0, size[2])], [(0, 2, 1), (0, 3, 2)],
-                 material="floor")
+    corners = (0, 0, 0), (1, 0, 0), (1, 0, size[2]), (0, 0, size[2])
+    floor = Wall(corners, [(0, 2, 1), (0, 3, 2)], material="floor")
     grains = Scene(rocks, surface, Material(1e7, 0.25), Material(1e6, 0.3), Interaction(0.5, 0.5),
                    Interaction(0.5, 0.4), gravity, walls=[floor], materials={"floor": Material(1e7, 0.25)},
                    interactions={("spheres", "floor"): Interaction(0.5, 0.4)})

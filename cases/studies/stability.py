@@ -17,10 +17,11 @@ error measure of the case's report → largest value; why: where the expectation
 ``energy_gain``, the largest gain of total energy relative to the largest energy so far; it is bounded by
 ENERGY unless the row says otherwise. Each run is
 
-    right        it came to its end and no error exceeds its bound, inaccurate   it is stable, all numbers
-    finite and the energy within its bound, but an error exceeds its bound, stopped      it ended with one
-    sentence that says why, wrong        anything else: a crash, a hang, a number that is not finite, energy
-    out of nothing.
+    right        it came to its end and no error exceeds its bound,
+    inaccurate   it is stable, all numbers finite and the energy within its bound, but an error exceeds its
+                 bound,
+    stopped      it ended with one sentence that says why,
+    wrong        anything else: a crash, a hang, a number that is not finite, energy out of nothing.
 
 It leaves stability.csv and stability.md, written anew after every run, and stability.png; the exit status is
 1 when a run is wrong.

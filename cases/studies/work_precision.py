@@ -3,20 +3,25 @@ front.
 
     python -m coupling.work_precision cases/beam_impact.py h=5e-3,2.5e-3,2e-3 dt=1e-6,2e-6,4e-6 points=2
     python -m coupling.work_precision cases/beam_impact.py cells=31x7,62x13
-    overlay=cases/references/kratos_beam.csv python -m coupling.work_precision cases/beam_impact.py
-    dt=1e-6,2e-6 peer=PYTHON script=FILE peer_dt=1e-6,2e-6
+    overlay=cases/references/kratos_beam.csv
+    python -m coupling.work_precision cases/beam_impact.py dt=1e-6,2e-6 peer=PYTHON script=FILE
+    peer_dt=1e-6,2e-6
 
 A key with several values, separated by commas, is swept, one with a single value is given to every run, and
 so are words with a dash. An x joins the numbers of one value: cells=62x13 is what the case itself reads as
 cells=62,13. Keys of the tool:
 
     out=DIR          folder of the results, out/work_precision/CASE unless given; a sweep that was stopped
-                     goes on here, only runs that are not finished are made (remove the folder after a change
-                     of the program)
-    repeat=N         every run N times, of which the fastest counts (1) timeout=SECONDS  of one run; then it
-    is stopped, and a failed row (none) show=NAME,NAME   error measures in table and figure, three at most
-    there (unless given: all, and the first three) overlay=FILE     results of others: a CSV with the columns
-    label, time_s and error_NAME, comments start with # peer=PYTHON script=FILE peer_KEY=value,value
+                     goes on here,
+                     only runs that are not finished are made (remove the folder after a change of the
+                     program)
+    repeat=N         every run N times, of which the fastest counts (1)
+    timeout=SECONDS  of one run; then it is stopped, and a failed row (none)
+    show=NAME,NAME   error measures in table and figure, three at most there (unless given: all, and the first
+                     three)
+    overlay=FILE     results of others: a CSV with the columns label, time_s and error_NAME, comments start
+                     with #
+    peer=PYTHON script=FILE peer_KEY=value,value
                      another program on the same beam, measured here, see peer.py beside this file
 
 It leaves work_precision.csv (a column per swept key, then window_s, wall_s, peak_mb, status, warnings of the

@@ -9,8 +9,9 @@ With q = sqrt(J2) and the mean stress p, tension positive,
 friction angle phi, dilation angle psi and cohesion c in one kind of loading only; ``match`` chooses which:
 
     "compression"   triaxial compression (t1 = t2): eta = 6 sin phi / (sqrt(3) (3 - sin phi)), xi = eta c cot
-    phi "extension"     triaxial extension (t2 = t3): 3 + sin phi in place of 3 - sin phi "plane_strain"
-    plastic flow in plane strain: etab = sin psi / sqrt(1 + sin(psi)^2 / 3),
+                    phi
+    "extension"     triaxial extension (t2 = t3): 3 + sin phi in place of 3 - sin phi
+    "plane_strain"  plastic flow in plane strain: etab = sin psi / sqrt(1 + sin(psi)^2 / 3),
                     eta = sin phi / (sqrt(1 - etab^2 / 3) + etab sin(phi) / 3)
 
 and etab is eta with psi for phi. The last follows from flow without strain across the plane, dev(tau)_33 =

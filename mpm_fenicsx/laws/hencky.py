@@ -6,7 +6,7 @@ a step, and
 
     b = sum_a l_a n_a n_a^T,    e_a = ln(l_a) / 2,    tau_a = r_a(e),    P = tau F^-T = sum_a tau_a n_a m_a^T,
     m_a = F^-1 n_a,             Cp^-1 = sum_a exp(2 ee_a) m_a m_a^T,     ee_a = (tau_a - lam tr(tau) / K3) / 2
-    mu,
+                                mu,
 
 with K3 = 3 lam + 2 mu and the return mapping r of small strains (de Souza Neto, Perić & Owen, Computational
 Methods for Plasticity, section 14.4; Simo 1992, doi 10.1016/0045-7825(92)90123-2). Yield conditions are in

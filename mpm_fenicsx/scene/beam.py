@@ -43,15 +43,11 @@ class SimplySupportedBeam:
     nu: float = 0.289  # Poisson's ratio [-]
     rho: float = 7960.0  # density [kg/m^3]
     h: float = 2e-3  # size of the background cells, of which columns stand at the beam's ends [m]
-    # of the grid along, up (3 beam heights) and across [-]; replaces h
-    cells: Optional[Tuple[int, ...]] = None
-    # of grid and body
-    cell: Optional[Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron"]] = None
+    cells: Optional[Tuple[int, ...]] = None  # of the grid along, up (3 beam heights), across [-]; replaces h
+    cell: Optional[Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron"]] = None  # grid and body
     body: Optional[Tuple[int, ...]] = None  # body cells along, up and across [-]; none: those of the case
-    # material points per body cell: in all (triangle, tetrahedron) or per direction (others) [-]
-    points: int = 2
-    # of the interface on top, along and across [-]; none: those of the case
-    segments: Optional[Tuple[int, ...]] = None
+    points: int = 2  # per body cell: in all (triangle, tetrahedron) or per direction (others) [-]
+    segments: Optional[Tuple[int, ...]] = None  # of the interface along and across [-]; none: of the case
 
     counts = {"h": (lambda keys: keys["cells"] is None, "without cells=")}  # of a key: when it has an effect
 

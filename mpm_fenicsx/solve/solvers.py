@@ -1,11 +1,14 @@
 """The linear solver inside Newton's method: presets, which set PETSc's options where the user has set none.
 
-    direct    cholesky where the tangent is symmetric, else lu cholesky  factorisation by CHOLMOD, on several
-    ranks by MUMPS lu        factorisation by UMFPACK, on several ranks by MUMPS cg        conjugate
-    gradients, incomplete Cholesky factors on each rank gmres     the same for tangents that are not
-    symmetric, with incomplete LU factors gamg      conjugate gradients (gmres) with algebraic multigrid that
-    knows the rigid-body modes hypre     conjugate gradients (gmres) with hypre's algebraic multigrid auto
-    direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept, FRESH_UP_TO where it is made
+    direct    cholesky where the tangent is symmetric, else lu
+    cholesky  factorisation by CHOLMOD, on several ranks by MUMPS
+    lu        factorisation by UMFPACK, on several ranks by MUMPS
+    cg        conjugate gradients, incomplete Cholesky factors on each rank
+    gmres     the same for tangents that are not symmetric, with incomplete LU factors
+    gamg      conjugate gradients (gmres) with algebraic multigrid that knows the rigid-body modes
+    hypre     conjugate gradients (gmres) with hypre's algebraic multigrid
+    auto      direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept, FRESH_UP_TO where
+              it is made
               in every iteration; beyond that cg (gmres) where inertia dominates the tangent, gamg where
               stiffness does
 

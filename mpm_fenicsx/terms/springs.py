@@ -5,7 +5,7 @@ A particle of area A holds what lies at its place by the force (Chandra et al. 2
 10.1007/s11440-020-01123-3)
 
     f = -k A (g_n n + g_t),   k A |g_t| <= mu N  by radial return (Coulomb),   g_n := 0 when it separates and
-    g_n > 0,
+                              g_n > 0,
 
 k: stiffness per area [Pa/m]; g: gap [m], the body's motion since contact began less the wall's; n: into the
 body. The gap is a state of the particle, so that a load at rest sinks in once, by pressure / k, and does not

@@ -108,11 +108,10 @@ def test_matrix_is_the_derivative_of_the_residual(distorted, any_cell, law, tayl
 
     def residual(at):
         r = np.empty(free.shape)
-        step.residual(at, r)
+        step.equations.residual(at, r)
         return r.ravel()
 
-    residual(u)
-    step.tangent()
+    step.newton.make_tangent(step.equations.residual(u, np.empty(free.shape)))
     K = step.active_cells.matrix.convert("dense").getDenseArray().copy()
     rate = taylor_rate(lambda h: residual(u + h * du), K @ du.ravel(), h=1e-2)
     assert rate == pytest.approx(2.0, abs=0.02) and free.sum() > 10

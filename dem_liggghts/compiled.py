@@ -2,8 +2,7 @@
 
 They get all they work on as arguments: arrays and numbers, grouped in typed NamedTuples, which cost nothing
 inside compiled code. Only a call from Python has a price: numba takes 180 microseconds to recognise the
-groups of a window, and 6 when they are plain tuples. What Python calls in every window therefore takes
-`plain` ones and makes groups of them again.
+groups of a window. What Python calls in every window is therefore `direct`.
 
 `mpm_fenicsx.compiled` has besides `specialise`, which binds a kernel to constants (dimension, cell, law) and
 compiles it per set of them. Here nothing varies but the types of arguments, so a decorator is all there is.
@@ -27,11 +26,18 @@ def compiled(function: Callable[..., Any]) -> Any:
     return njit(cache=True, error_model="numpy")(function)
 
 
-def plain(group: Any) -> Any:
-    """A NamedTuple as a tuple, with those inside it; anything else as it is.
+def direct(kernel: Any) -> Callable[..., Any]:
+    """The compiled ``kernel`` without numba's look at the types of its arguments after the first call. They
+    must not change from call to call: numba still refuses arrays of another dimension or size of item, but
+    would misread others that are not contiguous."""
+    entries: list = []
 
-    >>> from dem_liggghts.contact.law import Laws
-    >>> plain((Laws(1, 2), 3))
-    ((1, 2), 3)
-    """
-    return tuple(map(plain, group)) if isinstance(group, tuple) else group
+    def call(*arguments: Any) -> Any:
+        if entries:
+            return entries[0](*arguments)
+        result = kernel(*arguments)
+        types = tuple(kernel.typeof_pyval(argument) for argument in arguments)
+        entries.append(kernel.overloads[types].entry_point if types in kernel.overloads else kernel)
+        return result
+
+    return call

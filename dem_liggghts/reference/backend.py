@@ -12,7 +12,7 @@ from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy
 from ..common.outflow import Outflow
 from ..common.states import check_state, fingerprint
 from ..common.wall_change import redistribute, with_wall
-from ..compiled import plain
+from ..compiled import direct
 from ..contact.law import constant, laws_of
 from ..contact.window import contact_at_wall
 from ..protocol import BODY, PARTICLE
@@ -27,7 +27,7 @@ from ..search.neighbours import NeighbourList, NeighbourLists, no_neighbours
 from .forces import Moment, SphereState, WallForce, forces, new_scratch
 from .rigid import cluster_state
 from .selection import select_clusters, select_neighbours, select_spheres
-from .verlet import build_lists, run_window
+from .verlet import Span, build_lists, run
 
 LARGE = 2000  # elements of a wall
 MOVING = ("x", "v", "omega", "force", "torque")  # what changes of the spheres, and of the clusters
@@ -48,7 +48,7 @@ class ReferenceDEM:
         self._all_spheres, self._all_clusters, self.scene = sphere_table(inside), cluster_table(inside), scene
         self._outflow = Outflow(scene, self._all_spheres.cluster)
         self._populate(np.ones(len(self._all_spheres.x), np.bool_), np.ones(len(scene.clusters), np.bool_))
-        self._laws = laws_of(scene)
+        self._laws, self._steps_of = laws_of(scene), direct(run)
         self._keep = tuple(constant(table, "friction").any() for table in self._laws)
         self._use(scene)
         none = no_neighbours(len(self._table.x))
@@ -117,11 +117,11 @@ class ReferenceDEM:
     def _run(self, steps: int, wall: MovingWall) -> None:
         """All steps of a window, chunk by chunk, with new lists where they are due."""
         first, done, fresh = 0, 0, False
-        moving, room = plain((self._spheres, self._clusters)), plain((self._on_wall, self._scratch))
         while done < steps:
             begin, end = done, done + self._chunks.next(steps - done)
-            done = run_window((first, begin, end, steps, self.dt, fresh), *moving, plain(wall),
-                              plain(self._lists), plain(self._laws), *room)
+            span = Span(first, begin, end, steps, self.dt, fresh)
+            done = self._steps_of(span, self._spheres, self._clusters, wall, self._lists, self._laws,
+                                  self._on_wall, self._scratch)
             if done == end:
                 self._chunks.done(end - begin)
                 continue

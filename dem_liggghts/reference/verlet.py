@@ -4,11 +4,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import compiled
-from ..contact.law import Laws, Vectors
-from ..search.elements import MovingWall
-from ..search.neighbours import NeighbourList, NeighbourLists, near_elements, near_spheres
-from .forces import Moment, Scratch, SphereState, WallForce, forces
-from .rigid import ClusterState, drift_clusters, kick_clusters, move_spheres, speed_bound
+from ..search.neighbours import NeighbourLists, near_elements, near_spheres
+from .forces import Moment, forces
+from .rigid import drift_clusters, kick_clusters, move_spheres, speed_bound
 
 
 class Span(NamedTuple):
@@ -116,16 +114,6 @@ def run(span, spheres, clusters, wall, lists, laws, on_wall, scratch):
             return -1 - through
         last_kick(spheres, clusters, 0.5 * dt)
     return span.end
-
-
-@compiled
-def run_window(span, spheres, clusters, wall, lists, laws, on_wall, scratch):
-    """`run` for a call from Python, with groups that are plain tuples."""
-    near = NeighbourLists(NeighbourList(*lists[0]), NeighbourList(*lists[1]), lists[2], lists[3], lists[4])
-    room = Scratch(scratch[0], scratch[1], Vectors(*scratch[2]))
-    rigid = None if clusters is None else ClusterState(*clusters)
-    return run(Span(*span), SphereState(*spheres), rigid, MovingWall(*wall), near, Laws(*laws),
-               WallForce(*on_wall), room)
 
 
 @compiled

@@ -89,7 +89,8 @@ class MPM(Model):
     def advance(self, dt: float, force: Optional[np.ndarray] = None) -> Tuple[np.ndarray, np.ndarray]:
         """Advance by ``dt`` [s] in one step, under point loads ``force`` on the boundary particles [N], shape
         (n, dim), constant meanwhile, the same on every rank. Returns ``surface()``. MPMDivergedError when
-        Newton's method fails; all points are then as they were."""
+        Newton's method fails; all points are then as they were, and a loop may ask for ``fall_back`` and
+        try again, or take shorter steps, as the loop of ``coupling`` does."""
         dt = check.positive("dt", dt, "s", "it must be positive")
         force = self._surface.checked(force, self.time)
         self.step.clock.restart()

@@ -2,7 +2,7 @@
 
 They get all they work on as arguments: arrays and numbers, grouped in typed NamedTuples, which cost nothing
 inside compiled code. Only a call from Python has a price: numba takes 180 microseconds to recognise the
-groups of a window. What Python calls in every window is therefore `direct`.
+groups of a window. What Python calls in every window is therefore called by `mpm_dem_direct`.
 
 `mpm_fenicsx.compiled` has besides `specialise`, which binds a kernel to constants (dimension, cell, law) and
 compiles it per set of them. Here nothing varies but the types of arguments, so a decorator is all there is.
@@ -24,20 +24,3 @@ def compiled(function: Callable[..., Any]) -> Any:
     place."""
     function.__qualname__ += "_" + SOURCES
     return njit(cache=True, error_model="numpy")(function)
-
-
-def direct(kernel: Any) -> Callable[..., Any]:
-    """The compiled ``kernel`` without numba's look at the types of its arguments after the first call. They
-    must not change from call to call: numba still refuses arrays of another dimension or size of item, but
-    would misread others that are not contiguous."""
-    entries: list = []
-
-    def call(*arguments: Any) -> Any:
-        if entries:
-            return entries[0](*arguments)
-        result = kernel(*arguments)
-        types = tuple(kernel.typeof_pyval(argument) for argument in arguments)
-        entries.append(kernel.overloads[types].entry_point if types in kernel.overloads else kernel)
-        return result
-
-    return call

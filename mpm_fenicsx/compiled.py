@@ -4,7 +4,6 @@
                 constants
     compiled    a kernel as it stands
     inlined     a small function that kernels call with their sizes as arguments, always made part of them
-    direct      a kernel that is called often, with groups of arrays
     called      a function that kernels call, made part of them where LLVM finds that good
 
 Numba treats global names as constants, so a loop over ``range(D)`` with a global ``D`` is unrolled: measured
@@ -14,7 +13,8 @@ from numba's cache.
 
 Kernels take arrays in groups, NamedTuples, which they unpack at their head: numba passes their fields on as
 if each was an argument of its own. In a call from Python numba looks at groups with more than three arrays
-slowly, at those of the residual for 0.2 ms (measured, numba 0.56): kernels of every iteration are ``direct``.
+slowly, at those of the residual for 0.2 ms (measured, numba 0.56): kernels of every iteration are called by
+``mpm_dem_direct``.
 """
 import functools
 import hashlib
@@ -67,20 +67,3 @@ def specialise(template: Callable, **constants: Any) -> Callable:
     functions such as a law's stress) fixed. The result is kept per set of constants, in the process and on
     disk."""
     return _bind(template, tuple(sorted(constants.items())))
-
-
-def direct(kernel: Callable) -> Callable:
-    """The compiled ``kernel`` without numba's look at the types of its arguments after the first call. They
-    must not change from call to call: numba still refuses arrays of another dimension or size of item, but
-    would misread others that are not contiguous."""
-    entries = []
-
-    def call(*arguments: Any) -> Any:
-        if entries:
-            return entries[0](*arguments)
-        result = kernel(*arguments)
-        types = tuple(kernel.typeof_pyval(argument) for argument in arguments)
-        entries.append(kernel.overloads[types].entry_point if types in kernel.overloads else kernel)
-        return result
-
-    return call

@@ -9,7 +9,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("mpm_fenicsx", "dem_liggghts", "coupling")
-LEAF, CACHE = LEAVES = "mpm_dem_checks", "mpm_dem_cache"  # which all may import, as they import none of them
+# which all may import, as they import none of them
+LEAF, CACHE, DIRECT = LEAVES = "mpm_dem_checks", "mpm_dem_cache", "mpm_dem_direct"
 FORBIDDEN = {  # packages and libraries that a package must not import, nor anything inside them
     "mpm_fenicsx": {"coupling", "dem_liggghts", "cases"},
     "dem_liggghts": {"coupling", "mpm_fenicsx", "cases", "dolfinx", "petsc4py"},
@@ -59,6 +60,7 @@ def test_liggghts_is_loaded_only_when_asked_for():
 
 def test_the_leaves_import_nothing_of_ours():
     assert imports(ROOT / f"{CACHE}.py") <= {"os", "pathlib", "stat", "sys", "tempfile"}
+    assert imports(ROOT / f"{DIRECT}.py") <= {"typing"}
     assert imports(ROOT / f"{LEAF}.py") <= {"contextlib", "math", "os", "pathlib", "typing", "numpy"}
 
 

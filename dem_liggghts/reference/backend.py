@@ -1,9 +1,10 @@
-"""The built-in DEM: spheres and rigid clusters, Hertz-Mindlin contact, velocity Verlet; the same on every
-rank."""
+"""The built-in DEM: spheres and rigid clusters, Hertz-Mindlin contact, velocity Verlet; alike on all ranks."""
 from dataclasses import replace
 from typing import Any, Dict
 
 import numpy as np
+
+from mpm_dem_direct import direct
 
 from .. import quaternion
 from ..common.checks import PerforatedError, check_finite, check_window, through_the_wall
@@ -12,7 +13,6 @@ from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy
 from ..common.outflow import Outflow
 from ..common.states import check_state, fingerprint
 from ..common.wall_change import redistribute, with_wall
-from ..compiled import direct
 from ..contact.law import constant, laws_of
 from ..contact.window import contact_at_wall
 from ..protocol import BODY, PARTICLE

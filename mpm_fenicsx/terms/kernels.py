@@ -1,9 +1,11 @@
 """All kernels, compiled for dimension and cell; those of a body also for its law and kind of inertia."""
 from typing import Callable, NamedTuple
 
+from mpm_dem_direct import direct
+
 from .. import laws
 from ..basis import shape
-from ..compiled import direct, specialise
+from ..compiled import specialise
 from ..laws.stress_state import point_functions
 from ..points import transfer
 from . import f_bar, weakform

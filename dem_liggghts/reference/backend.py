@@ -1,4 +1,4 @@
-"""The built-in DEM: spheres and rigid clusters, Hertz-Mindlin contact, velocity Verlet; alike on all ranks."""
+"""The built-in DEM: spheres, rigid clusters, Hertz-Mindlin contact, velocity Verlet; alike on all ranks."""
 from dataclasses import replace
 from typing import Any, Dict
 

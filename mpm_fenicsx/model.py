@@ -4,6 +4,7 @@ from typing import Callable, Dict, List, Optional, Tuple
 import numpy as np
 from mpi4py import MPI
 
+from .basis.smooth import Basis
 from .collective import total
 from .grid.background import Background, check_inside
 from .grid.supports import Supports
@@ -13,6 +14,7 @@ from .points.migrate import Router
 from .points.outflow import Outflow, read_ways
 from .points.points import Points
 from .points.sets import Set, Sets
+from .scene.bodies import Grid
 from .scene.frame import Frame, Seen, seen_points
 from .scene.interface import Interface
 from .scene.margin import margins_at_walls
@@ -40,7 +42,10 @@ class Model:
         self.numerics, self.outflow, self._frame = scene.numerics, scene.outflow, Frame(scene.grid.box)
         self._framed = scene = self._frame.enter(scene)
         self.gravity, self.time, self.steps = scene.acceleration, 0.0, 0
-        self._bodies = make_bodies(scene.body, scene.grid, self.gravity, scene.body_force)
+        self.basis = Basis(scene.numerics.basis)
+        self.basis.check_grid(scene.grid, scene.grid.cell, isinstance(scene.grid, Grid))
+        self._bodies = make_bodies(scene.body, scene.grid, self.gravity, scene.body_force,
+                                   self.basis)
         x = np.concatenate([body.points.x for body in self._bodies])
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)
         ways = read_ways(scene.outflow, self.dim)
@@ -71,7 +76,8 @@ class Model:
     def _distribute(self, x: np.ndarray) -> None:
         """Distribute the grid over the ranks for points at x [m], shape (n, dim); each rank gives some."""
         averaged = any(body.body.f_bar for body in self._bodies)
-        self.background = Background(self._framed.grid, self.comm, x, averaged, self.origin, self._margin)
+        self.background = Background(self._framed.grid, self.comm, x, averaged, self.origin, self._margin,
+                                     self.basis)
         self.supports = Supports(self._framed.supports, self.background.x, self.steps > 0)
         self._router = Router(self.comm, self.background.neighbours)
 

@@ -1,4 +1,5 @@
 """The MPM: advances the points of a scene, one implicit step at a time."""
+from dataclasses import replace
 from typing import Callable, Dict, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -35,7 +36,8 @@ class MPM(Model):
     leaves the grid, "stop" (the run ends), "hold" (at the edge, at rest) or "remove", or a dict by side, such
     as {"+x": "remove"}, whose other sides stop, see ``outflow`` and ``removed``; bonded: that bodies stick
     where they share grid nodes is meant (layers of one soil), else a warning says so, as there is no contact
-    between bodies; numerics: see ``Numerics``.
+    between bodies; numerics: see ``Numerics``; basis: at the material points, instead of that of
+    ``numerics``.
 
     ``bodies`` are the bodies with their points, numbered through, see ``bodies.BodyTerm``; ``phases`` sums
     the seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,
@@ -70,7 +72,10 @@ class MPM(Model):
                  inertia: str = "consistent", loads: Sequence[Load] = (),
                  penalties: Sequence[Union[Penalty, GridWall]] = (), body_force: Optional[Callable] = None,
                  outflow: Union[str, Dict[str, str]] = "stop", bonded: bool = False,
-                 numerics: Numerics = Numerics(), comm: MPI.Comm = MPI.COMM_WORLD):
+                 numerics: Numerics = Numerics(), basis: Optional[str] = None,
+                 comm: MPI.Comm = MPI.COMM_WORLD):
+        if basis is not None:
+            numerics = replace(check.record("numerics", numerics, Numerics), basis=basis)
         super().__init__(SolidScene(grid, body, supports, interface, gravity, inertia, loads, penalties,
                                     body_force, outflow, bonded, numerics), comm)
         self.iterations, self.ghost_since, self.rebalances, self.closed = 0, None, [], False

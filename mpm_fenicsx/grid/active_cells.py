@@ -8,6 +8,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from . import compat
+from .elements import PointElements, around, cell_elements, reach, stencil_elements
 
 
 def ghosted_vector(numbering, comm):
@@ -27,44 +28,51 @@ class ActiveCells:
     derivative by (node, direction) of (direction, node). Cells with walls that share a node with those for
     points have a row too, as that node may come to carry mass.
 
-    For F-bar: patch: (all local cells,) row of an owned active cell's patch in patch_matrices, shape
-    (patches, M, D, D, M), and in nodes_of_patch, shape (patches, M), -1 where it has fewer; place: (all local
-    cells, K) places of its nodes among these. A quadrilateral or a hexahedron is its own patch, and these
-    matrices are the element matrices. For ghost inertia: nodes_of_facets (facets, M) and facet_matrices,
-    shape (facets, D, M, M), by direction, node and node. Collective.
+    elements: ``PointElements`` of the material points; nodes_of_patch: (patches, M) nodes of F-bar's patches,
+    -1 where one has fewer; own_patches: the first so many are this rank's; point_matrices: to which the
+    points add. With the linear basis these are the element matrices; with a smooth one the blocks of each
+    node's row, shape (n, 5^D, D, D): nodes around it, direction of the force on it, direction of their
+    displacement. patch_matrices: shape (patches, M, D, D, M); a quadrilateral or a hexahedron is its own
+    patch, and these are the element matrices. For ghost inertia: nodes_of_facets (facets, M) and
+    facet_matrices, shape (facets, D, M, M), by direction, node and node. Collective.
     """
 
     def __init__(self, background, filled, fixed, symmetric=True, averaged=False, facets=None, walls=None):
         """filled: numbers of this rank's cells that hold points; fixed: (grid nodes, D) mask; symmetric: so
         is the matrix; averaged: whether a body needs the patches; facets: None, or ``ghost.Facets`` that need
-        matrices; walls: None on all ranks, or a mask of the local cells that may hold particles of walls."""
+        matrices; walls: None on all ranks where there are no springs, else a mask of the local cells that may
+        hold particles of walls."""
         self.comm, self.dim = background.comm, background.dim
         self._vectors, self._symmetric = {}, symmetric
         grid_vec = ghosted_vector(background.node_numbering, self.comm)
         # nodes of filled cells, on any rank
-        near = self._flags(grid_vec, background, background.cells[filled])
+        near = self._flags(grid_vec, background.cells[filled])
         self.active = near[background.cells].any(axis=1)
         chosen = np.flatnonzero(self.active[:background.cells_owned]).astype(np.int32)
-        needed, rows_of_points = self._flags(grid_vec, background, background.cells[chosen]), len(chosen)
+        reached, rows_of_points = reach(background, chosen), len(chosen)
+        needed = self._flags(grid_vec, reached)
         if walls is not None:
             rim = walls & ~self.active & needed[background.cells].any(axis=1)
             chosen = np.append(chosen, np.flatnonzero(rim[:background.cells_owned]).astype(np.int32))
-            needed = self._flags(grid_vec, background, background.cells[chosen])
+            reached = np.append(reached, background.cells[chosen])
+            needed = self._flags(grid_vec, reached)
         beside = np.zeros((0, 1), np.int32) if facets is None else facets.nodes[facets.within(self.active)]
-        self._number(background, grid_vec, needed, chosen, beside)
+        local_of = self._number(background, grid_vec, needed, np.append(reached, beside))
         grid_vec.destroy()
+        self.cells = np.full_like(background.cells, -1)
+        self.cells[chosen], self.nodes_of_facets = local_of[background.cells[chosen]], local_of[beside]
         self.row = np.full(len(background.cells), -1, np.int32)
         self.row[chosen] = np.arange(len(chosen))
         self.point_row = np.where(self.row < rows_of_points, self.row, -1).astype(np.int32)
         self.fixed = fixed[self.node]
-        self._make_patches(background, chosen, averaged)
-        self._make_matrix(chosen)
+        self._make_elements(background, chosen, averaged)
+        self._make_matrix(background, chosen, walls is not None)
 
-    def _flags(self, vec, background, cells):
-        """Grid nodes, owned and ghost, that belong to one of ``cells`` on any rank."""
+    def _flags(self, vec, nodes):
+        """Mask of the grid nodes, owned and ghost, that are among the ``nodes`` of any rank."""
         with vec.localForm() as local:
             local.set(0.0)
-            local.array_w[np.unique(cells)] = 1.0
+            local.array_w[np.unique(nodes)] = 1.0
         self._sum_ghosts(vec)
         with vec.localForm() as local:
             return local.array_r > 0.0
@@ -73,7 +81,9 @@ class ActiveCells:
         vec.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
         vec.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
 
-    def _number(self, background, vec, needed, chosen, beside):
+    def _number(self, background, vec, needed, nodes):
+        """Number the ``needed`` grid nodes, a mask, of which this rank wants its own and ``nodes``. Returns
+        the local number of each grid node, -1 where it has none."""
         own = np.flatnonzero(needed[:background.nodes_owned])
         first = self.comm.scan(len(own)) - len(own)
         with vec.localForm() as local:
@@ -82,16 +92,14 @@ class ActiveCells:
         vec.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
         with vec.localForm() as local:
             number = local.array_r.astype(PETSc.IntType)
-        mine = np.unique(np.append(background.cells[chosen], beside))
+        mine = np.unique(nodes)
         ghosts = mine[mine >= background.nodes_owned]
         self.owned = len(own)
         self.node = np.concatenate([own, ghosts]).astype(np.int32)
         self.number = number[self.node]  # across ranks
         local_of = np.full(len(background.x), -1, np.int32)
         local_of[self.node] = np.arange(len(self.node))
-        self.cells = np.full_like(background.cells, -1)
-        self.cells[chosen] = local_of[background.cells[chosen]]
-        self.nodes_of_facets = local_of[beside]
+        return local_of
 
     def vector(self, block):
         """New ghosted vector with ``block`` values per node."""
@@ -123,41 +131,36 @@ class ActiveCells:
             self._vectors[block] = self.vector(block)
         return self._vectors[block]
 
-    def _make_patches(self, background, chosen, averaged):
-        K = self.cells.shape[1]
-        self.patch, self.place = self.row, np.zeros((0, K), np.int32)
-        self.nodes_of_patch = self.cells[chosen]
-        if not averaged:
-            return
-        self.place = np.tile(np.arange(K, dtype=np.int32), (len(self.cells), 1))
-        if background.patch is None:
-            return
-        numbers, row = np.unique(background.patch[background.original_cell[chosen]], return_inverse=True)
-        pairs, pair = np.unique(row[:, None] * len(self.node) + self.cells[chosen], return_inverse=True)
-        row_of, node = np.divmod(pairs, len(self.node))
-        place = np.arange(len(pairs)) - np.searchsorted(row_of, row_of)
-        self.patch = np.full_like(self.row, -1)
-        self.patch[chosen], self.place[chosen] = row, place[pair].reshape(-1, K)
-        self.nodes_of_patch = np.full((len(numbers), place.max(initial=0) + 1), -1, np.int32)
-        self.nodes_of_patch[row_of, place] = node
+    def _make_elements(self, background, chosen, averaged):
+        cells, row = self.cells, self.row
+        self._shared_patches = background.basis.smooth
+        if self._shared_patches:
+            self.elements, self.nodes_of_patch = stencil_elements(around(background, self.node, 3))
+        elif averaged:
+            self.elements, self.nodes_of_patch = cell_elements(background, cells, row, chosen, len(self.node))
+        else:
+            self.elements, self.nodes_of_patch = PointElements(cells, row, row, np.zeros(
+                (0, cells.shape[1]), np.int32)), cells[chosen]
+        self.own_patches = self.owned if self._shared_patches else len(self.nodes_of_patch)
 
-    def _make_matrix(self, chosen):
-        D = self.dim
+    def _make_matrix(self, background, chosen, springs):
+        D, smooth = self.dim, background.basis.smooth
         dof = self.number[:, None] * D + np.arange(D, dtype=PETSc.IntType)
         diagonal = dof[:self.owned].flatten()
         dof[self.fixed] = -1  # rows and columns of supports stay out: their displacement is known
-        blocks = [dof[self.cells[chosen]]]  # (cells, K, D)
-        if self.patch is not self.row:
-            blocks.append(np.append(dof, np.full((1, D), -1, dof.dtype), axis=0)[self.nodes_of_patch])
-        shapes = [(*block.shape, *block.shape[:0:-1]) for block in blocks]
-        rows = [np.broadcast_to(block.transpose(0, 2, 1)[:, None, None], shape).ravel()
-                for block, shape in zip(blocks, shapes)]
-        columns = [np.broadcast_to(block[:, :, :, None, None], shape).ravel() for block, shape in zip(blocks,
-                                                                                                      shapes)]
+        by_node = np.append(dof, np.full((1, D), -1, dof.dtype), axis=0)  # and of nodes that are not there
+        of_elements = lambda dofs: (dofs.transpose(0, 2, 1)[:, None, None], dofs[..., None, None])  # noqa: E731
+        parts = [of_elements(dof[self.cells[chosen if springs or not smooth else chosen[:0]]])]
+        if smooth:
+            columns = by_node[around(background, self.node, 5)]
+            parts.append((dof[:, None, :, None], columns[:, :, None]))
+        elif self.elements.patch is not self.row:
+            parts.append(of_elements(by_node[self.nodes_of_patch]))
         facet = dof[self.nodes_of_facets].transpose(0, 2, 1)  # (facets, D, M), each direction on its own
-        shapes.append((*facet.shape, facet.shape[-1]))
-        rows.append(np.broadcast_to(facet[..., None], shapes[-1]).ravel())
-        columns.append(np.broadcast_to(facet[:, :, None], shapes[-1]).ravel())
+        parts.append((facet[..., None], facet[:, :, None]))
+        shapes = [np.broadcast_shapes(row.shape, column.shape) for row, column in parts]
+        rows, columns = ([np.broadcast_to(part[k], shape).ravel() for part, shape in zip(parts, shapes)]
+                         for k in (0, 1))
         size = (self.owned * D, PETSc.DETERMINE)
         self.matrix = PETSc.Mat().create(self.comm)
         self.matrix.setSizes((size, size), bsize=D)
@@ -168,8 +171,18 @@ class ActiveCells:
         self.values = np.zeros(sum(map(len, rows)) + len(diagonal))
         matrices = [part.reshape(shape) for part, shape in
                     zip(np.split(self.values, np.cumsum([len(part) for part in rows])), shapes)]
-        self.element_matrices, self.patch_matrices = matrices[0], matrices[len(blocks) - 1]
-        self.facet_matrices = matrices[-1]
+        self.element_matrices, self.facet_matrices = matrices[0], matrices[-1]
+        self.point_matrices = matrices[1 if smooth else 0]
+        self.patch_matrices = matrices[len(parts) - 2]
+
+    def share(self, *sums):
+        """Add up, in place, sums over the patches, shape (patches, …) each, that points of several ranks
+        share."""
+        if self._shared_patches and self.comm.size > 1:
+            for values in sums:
+                whole = values.reshape(len(values), -1).copy()
+                self.accumulate(whole)
+                values[:] = whole.reshape(values.shape)
 
     def clear(self):
         """Set element and patch matrices to zero."""

@@ -9,6 +9,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..basis.shape import cell_maps
+from ..basis.smooth import LINEAR, StencilGrid
 from ..scene.bodies import Grid
 from ..scene.frame import shifted
 from ..scene.mesh import lattice
@@ -49,11 +50,13 @@ class Background:
     outside a cell, of the cell's size, for the round-off in the user's coordinates. Collective.
     """
 
-    def __init__(self, grid, comm, filling, averaged=False, origin=0.0, margin=None):
+    def __init__(self, grid, comm, filling, averaged=False, origin=0.0, margin=None,
+                 basis=LINEAR):
         """grid: ``Grid`` or ``Mesh``; filling: positions [m], shape (n, D), of what makes a cell expensive;
         each rank may give its own share; averaged: whether F-bar needs patches, which then stay on one rank;
-        margin: beyond the edge of a ``Grid`` [cells], shape (D, 2), see ``scene.margin``."""
-        self.grid, self.comm, self.dim = grid, comm, grid.box.dim
+        margin: beyond the edge of a ``Grid`` [cells], shape (D, 2), see ``scene.margin``; basis: at the
+        material points."""
+        self.grid, self.comm, self.dim, self.basis = grid, comm, grid.box.dim, basis
         self.whole = vertices, cells = whole_mesh(grid)
         centres = vertices[cells].mean(axis=1)
         weights = EMPTY_CELL + self._points_per_cell(centres, filling)
@@ -95,6 +98,11 @@ class Background:
         owners = ghosts(cells, m, self.owner, comm.size, mine)
         part = vertices[m * comm.rank // comm.size:m * (comm.rank + 1) // comm.size]
         return compat.create_mesh(comm, cells[mine].astype(np.int64), part, self.grid.cell, owners)
+
+    def stencil_grid(self, nodes):
+        """``StencilGrid`` with the ``nodes`` of this rank's cells, shape (m, K)."""
+        lower, upper = (np.asarray(corner, float) for corner in (self.grid.box.lower, self.grid.box.upper))
+        return StencilGrid(lower, upper, (upper - lower) / self.grid.cells, self.maps.corner, nodes)
 
     def keep_mine(self, points, names):
         """Of points made alike on every rank, keep those in its own cells. names: what each belongs to."""

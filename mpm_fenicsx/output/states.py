@@ -8,7 +8,7 @@ from ..errors import MPMError
 from ..grid.background import whole_mesh
 
 WHAT = ("number of ranks", "rank", "dimension", "number of material points", "grid", "material points",
-        "laws", "supports", "interface, loads and walls", "kind of inertia", "outflow", "origin")
+        "laws", "supports", "interface, loads and walls", "kind of inertia", "basis", "outflow", "origin")
 SHOWN = 4  # of the first so many the values say more than that they differ
 
 
@@ -20,7 +20,8 @@ def fingerprint(model, conditions):
     laws = [(b.law.name, tuple(map(float, b.law.params)), b.rho, b.thickness, b.stress_state, b.f_bar)
             for b in scene.bodies]
     outflow = sorted(scene.outflow.items()) if isinstance(scene.outflow, dict) else scene.outflow
-    texts = laws, [(s.fix, s.name) for s in scene.supports], conditions, scene.inertia, outflow
+    texts = (laws, [(s.fix, s.name) for s in scene.supports], conditions, scene.inertia, scene.numerics.basis,
+             outflow)
     return np.array([model.comm.size, model.comm.rank, model.dim, sum(map(len, points)),
                      _of_arrays(*whole_mesh(scene.grid)),
                      _of_arrays(*(array for p in points for array in (p.x, p.V0))), *map(_of_text, texts),

@@ -9,7 +9,7 @@ import mpm_dem_checks as check
 from ..basis.shape import basis
 from ..scene.bodies import Body, Cloud, Mesh
 from ..scene.interface import Interface
-from ..scene.mesh import lattice
+from ..scene.mesh import Box, lattice
 
 
 def gauss_rule(cell: Optional[str], points: Optional[int]) -> Tuple[np.ndarray, np.ndarray]:
@@ -27,8 +27,18 @@ def gauss_rule(cell: Optional[str], points: Optional[int]) -> Tuple[np.ndarray, 
     raise ValueError(f"points is {points}: no symmetric rule of that size on a {cell}")
 
 
-def seed(body: Body) -> Tuple[np.ndarray, np.ndarray]:
-    """Positions [m], shape (n, D), and volumes [m^3], shape (n,), of the body's material points.
+def even_rule(cell: Optional[str], points: Optional[int]) -> Tuple[np.ndarray, np.ndarray]:
+    """Points (n, D) and weights (n,) on the reference quadrilateral or hexahedron: the middles of equal
+    parts, ``points`` per direction."""
+    D = 2 if cell == "quadrilateral" else 3
+    places = (np.arange(points or 1) + 0.5) / (points or 1)
+    x = np.stack(np.meshgrid(*[places] * D, indexing="ij"), -1).reshape(-1, D)
+    return x, np.full(len(x), 1.0 / len(x))
+
+
+def seed(body: Body, even: bool = False) -> Tuple[np.ndarray, np.ndarray]:
+    """Positions [m], shape (n, D), and volumes [m^3], shape (n,), of the body's material points. even: put
+    those of quadrilaterals and hexahedra in the middles of equal parts, not at Gauss points.
 
     >>> from mpm_fenicsx import Box, linear
     >>> x, volume = seed(Body(Box((0.0, 0.0), (1.0, 0.5)), (2, 1), 1, linear(1e6, 0.3), 1000.0))
@@ -43,7 +53,8 @@ def seed(body: Body) -> Tuple[np.ndarray, np.ndarray]:
     else:
         vertices, cells = lattice(body.shape, body.cells, body.cell)
         corner = vertices[cells]
-    xi, w = gauss_rule(body.cell, body.points)
+    rule = even_rule if even and body.cell in ("quadrilateral", "hexahedron") else gauss_rule
+    xi, w = rule(body.cell, body.points)
     K, D = corner.shape[1:]
     N, dN = np.empty((len(xi), K)), np.empty((len(xi), K, D))
     for q in range(len(xi)):
@@ -53,15 +64,26 @@ def seed(body: Body) -> Tuple[np.ndarray, np.ndarray]:
     return np.einsum("cai,qa->cqi", corner, N).reshape(-1, D), volume.ravel()
 
 
-def of_points(body: Body) -> Interface:
+def half_widths(body: Body, volume: np.ndarray) -> np.ndarray:
+    """Of the boxes that evenly seeded points, with ``volume`` [m^3], shape (n,), stand for [m], shape (n, D):
+    in a Box of quadrilaterals or hexahedra its equal parts, else squares and cubes."""
+    D = body.dim
+    if isinstance(body.shape, Box) and body.cell in ("quadrilateral", "hexahedron"):
+        half = 0.5 * body.shape.size / np.multiply(body.cells, body.points)
+        return np.tile(half, (len(volume), 1))
+    thickness = body.thickness if D == 2 else 1.0
+    return np.tile(0.5 * (volume / thickness) ** (1.0 / D), (D, 1)).T.copy()
+
+
+def of_points(body: Body, even: bool = False) -> Interface:
     """The body's material points as its interface: particles that coincide with them, in their order, and
-    stay so.
+    stay so; even: see ``seed``, as a smooth basis seeds them.
 
     >>> from mpm_fenicsx import Box, linear
     >>> of_points(Body(Box((0.0, 0.0), (1.0, 0.5)), (2, 1), 1, linear(1e6, 0.3), 1000.0)).elements.tolist()
     [[0], [1]]
     """
-    x = seed(check.record("body", body, Body))[0]
+    x = seed(check.record("body", body, Body), even)[0]
     return Interface(x, np.arange(len(x))[:, None])
 
 

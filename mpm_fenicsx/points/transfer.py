@@ -55,6 +55,15 @@ def spread(cell, cells, N, force, nodal):
                 nodal[cells[cell[p], q], i] += N[p, q] * force[p, i]
 
 
+def reaches(cell, cells, N, chosen, mask):
+    """Set the mask, shape (n,), for points with a basis value other than zero at a ``chosen`` node, mask
+    (nodes,)."""
+    for p in range(len(cell)):
+        for q in range(K):
+            if N[p, q] != 0.0 and chosen[cells[cell[p], q]]:
+                mask[p] = True
+
+
 def only_active(cell, cells, active, N):
     """Eq. 14: scale the basis values N, shape (n, K), to the nodes that carry mass.
 

@@ -4,24 +4,29 @@ from typing import Literal, get_args
 
 import mpm_dem_checks as check
 
+Kind = Literal["linear", "gimp", "cpgimp", "bspline"]
+BASES = get_args(Kind)
 Solver = Literal["auto", "direct", "cholesky", "lu", "cg", "gmres", "gamg", "hypre"]
 SOLVERS = get_args(Solver)
 
 
 @dataclass(frozen=True)
 class Numerics:
-    """Linear solver of a step, and how uneven the ranks' shares of the work may be.
+    """Linear solver of a step, how uneven the ranks' shares of the work may be, and the basis at the material
+    points.
 
     >>> Numerics(solver="cg")
-    Numerics(solver='cg', rebalance=1.2)
+    Numerics(solver='cg', rebalance=1.2, basis='linear')
 
     Raises ValueError for a value that is not allowed.
     """
 
     solver: Solver = "auto"  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
     rebalance: float = 1.2  # imbalance of points over the ranks that calls for a new distribution [-]
+    basis: Kind = "linear"  # at the material points, see docs/basis.md; the others need a regular grid
 
     def __post_init__(self) -> None:
+        check.choice("basis", self.basis, BASES)
         check.choice("solver", self.solver, SOLVERS)
         rule = "an imbalance is never below 1, give a larger number"
         rebalance = check.between("rebalance", self.rebalance, 1, float("inf"), rule=rule)

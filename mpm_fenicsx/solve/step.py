@@ -19,6 +19,10 @@ from .equations import Equations, Known
 from .snes import Newton
 from .tangents import Tangents
 
+# With a smooth basis, mass of a node over that of a full cell below which the points that reach it have
+# lumped inertia: a corner of a domain in the next cell gives its nodes more unknowns than a point can hold.
+RIM = 0.05
+
 
 class Problem(NamedTuple):
     """What acts in every step: ``bodies``, surface ``loads`` and ``penalties`` with their points, the
@@ -89,11 +93,11 @@ class Step:
         """Mass, velocity and acceleration of the nodes, those of the points by mass."""
         cells, nodal, D, maps = self.active_cells, self._nodal, self.dim, self.background.maps
         for body in self.problem.bodies:
-            body.locate(self.kernels, maps)
+            body.locate(cells, self.background)
         self.clock.lap("search")
         nodal[:] = 0.0
         for body in self.problem.bodies:
-            body.to_grid(self.kernels, cells.cells, nodal)
+            body.to_grid(nodal)
         cells.accumulate(nodal)
         mass = nodal[:, 0].copy()
         active = mass > 1e-14 * self.full_mass  # "numeric zero" of eq. 14
@@ -120,13 +124,18 @@ class Step:
 
     def _lumped_mass(self):
         """Nodal mass [kg] with lumped inertia, shape (nodes,), or None."""
-        if not self.ghost:
-            return None if self.problem.consistent else self.grid.mass
-        if self.ghost.begin(self.grid):
+        grid, smooth = self.grid, self.background.basis.smooth
+        if not self.problem.consistent:
+            return grid.mass
+        if not self.ghost and not smooth:
+            return None
+        if self.ghost and self.ghost.begin(grid):
             self.tangents.drop()
-        nodal = np.zeros((len(self.grid.mass), 1))
+        cells = ~self.ghost.consistent if self.ghost else None
+        light = grid.active & (grid.mass < RIM * self.full_mass) if smooth else None
+        nodal = np.zeros((len(grid.mass), 1))
         for body in self.problem.bodies:
-            body.lump(self.grid, ~self.ghost.consistent, nodal)
+            body.lump(grid, cells, light, nodal)
         self.active_cells.accumulate(nodal)
         return nodal[:, 0]
 

@@ -7,10 +7,11 @@ import numpy as np
 
 import mpm_dem_checks as check
 
-from ..points.points import Points, seed
+from ..basis.smooth import LINEAR
+from ..points.points import Points, half_widths, seed
 from ..scene.geostatic import put_stress
-from .fields import Deformation, Elements, Patches, Quadrature
-from .kernels import compile_body_kernels
+from .fields import Deformation, Patches, Quadrature
+from .kernels import compile_body_kernels, compile_point_kernels
 from .newmark import Increment
 
 
@@ -28,10 +29,10 @@ class BodyTerm:
     points (at first all of them on every rank), whose deformation is the state of the term.
 
     first: number of its first point; gravity: [m/s^2], shape (D,); body_force: None, or a function as of
-    ``MPM``."""
+    ``MPM``; basis: a ``smooth.Basis`` on cells of size h [m], shape (D,)."""
 
-    def __init__(self, body, first, gravity, body_force=None):
-        x, volume = seed(body)
+    def __init__(self, body, first, gravity, body_force=None, basis=LINEAR, h=None):
+        x, volume = seed(body, even=basis.smooth)
         n, dim, self.body, self._params = len(x), body.dim, body, body.law.params
         self._body_force = body_force
         self.velocity_at = lambda at: (
@@ -42,6 +43,8 @@ class BodyTerm:
         if body_force is not None:
             a += check.values("body_force", body_force, (x, 0.0), x.shape, unit="m/s^2")
             start["x0"] = x.copy()
+        if basis.smooth:
+            start["domain"] = basis.domain(half_widths(body, volume), h)
         self.points = Points(
             gid=first + np.arange(n), cell=np.zeros(n, np.int32), x=x, v=self.velocity_at(x), a=a,
             mass=body.rho * volume, V0=volume,
@@ -51,19 +54,22 @@ class BodyTerm:
             put_stress(self.points, body.law, stress)
 
     def compile(self, background, consistent):
-        """Kernels of the law on the cells of ``background``, with consistent or lumped inertia."""
+        """Kernels of the law on the elements of ``background``, with consistent or lumped inertia."""
         self._kernels = compile_body_kernels(self.body, background, consistent)
+        self._on_points = compile_point_kernels(background)
 
     def attach(self, active_cells):
         """Work arrays on the active cells; needed whenever these or the number of points on this rank
         change."""
-        n, K = len(self.points), active_cells.cells.shape[1]
-        patches, M, D = active_cells.patch_matrices.shape[:3]
+        self._elements = active_cells.elements
+        n, (patches, M), D = len(self.points), active_cells.nodes_of_patch.shape, active_cells.dim
+        K = self._elements.nodes.shape[1]
         self._patches = Patches(np.zeros((patches, 2)), np.zeros((patches, M, D)), np.zeros((patches, 2)),
                                 *(np.zeros((patches, M, D)) for _ in range(2)))
-        self._elements = Elements(active_cells.cells, active_cells.row, active_cells.patch,
-                                  active_cells.place)
+        own = slice(active_cells.own_patches)
+        self._own_patches = active_cells.nodes_of_patch[own], Patches(*(sums[own] for sums in self._patches))
         self._N, self._G = np.empty((n, K)), np.empty((n, K, D))
+        self._element = np.empty(n, np.int32)
         self._new = Deformation(np.empty((n, D, D)), np.empty(n), self.points.state.copy())
         self._consistent_mass = self.points.mass  # that of the points with consistent inertia
 
@@ -79,39 +85,47 @@ class BodyTerm:
         """Whether there is one."""
         return self._body_force is not None
 
-    def locate(self, kernels, maps):
-        """Basis values and gradients at the points. kernels, maps: see ``GridState``, which the points are to
-        make."""
-        kernels.shapes(self.points.cell, self.points.x, maps, self._N, self._G)
+    def locate(self, active_cells, background):
+        """Elements of the points in ``active_cells``, basis values and gradients there."""
+        p, shapes = self.points, self._on_points.shapes
+        if background.basis.smooth:
+            grid = background.stencil_grid(active_cells.cells)
+            shapes(p.cell, p.x, p.domain, p.F, grid, self._element, self._N, self._G)
+        else:
+            self._element = p.cell
+            shapes(p.cell, p.x, background.maps, self._N, self._G)
 
-    def to_grid(self, kernels, cells, nodal):
-        """Add the points' share to ``nodal``, see ``transfer.to_grid``; cells: nodes of the cells, shape (m,
-        K)."""
+    def to_grid(self, nodal):
+        """Add the points' share to ``nodal``, see ``transfer.to_grid``."""
         p = self.points
-        kernels.to_grid(p.cell, cells, self._N, p.mass, p.v, p.a, nodal)
+        self._on_points.to_grid(self._element, self._elements.nodes, self._N, p.mass, p.v, p.a, nodal)
 
-    def lump(self, grid, lumped, nodal):
-        """Points in cells of ``lumped``, a mask over the grid's cells, have no consistent inertia in this
-        step: their mass [kg] is added to ``nodal``, shape (nodes, 1)."""
-        p, here = self.points, lumped[self.points.cell]
+    def lump(self, grid, cells, nodes, nodal):
+        """Points in ``cells``, a mask over the grid's cells, and those that reach ``nodes``, a mask (nodes,),
+        have no consistent inertia in this step: their mass [kg] is added to ``nodal``, shape (nodes, 1).
+        Either may be None."""
+        p, element, stencil = self.points, self._element, self._elements.nodes
+        here = np.zeros(len(p), bool) if cells is None else cells[p.cell]
+        if nodes is not None:
+            self._on_points.reaches(element, stencil, self._N, nodes, here)
         self._consistent_mass = np.where(here, 0.0, p.mass)
         if here.any():
-            grid.kernels.spread_mass(p.cell, grid.active_cells.cells, self._N,
-                                     (p.mass - self._consistent_mass)[:, None], nodal)
+            lumped = (p.mass - self._consistent_mass)[:, None]
+            self._on_points.spread_mass(element, stencil, self._N, lumped, nodal)
 
     def begin(self, grid, load):
         """Add the body force at the end of the step to ``load`` [N], shape (nodes, D)."""
         p = self.points
         force = p.mass[:, None] * np.asarray(self._body_force(p.x0, grid.time + grid.dt), float)
-        grid.kernels.spread(p.cell, grid.active_cells.cells, self._N, force, load)
+        self._on_points.spread(self._element, self._elements.nodes, self._N, force, load)
 
     def accelerate(self, grid, jump):
         """The points' share in a ``jump`` of the nodes' acceleration [m/s^2], shape (nodes, D)."""
-        grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, jump, self.points.a)
+        self._on_points.interpolate(self._element, self._elements.nodes, self._N, jump, self.points.a)
 
     def _quadrature(self):
         p = self.points
-        return Quadrature(p.cell, self._N, self._G, self._consistent_mass, p.V0)
+        return Quadrature(self._element, self._N, self._G, self._consistent_mass, p.V0)
 
     def _deformation(self):
         """At the start of the step."""
@@ -123,9 +137,11 @@ class BodyTerm:
         if self.body.f_bar:
             patches.volume[:], patches.gradient[:], patches.bulk[:] = 0.0, 0.0, 0.0
             self._kernels.mean_changes(points, self._elements, old, increment.u, patches)
+            grid.active_cells.share(patches.volume, patches.gradient)
         self._kernels.residual(points, self._elements, old, self._new, patches, self._params, increment, R)
         if self.body.f_bar:
-            self._kernels.add_pressure(grid.active_cells.nodes_of_patch, patches, R)
+            grid.active_cells.share(patches.bulk[:, :1])
+            self._kernels.add_pressure(*self._own_patches, R)
         return BodyTrial(increment, self._new, patches)
 
     def first_trial(self, grid, increment):
@@ -142,14 +158,15 @@ class BodyTerm:
         increment, new, patches = trial
         patches.bulk[:, 1], patches.push[:], patches.pull[:] = 0.0, 0.0, 0.0
         self._kernels.tangent(self._quadrature(), self._elements, self._deformation(), new, patches,
-                              self._params, increment, grid.active_cells.element_matrices)
+                              self._params, increment, grid.active_cells.point_matrices)
         if self.body.f_bar:
-            self._kernels.couple(patches, grid.active_cells.patch_matrices)
+            grid.active_cells.share(patches.bulk[:, 1:], patches.push, patches.pull)
+            self._kernels.couple(*self._own_patches, grid.active_cells.patch_matrices)
 
     def finish(self, grid, trial, increment):
         """Move the points; deformation and state of the ``trial`` become theirs."""
         p, old = self.points, self._deformation()
-        grid.kernels.to_points(p.cell, grid.active_cells.cells, self._N, increment, p.x, p.v, p.a)
+        self._on_points.to_points(self._element, self._elements.nodes, self._N, increment, p.x, p.v, p.a)
         p.F, p.F33, p.state = trial.new
         self._new = old  # arrays for the next trial
 
@@ -177,7 +194,7 @@ class BodyTerm:
         return sigma
 
 
-def make_bodies(bodies, grid, gravity, body_force):
+def make_bodies(bodies, grid, gravity, body_force, basis):
     """Terms of the ``bodies``, numbered through; ValueError when they do not fit each other or the grid."""
     if not bodies:
         raise ValueError("there is no body: give at least one")
@@ -188,9 +205,9 @@ def make_bodies(bodies, grid, gravity, body_force):
         if body.dim == 2 and body.thickness != bodies[0].thickness:
             raise ValueError(f"body {number} is {body.thickness} m thick, body 0 {bodies[0].thickness} m: "
                              "bodies in one plane grid have the same thickness")
-    terms, count = [], 0
+    terms, count, h = [], 0, grid.box.size / grid.cells if basis.smooth else None
     for body in bodies:
-        terms.append(BodyTerm(body, count, gravity, body_force))
+        terms.append(BodyTerm(body, count, gravity, body_force, basis, h))
         count += len(terms[-1].points)
     return terms
 

@@ -34,8 +34,9 @@ import numpy as np
 
 from ..basis.shape import invert
 from ..compiled import inlined
+from ..grid.elements import PointElements
 from ..laws.algebra import cofactor, determinant
-from .fields import Deformation, Elements, Patches, Quadrature
+from .fields import Deformation, Patches, Quadrature
 
 D, K = 2, 4
 
@@ -150,16 +151,16 @@ def by_mean_volume(B, P, F, weight, shared, D, u, w):
     return s - pressure
 
 
-def mean_changes(points: Quadrature, elements: Elements, old: Deformation, u, patches: Patches):
+def mean_changes(points: Quadrature, elements: PointElements, old: Deformation, u, patches: Patches):
     """Add V0 J_old j and V0 J_old to the patches' ``volume``, the derivative of the first by the
     displacements u (nodes, D) [m] to their ``gradient``."""
-    cell, G, V0, F_old, F33_old = points.cell, points.G, points.V0, old.F, old.F33
+    element, G, V0, F_old, F33_old = points.element, points.G, points.V0, old.F, old.F33
     cells, patch, place = elements.nodes, elements.patch, elements.place
     volume, gradient = patches.volume, patches.gradient
     H = np.empty((D, D))
     C = np.empty((D, D))
-    for q in range(len(cell)):
-        c = cell[q]
+    for q in range(len(element)):
+        c = element[q]
         displacement_gradient(c, q, cells, G, u, D, K, H)
         V_old = V0[q] * determinant(F_old[q], D) * F33_old[q]
         row = patch[c]
@@ -190,8 +191,9 @@ def add_pressure(nodes, patches: Patches, R):
                     R[nodes[row, e], i] += pressure * gradient[row, e, i]
 
 
-def couple(patches: Patches, Kp):
-    """Add to the patch matrices Kp [N/m], shape (patches, M, D, D, M), what comes of the change of j_mean."""
+def couple(nodes, patches: Patches, Kp):
+    """Add to the patch matrices Kp [N/m], shape (patches, M, D, D, M), what comes of the change of j_mean.
+    nodes: (patches, M) of the patches, which have rows of their own here."""
     volume, gradient, bulk, push, pull = patches
     M = gradient.shape[1]
     for row in range(len(volume)):

@@ -1,26 +1,16 @@
-"""Groups of arrays that the kernels of ``weakform`` and ``f_bar`` take. n: points; m: cells; K: nodes of a
-cell."""
+"""Groups of arrays that the kernels of ``weakform`` and ``f_bar`` take, besides ``elements.PointElements``.
+n: points; K: nodes of an element."""
 from typing import NamedTuple
 
 import numpy as np
 
 
-class Elements(NamedTuple):
-    """Cells as elements of the matrix: ``nodes`` (m, K); ``row`` (m,) in the element matrices; for F-bar
-    ``patch`` (m,), row of a cell's patch in the patch matrices, and ``place`` (m, K) of its nodes among those
-    of the patch. See ``active_cells``."""
-
-    nodes: np.ndarray
-    row: np.ndarray
-    patch: np.ndarray
-    place: np.ndarray
-
-
 class Quadrature(NamedTuple):
-    """Material points as points of quadrature: ``cell`` (n,); ``N`` (n, K) and ``G`` (n, K, D), basis values
-    and gradients [1/m]; ``mass`` (n,) with consistent inertia [kg]; ``V0`` (n,) undeformed volume [m^3]."""
+    """Material points as points of quadrature: ``element`` (n,); ``N`` (n, K) and ``G`` (n, K, D), basis
+    values and gradients [1/m]; ``mass`` (n,) with consistent inertia [kg]; ``V0`` (n,) undeformed volume
+    [m^3]."""
 
-    cell: np.ndarray
+    element: np.ndarray
     N: np.ndarray
     G: np.ndarray
     mass: np.ndarray

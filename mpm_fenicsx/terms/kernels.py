@@ -1,18 +1,31 @@
-"""All kernels, compiled for dimension and cell; those of a body also for its law and kind of inertia."""
+"""All kernels, compiled for dimension, cell and basis; those of a body also for its law and kind of
+inertia."""
 from typing import Callable, NamedTuple
 
 from mpm_dem_direct import direct
 
 from .. import laws
-from ..basis import shape
+from ..basis import shape, smooth
 from ..compiled import specialise
 from ..laws.stress_state import point_functions
 from ..points import transfer
-from . import f_bar, weakform
+from . import f_bar, stencil_form, weakform
 
 
 class GridKernels(NamedTuple):
-    """Alike for all bodies; see the module each comes from: ``shape``, ``transfer``."""
+    """For particles of boundaries and walls, whose basis is the linear one; see the module each comes from:
+    ``shape``, ``transfer``."""
+
+    shapes: Callable
+    to_points: Callable
+    spread: Callable
+    interpolate: Callable
+    only_active: Callable
+
+
+class PointKernels(NamedTuple):
+    """For the material points of all bodies, on their elements, see ``shape`` or ``smooth``, and
+    ``transfer``."""
 
     shapes: Callable
     to_grid: Callable
@@ -20,11 +33,11 @@ class GridKernels(NamedTuple):
     spread: Callable
     spread_mass: Callable
     interpolate: Callable
-    only_active: Callable
+    reaches: Callable
 
 
 class BodyKernels(NamedTuple):
-    """Of one body with its law, see ``weakform`` and ``f_bar``."""
+    """Of one body with its law, see ``weakform`` or ``stencil_form``, and ``f_bar``."""
 
     mean_changes: Callable
     residual: Callable
@@ -35,32 +48,53 @@ class BodyKernels(NamedTuple):
     cauchy: Callable
 
 
+def _linear_shapes(background):
+    size = dict(D=background.dim, K=background.cells.shape[1])
+    to_reference = specialise(shape.reference, **size, AFFINE=background.affine)
+    return specialise(shape.shapes, **size, to_reference=to_reference)
+
+
 def compile_grid_kernels(background):
     """Kernels on the cells of ``background``."""
     size = dict(D=background.dim, K=background.cells.shape[1])
-    to_reference = specialise(shape.reference, **size, AFFINE=background.affine)
     return GridKernels(
-        shapes=specialise(shape.shapes, **size, to_reference=to_reference),
+        shapes=_linear_shapes(background),
+        to_points=specialise(transfer.to_points, **size),
+        spread=specialise(transfer.spread, **size),
+        interpolate=specialise(transfer.interpolate, **size),
+        only_active=specialise(transfer.only_active, K=size["K"]))
+
+
+def compile_point_kernels(background):
+    """Kernels on the elements of the material points in ``background``."""
+    D, basis = background.dim, background.basis
+    size = dict(D=D, K=basis.nodes(D, background.cells.shape[1]))
+    shapes = specialise(smooth.shapes, D=D, FOLLOWS=basis.follows) if basis.smooth else _linear_shapes(
+        background)
+    return PointKernels(
+        shapes=shapes,
         to_grid=specialise(transfer.to_grid, **size),
         to_points=specialise(transfer.to_points, **size),
         spread=specialise(transfer.spread, **size),
         spread_mass=specialise(transfer.spread, D=1, K=size["K"]),
         interpolate=specialise(transfer.interpolate, **size),
-        only_active=specialise(transfer.only_active, K=size["K"]))
+        reaches=specialise(transfer.reaches, K=size["K"]))
 
 
 def compile_body_kernels(body, background, consistent):
-    """Kernels of the law of ``body``, with consistent or lumped inertia, on the cells of ``background``."""
-    D, law = body.dim, body.law
-    size = dict(D=D, K=background.cells.shape[1])
+    """Kernels of the law of ``body``, with consistent or lumped inertia, on the elements of its points."""
+    D, law, basis = body.dim, body.law, background.basis
+    size = dict(D=D, K=basis.nodes(D, background.cells.shape[1]))
     stress, _ = laws.kernels(law, D)
     point_stress, point_tangent = point_functions(law, body.stress_state, D)
     form = dict(**size, CONSISTENT=consistent, FBAR=body.f_bar)
+    tangent = stencil_form.tangent if basis.smooth else weakform.tangent
+    couple = specialise(stencil_form.couple, **size) if basis.smooth else specialise(f_bar.couple, D=D)
     return BodyKernels(
         mean_changes=direct(specialise(f_bar.mean_changes, **size)),
         residual=direct(specialise(weakform.residual, **form, point_stress=point_stress)),
         add_pressure=direct(specialise(f_bar.add_pressure, D=D)),
-        tangent=direct(specialise(weakform.tangent, **form, point_tangent=point_tangent)),
-        couple=direct(specialise(f_bar.couple, D=D)),
+        tangent=direct(specialise(tangent, **form, point_tangent=point_tangent)),
+        couple=direct(couple),
         energies=direct(specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D))),
         cauchy=specialise(weakform.cauchy, D=D, stress=stress))

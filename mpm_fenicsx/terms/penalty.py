@@ -20,10 +20,10 @@ def has_kinks(penalty):
 
 
 def walls_in_reach(penalties, background):
-    """Mask of the local cells that may hold particles of walls; None, on all ranks, where there is no
-    wall."""
+    """Mask of the local cells that may hold particles of walls; None, on all ranks, where there are no
+    springs."""
     walls = [penalty for penalty in penalties if not penalty.follows]
-    if not walls:
+    if not penalties:
         return None
     mask = np.full(len(background.cells), any(wall.moves for wall in walls))
     for wall in walls:

@@ -17,6 +17,7 @@ the law; increment: see ``newmark``.
 import numpy as np
 
 from ..compiled import inlined
+from ..grid.elements import PointElements
 from ..laws.algebra import determinant
 from .f_bar import (
     StepGradients,
@@ -27,7 +28,7 @@ from .f_bar import (
     spread,
     volume_change,
 )
-from .fields import Deformation, Elements, Patches, Quadrature
+from .fields import Deformation, Patches, Quadrature
 from .newmark import Increment
 
 D, K = 2, 4
@@ -35,11 +36,11 @@ CONSISTENT, FBAR = True, False
 point_stress = point_tangent = strain_energy = stress = None
 
 
-def residual(points: Quadrature, elements: Elements, old: Deformation, new: Deformation, patches: Patches,
-             params, increment: Increment, R):
+def residual(points: Quadrature, elements: PointElements, old: Deformation, new: Deformation,
+             patches: Patches, params, increment: Increment, R):
     """Add internal and inertia forces [N] to R, shape (nodes, D), with FBAR all but the mean pressure's, for
     which bulk[:, 0] is added to; fills ``new``."""
-    cell, N, G, mass, V0 = points
+    element, N, G, mass, V0 = points
     cells, patch, volume, bulk = elements.nodes, elements.patch, patches.volume, patches.bulk
     F_old, F33_old, old_state = old
     F, F33, new_state = new
@@ -48,8 +49,8 @@ def residual(points: Quadrature, elements: Elements, old: Deformation, new: Defo
     P = np.empty(D * D + 1)
     A = np.empty((D * D + 1, D * D + 1))
     T = np.empty((D, D))
-    for q in range(len(cell)):
-        c = cell[q]
+    for q in range(len(element)):
+        c = element[q]
         displacement_gradient(c, q, cells, G, u, D, K, H)
         r = 1.0
         if FBAR:
@@ -85,7 +86,7 @@ def residual(points: Quadrature, elements: Elements, old: Deformation, new: Defo
 
 
 @inlined
-def _pull(A, F, weight, D, half, B):
+def pull(A, F, weight, D, half, B):
     """B = weight F A F^T on the second and fourth index, one after the other."""
     for i in range(D):
         for j in range(D):
@@ -105,7 +106,7 @@ def _pull(A, F, weight, D, half, B):
                     B[i, j, k, m] = s
 
 
-def tangent(points: Quadrature, elements: Elements, old: Deformation, new: Deformation, patches: Patches,
+def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: Deformation, patches: Patches,
             params, increment: Increment, Ke):
     """Add the point's share to the element matrices Ke [N/m], shape (rows, K, D, D, K): Ke[c, b, k, i, e] is
     the derivative of the force on node e in direction i by the displacement of node b in direction k, the
@@ -114,11 +115,11 @@ def tangent(points: Quadrature, elements: Elements, old: Deformation, new: Defor
 
     Sums in scalars and one flat index per element matrix: half the time of the same loops over small arrays.
     """
-    cell, N, G, mass, V0 = points
+    element, N, G, mass, V0 = points
     cells, row, patch, place = elements
     F_old, F33_old, old_state = old
     F, F33, new_state = new
-    volume, _, bulk, push, pull = patches
+    volume, _, bulk, push, pull_sums = patches
     dt, alpha, u = increment.dt, increment.alpha, increment.u
     P = np.empty(D * D + 1)
     A = np.empty((D * D + 1, D * D + 1))
@@ -126,9 +127,9 @@ def tangent(points: Quadrature, elements: Elements, old: Deformation, new: Defor
     B = np.empty((D, D, D, D))
     forth, back, g = found = StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))
     w = np.empty(K)
-    for q in range(len(cell)):
+    for q in range(len(element)):
         F33[q] = point_tangent(params, F[q], F33[q], dt, old_state[q], new_state[q], P, A)
-        c = cell[q]
+        c = element[q]
         for e in range(K):
             w[e] = alpha * mass[q] * N[q, e] if CONSISTENT else 0.0
             for j in range(D):
@@ -137,13 +138,13 @@ def tangent(points: Quadrature, elements: Elements, old: Deformation, new: Defor
             own = patch[c]
             grown = V0[q] * determinant(F_old[q], D) * F33_old[q]
             grown *= deformed_gradients(c, q, cells, G, u, D, K, found)
-            _pull(A, F[q], V0[q], D, half, B)
+            pull(A, F[q], V0[q], D, half, B)
             bulk[own, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[own, 0] / volume[own, 0], D, forth,
                                            back)
             spread(forth, g, place[c], D, K, push[own])
-            spread(back, g, place[c], D, K, pull[own])
+            spread(back, g, place[c], D, K, pull_sums[own])
         else:
-            _pull(A, F_old[q], V0[q], D, half, B)
+            pull(A, F_old[q], V0[q], D, half, B)
         flat = Ke[row[c]].reshape(K * D * D * K)
         start = 0
         for b in range(K):

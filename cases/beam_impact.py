@@ -38,6 +38,7 @@ def main(
     radius: float = 0.01,  # of the sphere [m]; its modulus and Poisson's ratio are those of the beam
     rho_sphere: Optional[float] = None,  # density of the sphere, where it is another one [kg/m^3]
     v0: float = 0.01,  # impact speed [m/s]
+    at: float = 0.0,  # place of the impact along the beam, from midspan [m]
     gap: float = 0.0,  # between sphere and beam at the start [m]
     restitution: float = 1.0,  # coefficient of the contact, 0 to 1 [-]; the reference has 1
     friction: float = 0.0,  # coefficient of the contact [-]
@@ -57,11 +58,11 @@ def main(
         check.counts("wall_segments", wall_segments, beam.dim - 1)
     rho = beam.rho if rho_sphere is None else check.positive("rho_sphere", rho_sphere, "kg/m^3")
     theory = impact(beam.length, beam.height, beam.width, radius, v0, beam.E, beam.nu, beam.rho, scheme.t_end,
-                    sphere=(beam.E, beam.nu, rho))
+                    sphere=(beam.E, beam.nu, rho), at=at)
     beam = replace(beam, body=beam.body or BODY[beam.dim], segments=beam.segments or SEGMENTS[beam.dim])
     grid, body, supports, interface = beam.scene(LAWS[law](beam.E, beam.nu), plane, f_bar, shift)
     wall = interface if wall_segments is None else Interface.top(beam.box, wall_segments, shift)
-    start, steel = [0.0, radius + gap - shift, 0.0], Material(beam.E, beam.nu)
+    start, steel = [at, radius + gap - shift, 0.0], Material(beam.E, beam.nu)
     ball = Spheres([start[:beam.dim]], [[0.0, -v0, 0.0][:beam.dim]], radius, rho)
     grains = Scene(ball, Wall(wall.x, wall.elements), steel, steel, at_wall=Interaction(restitution,
                                                                                         friction))

@@ -19,6 +19,7 @@ import numpy as np
 
 from coupling import Output, Run, Scheme, case
 from dem_liggghts import critical_step
+from mpm_fenicsx import Numerics
 from studies import extreme_references as known
 from studies.extreme_keys import COUNTS, Ball, Block, Extreme, Resolution, Windows, check_keys
 from studies.extreme_scene import interface_on, make_grains, make_mapping, make_solid
@@ -33,10 +34,11 @@ def main(
     resolution: Resolution = Resolution(),
     windows: Windows = Windows(),
     unit: Tuple[float, float, float] = (1.0, 1.0, 1.0),  # in which the numbers above are given [m, s, kg]
+    numerics: Numerics = Numerics(),
     output: Output = Output(Path("out/extreme")),
 ) -> Run:
     """A sphere and an elastic block in extreme conditions, against conservation, kinematics, Hertz, beams."""
-    given = Extreme(scene, dim, block, ball, resolution, windows, unit)
+    given = Extreme(scene, dim, block, ball, resolution, windows, unit, numerics)
     check_keys(given.keys)
     p, other, against = known.timed(given.in_si()), known.twin(given), None
     if other is not None:

@@ -1,4 +1,4 @@
-"""A sphere strikes a simply supported beam at midspan: modal beam, Hertz contact, no gravity.
+"""A sphere strikes a simply supported beam, at midspan or elsewhere: modal beam, Hertz contact, no gravity.
 
 The beam is a sum of its eigenmodes, the sphere one more "mode" without stiffness, and the contact force
 couples them:
@@ -38,9 +38,9 @@ class Contact(NamedTuple):
 class ImpactHistory:
     """What `impact` returns: arrays of shape (n,) over time, and two constants of the contact.
 
-    time [s]; force on the sphere [N]; u_beam: deflection at midspan [m]; u_sphere [m]; v_sphere [m/s];
-    beam_energy: kinetic and strain energy of all modes [J]; sphere_mass [kg]; stiffness: 4/3 E* sqrt(R)
-    [N/m^1.5].
+    time [s]; force on the sphere [N]; u_beam: deflection at the place struck [m]; u_sphere [m]; v_sphere
+    [m/s]; beam_energy: kinetic and strain energy of all modes [J]; sphere_mass [kg]; stiffness: 4/3 E*
+    sqrt(R) [N/m^1.5].
     """
 
     time: np.ndarray
@@ -99,25 +99,30 @@ def contacts(time: np.ndarray, force: np.ndarray) -> List[Contact]:
 
 
 def beam_modes(length: float, height: float, width: float, E: float, nu: float, rho: float,
-               theory: str = "timoshenko", modes: int = 50, shear: float = 5 / 6) -> Tuple[np.ndarray,
-                                                                                           np.ndarray]:
-    """Modes of a simply supported beam that move its midspan: omega [rad/s] and modal mass [kg], shape (n,)
-    each.
+               theory: str = "timoshenko", modes: int = 50, shear: float = 5 / 6,
+               at: float = 0.0) -> Tuple[np.ndarray, np.ndarray]:
+    """Modes of a simply supported beam that move its place ``at`` [m] from midspan: omega [rad/s] and modal
+    mass [kg], shape (n,) each.
 
-    A modal mass belongs to unit deflection at midspan. Only odd half-waves n = 1, 3, … move it, `modes` of
-    them. Euler-Bernoulli: omega = kappa^2 sqrt(EI/(rho A)), kappa = n pi/L, mass rho A L/2. Timoshenko, for w
-    = W sin(kappa x), theta = Theta cos(kappa x) in rho A w'' = k G A (w_xx - theta_x) and rho I theta'' = E I
-    theta_xx + k G A (w_x - theta): per half-wave one frequency of bending and one of shear, from a symmetric
-    2 x 2 problem; all bending modes come first, then all shear modes. k = `shear` is 5/6; with Cowper's 10(1
-    + nu)/(12 + 11 nu) (J. Appl. Mech. 33, 1966) the peak forces of steel beams differ by less than 0.1 %.
+    A modal mass belongs to unit deflection at that place, where n half-waves have the share sin(kappa (L/2 +
+    at)). Odd half-waves n = 1, 3, … are taken, `modes` of them, and those in between, but none with its node
+    there. Euler-Bernoulli: omega = kappa^2 sqrt(EI/(rho A)), kappa = n pi/L, mass rho A L/2 over the share
+    squared. Timoshenko, for w = W sin(kappa x), theta = Theta cos(kappa x) in rho A w'' = k G A (w_xx -
+    theta_x) and rho I theta'' = E I theta_xx + k G A (w_x - theta): per half-wave one frequency of bending
+    and one of shear, from a symmetric 2 x 2 problem; all bending modes come first, then all shear modes. k =
+    `shear` is 5/6; with Cowper's 10(1 + nu)/(12 + 11 nu) (J. Appl. Mech. 33, 1966) the peak forces of steel
+    beams differ by less than 0.1 %.
     """
     _check_beam(length, height, width, E, nu, rho, theory, modes)
     _check_positive(shear=shear)
+    check.between("at", at, -length / 2, length / 2, "m", "it must lie between the supports", "()")
     area, inertia = width * height, width * height**3 / 12
-    kappa = pi / length * np.arange(1, 2 * modes, 2)
-    half_mass = 0.5 * rho * area * length
+    kappa = pi / length * np.arange(1, 2 * modes)
+    there = np.round(np.sin(kappa * (0.5 * length + at)) ** 2, 12)  # a node, and the top of a wave, are exact
+    kappa, there = kappa[there > 0], there[there > 0]
+    half_mass = 0.5 * rho * area * length / there
     if theory == "euler_bernoulli":
-        return kappa**2 * sqrt(E * inertia / (rho * area)), np.full(modes, half_mass)
+        return kappa**2 * sqrt(E * inertia / (rho * area)), half_mass
     c2 = shear * E / (2 * (1 + nu)) / rho  # shear wave speed squared
     deflection, rotation = c2 * kappa**2, E / rho * kappa**2 + c2 * area / inertia
     mixed2 = c2**2 * kappa**2 * area / inertia
@@ -125,14 +130,15 @@ def beam_modes(length: float, height: float, width: float, E: float, nu: float, 
     # determinant / high: the difference of two large numbers would lose digits
     low = c2 * E / rho * kappa**4 / high
     share = mixed2 / (rotation - low) / (high - low)  # of the shear mode in a force on the deflection
-    return np.sqrt(np.concatenate((low, high))), half_mass / np.concatenate((1 - share, share))
+    return np.sqrt(np.concatenate((low, high))), np.concatenate((half_mass / (1 - share), half_mass / share))
 
 
 def impact(length: float, height: float, width: float, radius: float, v0: float, E: float, nu: float,
            rho: float, t_end: float, *, theory: str = "timoshenko",
            modes: Union[int, Tuple[np.ndarray, np.ndarray]] = 50, dt: Optional[float] = None,
-           shear: float = 5 / 6, sphere: Optional[Tuple[float, float, float]] = None) -> ImpactHistory:
-    """History of a sphere of `radius` [m] falling at `v0` [m/s] (positive downward) onto the beam's midspan.
+           shear: float = 5 / 6, sphere: Optional[Tuple[float, float, float]] = None,
+           at: float = 0.0) -> ImpactHistory:
+    """History of a sphere of `radius` [m] falling down at `v0` [m/s] on the beam, `at` [m] from midspan.
 
     length, height, width of the beam [m]; E [Pa], nu [-], rho [kg/m^3] of the beam, and of the sphere too
     unless sphere=(E, nu, rho); t_end [s]; theory, modes, shear: see `beam_modes`, or modes=(omega, modal
@@ -154,7 +160,7 @@ def impact(length: float, height: float, width: float, radius: float, v0: float,
                      "take a smaller t_end")
     steps = ceil(n * (1 - 1e-12))
     omega, modal_mass = (modes if isinstance(modes, tuple) else
-                         beam_modes(length, height, width, E, nu, rho, theory, modes, shear))
+                         beam_modes(length, height, width, E, nu, rho, theory, modes, shear, at))
     omega, modal_mass = np.concatenate(([0.0], omega)), np.concatenate(([mass], modal_mass))
     rows = np.zeros((steps + 1, 5))
     _march(_propagator(omega, modal_mass, t_end / steps), omega, modal_mass, stiffness, v0, rows)

@@ -17,7 +17,7 @@ NAMES = {"liggghts": "LIGGGHTS", "reference": "built-in DEM"}
 
 
 class Comparison:
-    """Of a coupled run whose interface has a point or an element at midspan, x = 0.
+    """Of a coupled run whose interface has a point or an element under the ``ball``.
 
     theory: ``beam_theory.ImpactHistory``, whose contact starts after ``wait`` [s]; interface: of the beam;
     ball: its ``Spheres`` at the start.
@@ -25,11 +25,14 @@ class Comparison:
 
     def __init__(self, theory: ImpactHistory, interface: Interface, ball: Spheres, wait: float = 0.0) -> None:
         self._theory, self._wait = theory, wait
-        midspan = linear(interface.x, interface.elements, np.zeros((1, ball.dim)), MPI.COMM_SELF)
+        place = np.zeros((1, ball.dim))
+        place[0, 0] = ball.x[0, 0]
+        struck = linear(interface.x, interface.elements, place, MPI.COMM_SELF)
+        where = self._where = "at midspan" if place[0, 0] == 0 else "under the sphere"
         self.columns = {"force": ("N", "force on the sphere, mean over the window",
                                   lambda w: 0 - w.wall_force[:, 1].sum()),
-                        "u_beam": ("m", "upward displacement " "of the beam's upper " "side at midspan",
-                                   lambda w: midspan.motion(w.x, w.v)[0][0, 1]),
+                        "u_beam": ("m", f"upward displacement of the beam's upper side {where}",
+                                   lambda w: struck.motion(w.x, w.v)[0][0, 1]),
                         "u_sphere": ("m", "upward displacement of the sphere",
                                      lambda w: w.particles["x"][0, 1] - ball.x[0, 1]),
                         "v_sphere": ("m/s", "upward velocity of the sphere",
@@ -68,7 +71,7 @@ class Comparison:
         *_, last = histories
         for backend, history in histories.items():
             t, style = 1e3 * history["time"], "run" if backend == last else "under"
-            displacement += [(t, 1e6 * history["u_beam"], f"beam at midspan, {NAMES[backend]}", style),
+            displacement += [(t, 1e6 * history["u_beam"], f"beam {self._where}, {NAMES[backend]}", style),
                              (t, 1e6 * history["u_sphere"], f"sphere, {NAMES[backend]}", style)]
             force.append((t, history["force"], f"contact, {NAMES[backend]}", style))
         theory, wait = self._theory, self._wait

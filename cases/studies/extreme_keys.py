@@ -7,6 +7,7 @@ from typing import Any, Callable, Literal, Optional, Tuple
 import numpy as np
 
 import mpm_dem_checks as check
+from mpm_fenicsx import Numerics
 
 ALONE = ("swing", "flight")  # scenes without a sphere
 POSITIVE = {"length": "m", "height": "m", "width": "m", "radius": "m", "E": "Pa", "E_ball": "Pa",
@@ -97,11 +98,12 @@ class Extreme:
     resolution: Resolution
     windows: Windows
     unit: Tuple[float, float, float]
+    numerics: Numerics = Numerics()
 
     @property
     def keys(self) -> dict:
         """Name → value, without groups."""
-        groups = (self.block, self.ball, self.resolution, self.windows)
+        groups = (self.block, self.ball, self.resolution, self.windows, self.numerics)
         return {"scene": self.scene, "dim": self.dim, "unit": self.unit,
                 **{name: value for group in groups for name, value in asdict(group).items()}}
 

@@ -29,7 +29,7 @@ def make_solid(p: Extreme, interface: Interface) -> MPM:
     supports |= {"swing": supports["beam"], "layers": supports["block"], "rest": supports["block"]}
     bodies = [body(p, *part, counts) for part in zip(boxes, laws)]
     return MPM(grid, bodies, supports[p.scene], interface, inertia=p.resolution.inertia,
-               bonded=True)
+               bonded=True, numerics=p.numerics)
 
 
 def box_of(p: Extreme) -> Box:

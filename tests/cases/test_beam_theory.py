@@ -215,3 +215,22 @@ def test_a_contact_cut_by_the_end_ends_there():
 def test_bad_input_is_one_clear_sentence(bad, words):
     with pytest.raises(ValueError, match=words):
         impact(**{**SHORT, **bad})
+
+
+@pytest.mark.parametrize("at", [0.0, 0.0322, -0.05])
+def test_static_compliance_at_any_place(at):
+    """Sum of 1/(m omega^2) to a^2 b^2/(3 EI L) + a b/(L k G A), a and b the distances to the supports."""
+    length, a, b, G = 0.1535, 0.1535 / 2 + at, 0.1535 / 2 - at, STEEL["E"] / 2 / 1.289
+    omega, mass = beam_modes(length, **SECTION, **STEEL, modes=2000, at=at)
+    exact = a**2 * b**2 / (3 * STEEL["E"] * INERTIA * length) + a * b / length / (5 / 6 * G * AREA)
+    assert np.sum(1 / (mass * omega**2)) == pytest.approx(exact, rel=2e-5)
+
+
+def test_off_centre_energy_symmetry_and_nodes():
+    """Energy is kept, left is as right, and a mode with its node at the place struck takes no part."""
+    left, right = (impact(**{**SHORT, "t_end": 4e-4}, at=at) for at in (-0.0335, 0.0335))
+    assert left.force == pytest.approx(right.force, abs=1e-9 * right.force.max())
+    assert np.abs(right.energy() / right.energy()[0] - 1).max() < 1e-6
+    omega, _ = beam_modes(0.1535, **SECTION, **STEEL, modes=3, at=0.1535 / 6)
+    every, _ = beam_modes(0.1535, **SECTION, **STEEL, modes=3, at=0.01)
+    assert len(every) == 10 and len(omega) == 8 and not set(omega.round(3)) & set(every[[2, 7]].round(3))

@@ -1,5 +1,5 @@
 """What there is of a scene on the ranks: its particles, and the background grid that the ranks share."""
-from typing import Callable, Dict, List, Optional, Tuple
+from typing import Callable, Dict, List, Optional, Tuple, Union
 
 import numpy as np
 from mpi4py import MPI
@@ -11,6 +11,7 @@ from .grid.supports import Supports
 from .output.states import fingerprint
 from .points.boundary_particles import BoundaryParticles
 from .points.migrate import Router
+from .points.moments import moment
 from .points.outflow import Outflow, read_ways
 from .points.points import Points
 from .points.sets import Set, Sets
@@ -20,12 +21,14 @@ from .scene.interface import Interface
 from .scene.margin import margins_at_walls
 from .scene.solid import SolidScene
 from .solve import options
+from .solve.losses import Losses
 from .terms.behind import watch
-from .terms.bodies import Start, make_bodies, warn_if_in_pieces
+from .terms.bodies import Start, warn_if_in_pieces
 from .terms.bonds import Bonds
 from .terms.kernels import compile_grid_kernels
 from .terms.loads import PointForces, SurfaceLoads
 from .terms.scene_penalties import make_penalties, reaction
+from .terms.transfers import TRANSFERS, make_bodies
 
 
 class Model:
@@ -42,18 +45,19 @@ class Model:
         self.numerics, self.outflow, self._frame = scene.numerics, scene.outflow, Frame(scene.grid.box)
         self._framed = scene = self._frame.enter(scene)
         self.gravity, self.time, self.steps = scene.acceleration, 0.0, 0
-        self.basis = Basis(scene.numerics.basis)
+        self.basis, self._transfer = Basis(scene.numerics.basis), TRANSFERS[scene.numerics.transfer]
         self.basis.check_grid(scene.grid, scene.grid.cell, isinstance(scene.grid, Grid))
-        self._bodies = make_bodies(scene.body, scene.grid, self.gravity, scene.body_force,
-                                   self.basis)
+        self._bodies = make_bodies(scene.body, scene.grid, self.gravity, scene.body_force, self.basis,
+                                   self._transfer.body)
         x = np.concatenate([body.points.x for body in self._bodies])
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)
         ways = read_ways(scene.outflow, self.dim)
+        self._losses = Losses(comm, self.origin, scene.numerics.losses)
         self._count, self._outflow = len(x), Outflow(ways, scene.grid, comm, self.gravity)
         self._bonds = Bonds(self._bodies, comm, scene.bonded)
         self._margin = margins_at_walls(scene.grid, scene.penalties)
         self._distribute(np.array_split(x, comm.size)[comm.rank])
-        self.kernels = compile_grid_kernels(self.background)
+        self.kernels = compile_grid_kernels(self.background, self._transfer.to_points)
         start = Start(self._bodies, self.gravity, scene.body_force)
         self._surface = BoundaryParticles(comm, self.dim, scene.interface, start)
         self.boundary = self._surface.points
@@ -168,6 +172,19 @@ class Model:
         """Momentum of the points [kg m/s], shape (dim,)."""
         return total(self.comm, sum(body.points.mass @ body.points.v for body in self._bodies))
 
+    def angular_momentum(self) -> Union[float, np.ndarray]:
+        """Of the points about zero [kg m^2/s], a number in a plane scene (counter-clockwise), else (3,);
+        with APIC and TPIC it has that of the velocity around the points."""
+        mine = sum(body.angular_momentum() for body in self._bodies)
+        about_origin = total(self.comm, mine) + moment(self.origin[None], self.momentum()[None])
+        return float(about_origin[0]) if self.dim == 2 else about_origin
+
+    @property
+    def transfer_losses(self) -> Optional[dict]:
+        """What the transfers have added since the start where ``Numerics.losses`` asks for it, see
+        ``losses.Losses.sums``."""
+        return self._losses.sums() if self._losses.active else None
+
     def reaction(self, name: str) -> np.ndarray:
         """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
         return total(self.comm, reaction(self.penalties, name))
@@ -191,10 +208,17 @@ class Model:
 
     def columns(self) -> Dict[str, Tuple[str, str, Callable]]:
         """What else the history should have, as name → (unit, meaning, function without arguments)."""
-        if self._behind is None:
-            return {}
-        meaning = "material points that have gone through a wall"
-        return {"behind": ("1", meaning, lambda: sum(self.behind().values()))}
+        found = {}
+        if self._losses.active:
+            for k, axis in enumerate("xyz"[-1 if self.dim == 2 else 0:]):
+                found[f"angular_momentum_{axis}"] = (
+                    "N m s", f"angular momentum of the solid about {axis}",
+                    lambda k=k: float(np.ravel(self.angular_momentum())[k]))
+            found |= self._losses.columns()
+        if self._behind is not None:
+            meaning = "material points that have gone through a wall"
+            found["behind"] = ("1", meaning, lambda: sum(self.behind().values()))
+        return found
 
     def options(self) -> Dict[str, str]:
         """PETSc's options that a user gave and that somebody asked for, as they are typed, name → text."""

@@ -183,7 +183,8 @@ class MPM(Model):
         if ghost and self._facets is None:
             self._facets = Facets(self.background, self.kernels.shapes)
         problem = Problem(self._bodies, self._forces, self.loads, self.penalties, self.supports, self.gravity,
-                          self.scene.inertia != "lumped", self.numerics.solver)
+                          self.scene.inertia != "lumped", self.numerics.solver, self._transfer.rule,
+                          self._losses)
         self.step = Step(self.background, self.kernels, filled, problem, self.phases, self._doubt,
                          self._facets if ghost else None)
         self._renew_arrays()
@@ -200,17 +201,17 @@ class MPM(Model):
         """Everything that decides the future of this rank's points, as name → array copy."""
         since = np.nan if self.ghost_since is None else self.ghost_since
         return {**self._sets.get_state(), **self._surface.get_state(), **self._outflow.get_state(),
-                **self.step.get_state(), "time": np.array([self.time, self.steps, len(self.rebalances)]),
-                "scene": self._fingerprint.copy(), "ghost_since": np.array([since])}
+                **self.step.get_state(), **self._losses.get_state(), "scene": self._fingerprint.copy(),
+                "ghost_since": np.array([since]),
+                "time": np.array([self.time, self.steps, len(self.rebalances)])}
 
     @while_open
     def set_state(self, state: dict) -> None:
         """Go back to ``state``; the run continues bit for bit, but over a new distribution of the grid to
         round-off. ValueError for a state of another scene."""
         check_state(state, self._fingerprint)
-        self._sets.set_state(state)
-        self._surface.set_state(state)
-        self._outflow.set_state(state)
+        for part in (self._sets, self._surface, self._outflow, self._losses):
+            part.set_state(state)
         since, before = float(state["ghost_since"][0]), self.ghost_since
         self._located, self.ghost_since = False, None if np.isnan(since) else since
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])

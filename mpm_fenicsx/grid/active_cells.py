@@ -24,9 +24,9 @@ class ActiveCells:
     cells: (all local cells, K) nodes in their local numbering (owned first, then ghosts), -1 outside; row:
     (all local cells,) row of an owned cell in the element matrices, -1 else; point_row: the same for cells
     that points may be in; active: (all local cells,) mask of these; node: (n,) the grid node behind each
-    local number; fixed: (n, D) mask of supported directions; element_matrices: (rows, K, D, D, K) [N/m],
-    derivative by (node, direction) of (direction, node). Cells with walls that share a node with those for
-    points have a row too, as that node may come to carry mass.
+    local number; places: (n, D) of these [m]; fixed: (n, D) mask of supported directions; element_matrices:
+    (rows, K, D, D, K) [N/m], derivative by (node, direction) of (direction, node). Cells with walls that
+    share a node with those for points have a row too, as that node may come to carry mass.
 
     elements: ``PointElements`` of the material points; nodes_of_patch: (patches, M) nodes of F-bar's patches,
     -1 where one has fewer; own_patches: the first so many are this rank's; point_matrices: to which the
@@ -96,6 +96,7 @@ class ActiveCells:
         ghosts = mine[mine >= background.nodes_owned]
         self.owned = len(own)
         self.node = np.concatenate([own, ghosts]).astype(np.int32)
+        self.places = background.x[self.node]
         self.number = number[self.node]  # across ranks
         local_of = np.full(len(background.x), -1, np.int32)
         local_of[self.node] = np.arange(len(self.node))

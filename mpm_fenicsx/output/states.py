@@ -8,7 +8,8 @@ from ..errors import MPMError
 from ..grid.background import whole_mesh
 
 WHAT = ("number of ranks", "rank", "dimension", "number of material points", "grid", "material points",
-        "laws", "supports", "interface, loads and walls", "kind of inertia", "basis", "outflow", "origin")
+        "laws", "supports", "interface, loads and walls", "kind of inertia", "basis", "outflow", "origin",
+        "transfer")
 SHOWN = 4  # of the first so many the values say more than that they differ
 
 
@@ -25,7 +26,7 @@ def fingerprint(model, conditions):
     return np.array([model.comm.size, model.comm.rank, model.dim, sum(map(len, points)),
                      _of_arrays(*whole_mesh(scene.grid)),
                      _of_arrays(*(array for p in points for array in (p.x, p.V0))), *map(_of_text, texts),
-                     _of_arrays(model.origin)], float)
+                     _of_arrays(model.origin), _of_text(scene.numerics.transfer)], float)
 
 
 def _of_arrays(*arrays):

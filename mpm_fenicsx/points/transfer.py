@@ -39,6 +39,23 @@ def to_points(cell, cells, N, increment, x, v, a):
             a[p, i] = an
 
 
+def to_points_midpoint(cell, cells, N, increment, x, v, a):
+    """Phase III by the midpoint rule, as ``to_points``: the points take the velocity that the nodes have at
+    the end of the step, u/dt + dt/2 a."""
+    dt, u, a_nodes = increment.dt, increment.u, increment.a
+    for p in range(len(cell)):
+        for i in range(D):
+            du = 0.0
+            an = 0.0
+            for q in range(K):
+                node = cells[cell[p], q]
+                du += N[p, q] * u[node, i]
+                an += N[p, q] * a_nodes[node, i]
+            x[p, i] += du
+            v[p, i] = du / dt + 0.5 * dt * an
+            a[p, i] = an
+
+
 def interpolate(cell, cells, N, nodal, values):
     """Add to the points' ``values``, shape (n, D), the field with ``nodal`` values, shape (nodes, D)."""
     for p in range(len(cell)):

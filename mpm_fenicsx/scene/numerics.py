@@ -8,15 +8,17 @@ Kind = Literal["linear", "gimp", "cpgimp", "bspline"]
 BASES = get_args(Kind)
 Solver = Literal["auto", "direct", "cholesky", "lu", "cg", "gmres", "gamg", "hypre"]
 SOLVERS = get_args(Solver)
+Transfer = Literal["newmark", "apic", "tpic"]
+TRANSFERS = get_args(Transfer)
 
 
 @dataclass(frozen=True)
 class Numerics:
-    """Linear solver of a step, how uneven the ranks' shares of the work may be, and the basis at the material
-    points.
+    """Linear solver of a step, how uneven the ranks' shares of the work may be, the basis at the material
+    points, and the transfers between points and grid.
 
     >>> Numerics(solver="cg")
-    Numerics(solver='cg', rebalance=1.2, basis='linear')
+    Numerics(solver='cg', rebalance=1.2, basis='linear', transfer='newmark', losses=False)
 
     Raises ValueError for a value that is not allowed.
     """
@@ -24,6 +26,8 @@ class Numerics:
     solver: Solver = "auto"  # of the linear systems, see docs/solvers.md; -mpm_… options win over it
     rebalance: float = 1.2  # imbalance of points over the ranks that calls for a new distribution [-]
     basis: Kind = "linear"  # at the material points, see docs/basis.md; the others need a regular grid
+    transfer: Transfer = "newmark"  # between points and grid, and the rule of time; see docs/transfers.md
+    losses: bool = False  # book what the transfers lose, in history and report
 
     def __post_init__(self) -> None:
         check.choice("basis", self.basis, BASES)
@@ -31,3 +35,9 @@ class Numerics:
         rule = "an imbalance is never below 1, give a larger number"
         rebalance = check.between("rebalance", self.rebalance, 1, float("inf"), rule=rule)
         object.__setattr__(self, "rebalance", rebalance)
+        check.choice("transfer", self.transfer, TRANSFERS)
+        check.truth("losses", self.losses)
+        if self.transfer == "apic" and self.basis == "linear":
+            raise ValueError("transfer is 'apic', which divides by the spread of the basis at a point, and "
+                             "that of basis='linear' vanishes at nodes: give basis='bspline' or 'gimp', or "
+                             "transfer='tpic'")

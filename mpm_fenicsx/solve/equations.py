@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..collective import somewhere, total
-from ..terms import newmark
+from ..terms.newmark import Increment
 from .tangents import Tangent
 
 
@@ -14,7 +14,7 @@ class Trial(NamedTuple):
     ``increment`` of all local nodes, and the trial of each term. It holds until the next one."""
 
     u: np.ndarray
-    increment: newmark.Increment
+    increment: Increment
     of_terms: list
 
 
@@ -46,8 +46,8 @@ class Equations:
     def increment(self, u):
         """Of all local nodes at the displacement u, shape (owned, D) [m]."""
         grid, u = self._grid, self._active_cells.with_ghosts(u)
-        a = newmark.acceleration(u, grid.v, grid.a, grid.dt)
-        return newmark.Increment(grid.dt, newmark.alpha(grid.dt), u, a)
+        a = grid.rule.acceleration(u, grid.v, grid.a, grid.dt)
+        return Increment(grid.dt, grid.rule.alpha(grid.dt), u, a)
 
     def first_trial(self, u):
         """For a tangent before the first residual: the bodies as they are, the springs at the guess u,

@@ -1,5 +1,6 @@
 """One implicit step on the active cells (the paper's phases I to III): from the points to the nodes, solve,
 and back."""
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -9,13 +10,13 @@ from ..errors import MPMDivergedError
 from ..grid.active_cells import ActiveCells
 from ..grid.supports import Supports
 from ..laws import ELASTIC_STATE
-from ..terms import newmark
 from ..terms.ghost import Ghost
 from ..terms.grid_state import GridState
 from ..terms.loads import PointForces, raise_lost
 from ..terms.penalty import walls_in_reach
 from .clock import Clock
 from .equations import Equations, Known
+from .losses import Losses
 from .snes import Newton
 from .tangents import Tangents
 
@@ -27,7 +28,7 @@ RIM = 0.05
 class Problem(NamedTuple):
     """What acts in every step: ``bodies``, surface ``loads`` and ``penalties`` with their points, the
     ``interface``'s forces, ``supports``, ``gravity`` [m/s^2], shape (D,), whether inertia is ``consistent``,
-    and the linear ``solver``."""
+    the linear ``solver``, the ``rule`` of time, see ``GridState``, and who books ``losses`` of transfers."""
 
     bodies: list
     interface: PointForces
@@ -37,6 +38,8 @@ class Problem(NamedTuple):
     gravity: np.ndarray
     consistent: bool
     solver: str
+    rule: ModuleType
+    losses: Losses
 
 
 class Step:
@@ -75,6 +78,8 @@ class Step:
         """Work arrays for the points now here; needed whenever their number on this rank changes."""
         for term in (*self.problem.bodies, self.problem.interface, *self.problem.loads):
             term.attach(self.active_cells)
+        for body in self.problem.bodies:
+            body.begin_motion(self.active_cells, self.background)
 
     # ---------------------------------------------------------------- phase I: from the points to the nodes
 
@@ -82,6 +87,8 @@ class Step:
         """State of the nodes, known displacements and loads in a step of ``dt`` from ``time`` [s] on. force:
         on this rank's particles of the interface [N], shape (n, D)."""
         self.grid = grid = self._to_grid(dt, time, force)
+        if self.problem.losses.active:
+            self.problem.losses.to_grid(grid)
         self._check_located()
         lumped = self._lumped_mass()
         known = self.problem.supports.displacement(self.active_cells.node, time, dt, grid.v, grid.a)
@@ -105,7 +112,7 @@ class Step:
         v[active] = nodal[active, 1:1 + D] / mass[active, None]
         a[active] = nodal[active, 1 + D:] / mass[active, None]
         return GridState(time, dt, cells, maps, self.kernels, self.problem.bodies, self.full_mass, force,
-                         mass, v, a, active)
+                         mass, v, a, active, self.problem.rule)
 
     def _check_located(self):
         """Boundary particles find nodes with mass. A kept tangent goes where other nodes have it, as rows of
@@ -187,7 +194,7 @@ class Step:
         mass = grid.mass[:n, None]
         norm2 = total(self.comm, [
             np.sum(self.equations.known.load[:n] ** 2), np.sum((mass * grid.a[:n]) ** 2),
-            np.sum((newmark.alpha(grid.dt) * mass * u) ** 2),
+            np.sum((grid.rule.alpha(grid.dt) * mass * u) ** 2),
             self.tangents.now.stiffness2 * self.background.h.max() ** 2])
         return max(self.tolerance * np.sqrt(norm2[:2].max()), 4 * eps * np.sqrt(norm2[2:].sum()))
 
@@ -197,10 +204,15 @@ class Step:
         """The ``trial`` at the solution becomes the state of the points, which move with the grid; that goes
         back to rest."""
         trial.increment.a[~self.active] = 0.0
+        losses = self.problem.losses
+        if losses.active:
+            losses.solved(self.grid, trial.increment)
         for load in (self.problem.interface, *self.problem.loads):
             load.finish(self.grid, None, trial.increment)
         for term, of_term in zip(self.equations.terms, trial.of_terms):
             term.finish(self.grid, of_term, trial.increment)
+        if losses.active:
+            losses.to_points(self.grid)
         self.clock.lap("to points")
 
     # ---------------------------------------------------------------- state

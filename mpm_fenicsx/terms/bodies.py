@@ -8,6 +8,7 @@ import numpy as np
 import mpm_dem_checks as check
 
 from ..basis.smooth import LINEAR
+from ..points.moments import moment
 from ..points.points import Points, half_widths, seed
 from ..scene.geostatic import put_stress
 from .fields import Deformation, Patches, Quadrature
@@ -73,6 +74,9 @@ class BodyTerm:
         self._new = Deformation(np.empty((n, D, D)), np.empty(n), self.points.state.copy())
         self._consistent_mass = self.points.mass  # that of the points with consistent inertia
 
+    def begin_motion(self, active_cells, background):
+        """The points are in their cells, perhaps for the first time."""
+
     # ---------------------------------------------------------------- one step, see ``grid_state``
 
     @property
@@ -127,6 +131,10 @@ class BodyTerm:
         p = self.points
         return Quadrature(self._element, self._N, self._G, self._consistent_mass, p.V0)
 
+    def _stiffness_points(self):
+        """Points as quadrature of the tangent."""
+        return self._quadrature()
+
     def _deformation(self):
         """At the start of the step."""
         return Deformation(self.points.F, self.points.F33, self.points.state)
@@ -157,7 +165,7 @@ class BodyTerm:
         """Add to the matrices of the active cells, see ``weakform.tangent`` and ``f_bar.couple``."""
         increment, new, patches = trial
         patches.bulk[:, 1], patches.push[:], patches.pull[:] = 0.0, 0.0, 0.0
-        self._kernels.tangent(self._quadrature(), self._elements, self._deformation(), new, patches,
+        self._kernels.tangent(self._stiffness_points(), self._elements, self._deformation(), new, patches,
                               self._params, increment, grid.active_cells.point_matrices)
         if self.body.f_bar:
             grid.active_cells.share(patches.bulk[:, 1:], patches.push, patches.pull)
@@ -180,6 +188,10 @@ class BodyTerm:
         kinetic, strain = self._kernels.energies(mass, V0, v, Deformation(*now), self._params)
         return kinetic, strain, -mass @ (p.x[chosen] @ gravity)
 
+    def angular_momentum(self):
+        """Of this rank's points about zero [kg m^2/s], shape (1,) in a plane, about z, else (3,)."""
+        return moment(self.points.x, self.points.mass[:, None] * self.points.v)
+
     def volume(self):
         """Of this rank's points as deformed [m^3], shape (n,)."""
         p, F = self.points, self.points.F
@@ -192,24 +204,6 @@ class BodyTerm:
         sigma = np.empty_like(self.points.F)
         self._kernels.cauchy(self._deformation(), self._params, sigma)
         return sigma
-
-
-def make_bodies(bodies, grid, gravity, body_force, basis):
-    """Terms of the ``bodies``, numbered through; ValueError when they do not fit each other or the grid."""
-    if not bodies:
-        raise ValueError("there is no body: give at least one")
-    for number, body in enumerate(bodies):
-        if body.dim != grid.box.dim:
-            raise ValueError(f"body {number} has {body.dim} dimensions, the grid {grid.box.dim}: give both "
-                             "the same")
-        if body.dim == 2 and body.thickness != bodies[0].thickness:
-            raise ValueError(f"body {number} is {body.thickness} m thick, body 0 {bodies[0].thickness} m: "
-                             "bodies in one plane grid have the same thickness")
-    terms, count, h = [], 0, grid.box.size / grid.cells if basis.smooth else None
-    for body in bodies:
-        terms.append(BodyTerm(body, count, gravity, body_force, basis, h))
-        count += len(terms[-1].points)
-    return terms
 
 
 class Start:

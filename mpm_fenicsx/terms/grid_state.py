@@ -1,4 +1,5 @@
 """The grid in one step: what its terms are told."""
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +33,7 @@ class GridState(NamedTuple):
     v: np.ndarray  # (n, D) [m/s]
     a: np.ndarray  # (n, D) [m/s^2], with the jumps of the loads once all terms have begun
     active: np.ndarray  # (n,) mask of the nodes with mass
+    rule: ModuleType  # of time: ``newmark`` or ``midpoint``
 
     def shapes(self, cell, x, N, G):
         """Basis values and gradients at positions x [m] in this rank's cells, see ``shape.shapes``."""

@@ -54,12 +54,12 @@ def _linear_shapes(background):
     return specialise(shape.shapes, **size, to_reference=to_reference)
 
 
-def compile_grid_kernels(background):
-    """Kernels on the cells of ``background``."""
+def compile_grid_kernels(background, to_points):
+    """Kernels on the cells of ``background``; to_points: template of phase III, see ``transfer``."""
     size = dict(D=background.dim, K=background.cells.shape[1])
     return GridKernels(
         shapes=_linear_shapes(background),
-        to_points=specialise(transfer.to_points, **size),
+        to_points=specialise(to_points, **size),
         spread=specialise(transfer.spread, **size),
         interpolate=specialise(transfer.interpolate, **size),
         only_active=specialise(transfer.only_active, K=size["K"]))

@@ -11,7 +11,6 @@ from ..collective import somewhere, total
 from ..errors import MPMError
 from ..points.points import Points
 from ..points.surface import everywhere, normal_areas, to_particles
-from . import newmark
 
 # Of the stiffness of a node whose neighbours hold still, that of one whose neighbours give way.
 NEIGHBOURS = 0.5
@@ -95,7 +94,7 @@ class PointForces:
         nodes = cells.cells[p.cell]
         N = np.where(grid.active[nodes], self._N, 0.0)
         N /= np.maximum(N.sum(axis=1, keepdims=True), 1e-300)
-        diagonal = cells.matrix.getDiagonal().array.reshape(cells.owned, cells.dim) / newmark.alpha(grid.dt)
+        diagonal = cells.matrix.getDiagonal().array.reshape(cells.owned, cells.dim) / grid.rule.alpha(grid.dt)
         stiffness = np.maximum(cells.with_ghosts(diagonal) - grid.mass[:, None], 0.0)
         mass = grid.mass[:, None] + NEIGHBOURS * stiffness
         with np.errstate(divide="ignore"):

@@ -24,6 +24,11 @@ def alpha(dt):
     return 1.0 / (BETA * dt * dt)
 
 
+def velocity(grid, increment):
+    """Of the nodes at the end of the step [m/s], shape (nodes, D), by the trapezoidal rule."""
+    return grid.v + 0.5 * increment.dt * (grid.a + increment.a)
+
+
 def acceleration(u, v, a, dt):
     """Acceleration at the end of the step from its displacement u and from velocity v and acceleration a at
     its start, arrays of one shape."""

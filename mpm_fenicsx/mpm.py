@@ -7,7 +7,6 @@ from mpi4py import MPI
 
 import mpm_dem_checks as check
 
-from .model import Model
 from .output import snapshots
 from .output.resolution import resolution
 from .output.states import check_state, while_open
@@ -19,13 +18,14 @@ from .scene.interface import Interface
 from .scene.mesh import Mesh
 from .scene.numerics import Numerics
 from .scene.solid import SolidScene
+from .settling import Settling
 from .solve.clock import PHASES
 from .solve.options import Doubt
-from .solve.step import Problem, Step
+from .solve.step import Problem
 from .terms.ghost import Facets
 
 
-class MPM(Model):
+class MPM(Settling):
     """One body, or a list of several, on a background grid.
 
     supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given
@@ -83,6 +83,8 @@ class MPM(Model):
         self._located = False  # whether the points are in their cells
         self.step = self._facets = None
         self._locate()
+        if numerics.settle:
+            self.settle(numerics.settle)
 
     def anew(self) -> "MPM":
         """Another MPM of the same scene, at its start."""
@@ -103,9 +105,7 @@ class MPM(Model):
             if self._outflow.active:
                 self._locate()  # so that what has left is not looked for on the new distribution
             self._rebalance()
-        self._locate()
-        self._outflow.check_left(self._count, self.time)
-        self._located = False
+        self._enter_cells()
         self.step.begin(dt, self.time, force[self.boundary.gid])
         trial, self.iterations = self.step.solve(f"step {self.steps + 1}, t = {self.time + dt:.6g} s")
         self.step.finish(trial)
@@ -179,13 +179,13 @@ class MPM(Model):
         """The step on the cells that are active around the ``filled`` ones of this rank."""
         if self.step is not None:
             self.step.destroy()
-        ghost = self.scene.inertia == "ghost" or self.ghost_since is not None
+        kind, ghost = self._kind_of_step(self.scene.inertia == "ghost" or self.ghost_since is not None)
         if ghost and self._facets is None:
             self._facets = Facets(self.background, self.kernels.shapes)
         problem = Problem(self._bodies, self._forces, self.loads, self.penalties, self.supports, self.gravity,
                           self.scene.inertia != "lumped", self.numerics.solver, self._transfer.rule,
                           self._losses)
-        self.step = Step(self.background, self.kernels, filled, problem, self.phases, self._doubt,
+        self.step = kind(self.background, self.kernels, filled, problem, self.phases, self._doubt,
                          self._facets if ghost else None)
         self._renew_arrays()
 

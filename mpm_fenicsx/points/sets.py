@@ -72,6 +72,12 @@ class Sets:
         """Cells of this rank that make cells active: they and their neighbours take part in a step."""
         return np.unique(np.concatenate([s.points.cell for s in self._sets if s.active]))
 
+    def stop(self):
+        """All points are at rest, and stay so as far as they know."""
+        for s in self._sets:
+            for name in {"v", "a", "B", "C"} & set(s.points.names):
+                getattr(s.points, name)[:] = 0.0
+
     def get_state(self):
         """Fields of this rank's points as name → array copy."""
         return {f"{s.name}.{field}": values for s in self._sets for field, values in s.points.copy().items()}

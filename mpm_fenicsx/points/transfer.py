@@ -41,7 +41,7 @@ def to_points(cell, cells, N, increment, x, v, a):
 
 def to_points_midpoint(cell, cells, N, increment, x, v, a):
     """Phase III by the midpoint rule, as ``to_points``: the points take the velocity that the nodes have at
-    the end of the step, u/dt + dt/2 a."""
+    the end of the step, u/dt + dt/2 a; after a load step without inertia, which takes no time, none."""
     dt, u, a_nodes = increment.dt, increment.u, increment.a
     for p in range(len(cell)):
         for i in range(D):
@@ -52,7 +52,7 @@ def to_points_midpoint(cell, cells, N, increment, x, v, a):
                 du += N[p, q] * u[node, i]
                 an += N[p, q] * a_nodes[node, i]
             x[p, i] += du
-            v[p, i] = du / dt + 0.5 * dt * an
+            v[p, i] = du / dt + 0.5 * dt * an if dt > 0.0 else 0.0
             a[p, i] = an
 
 

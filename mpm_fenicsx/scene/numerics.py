@@ -15,10 +15,11 @@ TRANSFERS = get_args(Transfer)
 @dataclass(frozen=True)
 class Numerics:
     """Linear solver of a step, how uneven the ranks' shares of the work may be, the basis at the material
-    points, and the transfers between points and grid.
+    points, the transfers between points and grid, and whether a run starts from rest under its loads.
 
     >>> Numerics(solver="cg")
-    Numerics(solver='cg', rebalance=1.2, basis='linear', transfer='newmark', losses=False)
+    Numerics(solver='cg', rebalance=1.2, basis='linear', transfer='newmark', losses=False,
+             settle=0)
 
     Raises ValueError for a value that is not allowed.
     """
@@ -28,6 +29,7 @@ class Numerics:
     basis: Kind = "linear"  # at the material points, see docs/basis.md; the others need a regular grid
     transfer: Transfer = "newmark"  # between points and grid, and the rule of time; see docs/transfers.md
     losses: bool = False  # book what the transfers lose, in history and report
+    settle: int = 0  # load steps to equilibrium without inertia before the first step; 0: none [-]
 
     def __post_init__(self) -> None:
         check.choice("basis", self.basis, BASES)
@@ -41,3 +43,5 @@ class Numerics:
             raise ValueError("transfer is 'apic', which divides by the spread of the basis at a point, and "
                              "that of basis='linear' vanishes at nodes: give basis='bspline' or 'gimp', or "
                              "transfer='tpic'")
+        rule = "give a number of load steps, such as 20, or 0 for none"
+        object.__setattr__(self, "settle", check.count("settle", self.settle, 0, rule=rule))

@@ -81,9 +81,9 @@ class Newton:
         self.snes = snes = PETSc.SNES().create(active_cells.comm)
         snes.setOptionsPrefix(PREFIX)
         snes.setFunction(self._function, r)
-        snes.setJacobian(self._jacobian, active_cells.matrix)
+        snes.setJacobian(self.tangent_wanted, active_cells.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
-        self._search = ("cp", 5) if kinks else ("bt",)
+        self._search, self._other_search = ("cp", 5) if kinks else ("bt",), ("basic",)
         compat.set_lag_jacobian(snes, tangents.lag)
         compat.set_line_search(snes, *self._search)
         snes.getKSP().setOperators(active_cells.matrix)
@@ -91,6 +91,12 @@ class Newton:
         self._user_atol, self._user_search = given("snes_atol"), given("snes_linesearch_type")
         self._symmetric, self._solver, self._chosen = symmetric, solver, False
         r.destroy()  # the SNES holds its own reference
+
+    def full_steps_first(self):
+        """Full Newton steps from the first attempt on, and a line search in that which would have them."""
+        self._search, self._other_search = self._other_search, self._search
+        if not self._user_search:
+            compat.set_line_search(self.snes, *self._search)
 
     def choose_solver(self):
         """Defaults for the tangent that is in the matrix, then the user's options. Does nothing when called
@@ -123,7 +129,8 @@ class Newton:
             self._fail(error)
             out[:] = np.nan
 
-    def _jacobian(self, snes, u, A, B):
+    def tangent_wanted(self, snes, u, A, B):
+        """PETSc's callback before an iteration at u, whose matrix is B."""
         try:
             trial = self._trial_at(u)
             if self._tangents.wanted(self._equations.switched(trial)):
@@ -173,7 +180,8 @@ class Newton:
                 if rung is not RUNGS[0]:
                     if not self._go_to(rung):
                         continue
-                    tried.append(rung.news)
+                    searches = rung.full_steps and self._search == ("basic",)
+                    tried.append("a line search" if searches else rung.news)
                 reason, more = self._run(rest if rung.from_rest else guess, when)
                 iterations += more
                 if reason >= 0:
@@ -193,7 +201,7 @@ class Newton:
         if not self._tangents.by_user:
             compat.set_lag_jacobian(self.snes, self._tangents.lag)
         if not self._user_search:
-            compat.set_line_search(self.snes, *(("basic",) if rung.full_steps else self._search))
+            compat.set_line_search(self.snes, *(self._other_search if rung.full_steps else self._search))
         return {1: not self._tangents.by_user, 3: not self._user_search}.get(RUNGS.index(rung), True)
 
     def _run(self, guess, when):

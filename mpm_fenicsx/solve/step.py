@@ -50,6 +50,8 @@ class Step:
     Collective."""
 
     tolerance = 1e-6  # of the residual, relative to loads and inertia (-mpm_snes_atol replaces it)
+    static = False  # whether it is a load step without inertia, see ``statics``
+    equations_of = Equations
 
     def __init__(self, background, kernels, filled, problem, phases, doubt, facets=None):
         """filled: numbers of this rank's cells that hold points."""
@@ -65,14 +67,17 @@ class Step:
         lightest = min(body.body.rho * body.thickness for body in problem.bodies)
         self.full_mass = np.prod(background.h) * lightest
         h = np.prod(background.h) ** (1.0 / self.dim)
-        self.ghost = facets and Ghost(facets, cells, self.full_mass / h**self.dim, h)
+        self.ghost = facets and self._make_ghost(facets, h)
         plastic = any(record.law.state != ELASTIC_STATE for record in records)
-        self.tangents = Tangents(plastic, watched=bool(penalties))
+        self.tangents = Tangents(plastic or self.static, watched=bool(penalties))
         terms = [*problem.bodies, *penalties, *([self.ghost] if facets else [])]
-        self.equations = Equations(cells, terms, penalties, self.tangents, self.clock)
+        self.equations = self.equations_of(cells, terms, penalties, self.tangents, self.clock)
         self.newton = Newton(cells, self.equations, self.tangents, background.x[cells.node[:cells.owned]],
                              doubt, any(penalty.kinks for penalty in penalties), symmetric, problem.solver)
         self._nodal = np.empty((len(cells.node), 1 + 2 * self.dim))
+
+    def _make_ghost(self, facets, h):
+        return Ghost(facets, self.active_cells, self.full_mass / h**self.dim, h)
 
     def attach(self):
         """Work arrays for the points now here; needed whenever their number on this rank changes."""
@@ -160,11 +165,16 @@ class Step:
             penalty.begin(grid, load)
         load += grid.mass[:, None] * self.problem.gravity
         if bodies[0].has_body_force:
-            body_load = np.zeros_like(load)
-            for body in bodies:
-                body.begin(grid, body_load)
-            self.active_cells.accumulate(body_load)
-            load += body_load
+            load += self._body_load()
+        return load
+
+    def _body_load(self):
+        """Body force [N], shape (nodes, D)."""
+        load = np.zeros_like(self.grid.v)
+        if self.problem.bodies[0].has_body_force:
+            for body in self.problem.bodies:
+                body.begin(self.grid, load)
+            self.active_cells.accumulate(load)
         return load
 
     # ---------------------------------------------------------------- phase II: solve

@@ -79,14 +79,19 @@ class AffineBody(BodyTerm):
         trial = super().first_trial(grid, increment)
         return trial if self.body.f_bar else trial._replace(increment=midpoint.half(trial.increment))
 
-    def _stiffness_points(self):
-        """Points as quadrature of the tangent: u / 2 is what deforms them."""
-        return self._quadrature()._replace(V0=self._half_volume)
+    def _stiffness_points(self, increment):
+        """Points as quadrature of the tangent: u / 2 is what deforms them, but in load steps."""
+        points = self._quadrature()
+        return points if increment.dt == 0.0 else points._replace(V0=self._half_volume)
 
     def finish(self, grid, trial, increment):
         """Deformation and state of the end of the step, which the ``trial`` of its middle does not have; the
-        points move and take the nodes' velocity with its gradient."""
+        points move and take the nodes' velocity with its gradient, none after a load step."""
         p = self.points
+        if increment.dt == 0.0:
+            p.C[:], p.B[:] = 0.0, 0.0
+            super().finish(grid, trial, increment)
+            return
         end = super().residual(grid, increment, self._end)
         self._take(*self._basis(), self._G, self._places, increment, p.C, p.B)
         super().finish(grid, end, increment)

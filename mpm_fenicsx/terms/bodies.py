@@ -131,8 +131,8 @@ class BodyTerm:
         p = self.points
         return Quadrature(self._element, self._N, self._G, self._consistent_mass, p.V0)
 
-    def _stiffness_points(self):
-        """Points as quadrature of the tangent."""
+    def _stiffness_points(self, increment):
+        """Points as quadrature of the tangent in a step."""
         return self._quadrature()
 
     def _deformation(self):
@@ -165,7 +165,7 @@ class BodyTerm:
         """Add to the matrices of the active cells, see ``weakform.tangent`` and ``f_bar.couple``."""
         increment, new, patches = trial
         patches.bulk[:, 1], patches.push[:], patches.pull[:] = 0.0, 0.0, 0.0
-        self._kernels.tangent(self._stiffness_points(), self._elements, self._deformation(), new, patches,
+        self._kernels.tangent(self._stiffness_points(increment), self._elements, self._deformation(), new, patches,
                               self._params, increment, grid.active_cells.point_matrices)
         if self.body.f_bar:
             grid.active_cells.share(patches.bulk[:, 1:], patches.push, patches.pull)

@@ -189,3 +189,21 @@ class Ghost:
 
     def finish(self, grid, increment, solution):
         """There are no points."""
+
+
+class GhostStiffness(Ghost):
+    """The same for load steps without inertia, on the displacement over the step instead of the acceleration
+    (Coombs 2023, doi 10.1002/nme.7332), with the stiffness GAMMA E h / 3 in the place of GAMMA rho h^3. It is
+    new in every step and remembers nothing."""
+
+    def __init__(self, facets, active_cells, modulus, h):
+        """modulus: of the softest body times its thickness [Pa m^(3-D)]; h: size of a cell [m]."""
+        super().__init__(facets, active_cells, modulus / (3.0 * h**2), h)
+
+    def residual(self, grid, increment, R):
+        """Add the forces for the displacements of the increment to R [N], shape (nodes, D)."""
+        return super().residual(grid, increment._replace(a=increment.u), R)
+
+    def tangent(self, grid, increment):
+        """Fill the facets' matrices [N/m], each direction on its own."""
+        super().tangent(grid, increment._replace(alpha=1.0))

@@ -118,7 +118,7 @@ class SurfaceLoads(PointForces):
             self._of_load.append(slice(n, n + len(load.surface.x)))
             n += len(load.surface.x)
         x = np.concatenate([np.asarray(load.surface.x, float) for load in loads])
-        self.count, self._needs_geometry = n, any(load.kind != "force" for load in loads)
+        self.count, self.follows = n, any(load.kind != "force" for load in loads)
         self.names = np.repeat([load.name for load in loads], [len(load.surface.x) for load in loads])
         super().__init__(Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
                                 a=start.acceleration(x), force=np.zeros((n, dim))), outflow)
@@ -133,7 +133,7 @@ class SurfaceLoads(PointForces):
         ``ahead`` [m], shape (n, D), of where they are. Collective."""
         p = self.points
         whole = np.empty((self.count, p.x.shape[1]))
-        if self._needs_geometry:
+        if self.follows:
             x = everywhere(comm, p.gid, p.x + ahead, self.count)
         for load, own in zip(self._loads, self._of_load):
             value = load.at(time)
@@ -151,10 +151,19 @@ class SurfaceLoads(PointForces):
     def _half_way(self, grid):
         """How far the nodes carry the particles in half a step, at the velocity and acceleration of its start
         [m]."""
+        return self._carried(grid, 0.5 * grid.dt * grid.v + 0.125 * grid.dt**2 * grid.a)
+
+    def _carried(self, grid, u):
+        """Displacement of the particles [m], shape (n, D), with the nodes' u, shape (nodes, D)."""
         ahead = np.zeros_like(self.points.x)
-        motion = 0.5 * grid.dt * grid.v + 0.125 * grid.dt**2 * grid.a
-        grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, motion, ahead)
+        grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, u, ahead)
         return ahead
+
+    def on_nodes(self, grid, u):
+        """The loads at the grid's time [N], shape (nodes, D), this rank's share, where the nodes' displacement
+        u [m], shape (nodes, D), has taken the particles; ``force`` becomes theirs. Collective."""
+        self.points.force[:] = self.at(grid.active_cells.comm, grid.time, self._carried(grid, u))
+        return self._spread(grid, self.points.force)
 
 
 def raise_lost(terms, lost, grid, origin):

@@ -33,5 +33,8 @@ def velocity(grid, increment):
 
 
 def half(increment):
-    """The step to the middle, where the forces are; its acceleration and inertia are those of the whole."""
+    """The step to the middle, where the forces are; its acceleration and inertia are those of the whole. A
+    load step without inertia takes no time, and is whole: its equilibrium is that of the end."""
+    if increment.dt == 0.0:
+        return increment
     return Increment(0.5 * increment.dt, increment.alpha, 0.5 * increment.u, increment.a)

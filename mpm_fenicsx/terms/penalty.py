@@ -6,12 +6,13 @@ import mpm_dem_checks as check
 from ..compiled import specialise
 from ..points.points import Points
 from .soil_distance import SoilDistance
-from .springs import AHEAD, CLOSED, STICK, Answer, Springs, respond, spring_matrix, tangent, weigh
+from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spring_matrix, tangent, weigh
 
 HALF = 0.5 - 1e-9  # share of its basis on nodes with mass from which a particle in space touches the body
 # Mass of a node, over that of a full cell, below which it takes no part: one that the body has just reached
 # would fly off and come back with the springs on and off, and Newton's method with it.
 LIGHT = 0.01
+STICKS = 1e30  # normal force [N] at which friction holds whatever comes
 
 
 def has_kinks(penalty):
@@ -115,8 +116,17 @@ class Penalties:
         limit[separates & (pressed <= 0.0)] = 0.0
         rubs = np.isfinite(limit)
         limit[rubs] *= np.maximum(pressed[rubs], 0.0) / stiffness[rubs]
-        self._springs = Springs(base, normal, stiffness, limit, separates)
+        lead = LEAD if grid.dt > 0.0 else 1.0
+        self._springs = Springs(base, normal, stiffness, limit, separates, lead)
         self._answer = Answer(np.empty_like(base), np.zeros_like(base), np.empty(len(gid), np.int8))
+
+    def expect(self, growth):
+        """Before ``begin`` of a load step without inertia: friction is that of normal forces that have grown
+        by this factor since the last one. None: they begin to grow, and friction sticks."""
+        if growth is None:
+            self.points.force[:] = STICKS * self._normal[self.points.gid]
+        else:
+            self.points.force *= growth
 
     def _take_those_in_contact(self):
         """Keep in contact who has material near, let the others forget; returns the gid of the former."""

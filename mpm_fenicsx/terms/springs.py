@@ -18,14 +18,15 @@ mu times that of the normal force.
 In time, f at the end of the step follows from the gap half a step ahead, g + v dt / 2. Without that lead
 Newmark's average acceleration turns a stiff spring into v_new = -v, for ever; with it, the normal force of a
 sliding block scatters a third as much (measured), and a hit loses the energy of the nodes that touch, as at
-held grid nodes. What rests or slides does no work on the lead.
+held grid nodes. What rests or slides does no work on the lead. A load step without inertia takes no time: its
+force follows from the gap at its end.
 """
 from typing import NamedTuple
 
 import numpy as np
 
 AHEAD = 0.5  # steps
-LEAD = 1.0 + 2.0 * AHEAD  # change of the gap ahead per displacement over the step
+LEAD = 1.0 + 2.0 * AHEAD  # change of the gap ahead per displacement over the step; without inertia it is 1
 # along the wall, SLIDE plus 0 to 5 for its direction; CLOSED is added
 FREE, STICK, SLIDE, CLOSED = 0, 1, 2, 8
 D, K = 2, 4  # fixed by specialise
@@ -34,13 +35,15 @@ D, K = 2, 4  # fixed by specialise
 class Springs(NamedTuple):
     """What n particles have of their springs over one step: ``base`` (n, D), the gap ahead without motion
     over the step [m]; ``normal`` (n, D), into the body; ``stiffness`` (n,), k A [N/m]; ``limit`` (n,), mu N /
-    (k A) [m]; ``separates`` (n,). Without a normal (zero) and limit all motion is held."""
+    (k A) [m]; ``separates`` (n,); ``lead``, change of the gap ahead per displacement over the step. Without a
+    normal (zero) and limit all motion is held."""
 
     base: np.ndarray
     normal: np.ndarray
     stiffness: np.ndarray
     limit: np.ndarray
     separates: np.ndarray
+    lead: float = LEAD
 
 
 class Answer(NamedTuple):
@@ -67,19 +70,19 @@ def weigh(cell, cells, heavy, N, share):
 
 
 def respond(cell, cells, N, u, springs: Springs, answer: Answer):
-    """Fill ``answer``: gap ahead = base + LEAD u, force and status of each particle.
+    """Fill ``answer``: gap ahead = base + lead u, force and status of each particle.
 
     cell (n,) of the particles; cells (m, K) nodes; N (n, K) basis values; u (nodes, D) displacement over the
     step [m].
     """
-    base, normal, stiffness, limit, separates = springs
+    base, normal, stiffness, limit, separates, lead = springs
     gap, force, status = answer
     for p in range(len(cell)):
         along = 0.0
         for i in range(D):
             g = base[p, i]
             for q in range(K):
-                g += LEAD * N[p, q] * u[cells[cell[p], q], i]
+                g += lead * N[p, q] * u[cells[cell[p], q], i]
             gap[p, i] = g
             along += g * normal[p, i]
         slip = 0.0
@@ -133,7 +136,7 @@ def spring_matrix(gap, normal, limit, status, C):
 def tangent(cell, row, N, springs: Springs, answer: Answer, Ke):
     """Add -df/du to the element matrices Ke [N/m], see ``weakform.tangent``, at the ``answer`` of
     ``respond``."""
-    normal, stiffness, limit = springs.normal, springs.stiffness, springs.limit
+    normal, stiffness, limit, lead = springs.normal, springs.stiffness, springs.limit, springs.lead
     gap, status = answer.gap, answer.status
     C = np.empty((D, D))
     for p in range(len(cell)):
@@ -141,7 +144,7 @@ def tangent(cell, row, N, springs: Springs, answer: Answer, Ke):
         spring_matrix(gap[p], normal[p], limit[p], status[p], C)
         for a in range(K):
             for b in range(K):
-                w = LEAD * stiffness[p] * N[p, a] * N[p, b]
+                w = lead * stiffness[p] * N[p, a] * N[p, b]
                 for i in range(D):
                     for j in range(D):
                         Ke[c, b, j, i, a] += w * C[i, j]

@@ -1,9 +1,9 @@
 """The stiffness of loads that follow the surface, for Newton's method in load steps without inertia.
 
-Turning with the surface, a pressure on a slender body changes as much as the body resists, and Newton's method
-without that part of the tangent does not converge. It couples nodes of different cells and is not symmetric,
-so it stays out of the matrix: GMRES applies it as a difference of the loads, with the factorised (or else
-preconditioned) matrix of the bodies, beside which it has low rank."""
+Turning with the surface, a pressure on a slender body changes as much as the body resists, and Newton's
+method without that part of the tangent does not converge. It couples nodes of different cells and is not
+symmetric, so it stays out of the matrix: GMRES applies it as a difference of the loads, with the factorised
+(or else preconditioned) matrix of the bodies, beside which it has low rank."""
 import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc

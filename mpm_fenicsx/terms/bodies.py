@@ -165,8 +165,9 @@ class BodyTerm:
         """Add to the matrices of the active cells, see ``weakform.tangent`` and ``f_bar.couple``."""
         increment, new, patches = trial
         patches.bulk[:, 1], patches.push[:], patches.pull[:] = 0.0, 0.0, 0.0
-        self._kernels.tangent(self._stiffness_points(increment), self._elements, self._deformation(), new, patches,
-                              self._params, increment, grid.active_cells.point_matrices)
+        points = self._stiffness_points(increment)
+        self._kernels.tangent(points, self._elements, self._deformation(), new, patches, self._params,
+                              increment, grid.active_cells.point_matrices)
         if self.body.f_bar:
             grid.active_cells.share(patches.bulk[:, 1:], patches.push, patches.pull)
             self._kernels.couple(*self._own_patches, grid.active_cells.patch_matrices)

@@ -160,8 +160,8 @@ class SurfaceLoads(PointForces):
         return ahead
 
     def on_nodes(self, grid, u):
-        """The loads at the grid's time [N], shape (nodes, D), this rank's share, where the nodes' displacement
-        u [m], shape (nodes, D), has taken the particles; ``force`` becomes theirs. Collective."""
+        """This rank's share of the loads at the grid's time [N], (nodes, D), where the nodes' displacement u
+        [m], (nodes, D), has taken the particles; they become their ``force``. Collective."""
         self.points.force[:] = self.at(grid.active_cells.comm, grid.time, self._carried(grid, u))
         return self._spread(grid, self.points.force)
 

@@ -19,6 +19,7 @@ from ..basis.shape import invert
 from ..compiled import inlined
 
 D, K, APIC = 2, 4, True
+FLAT = 1e-9  # of its trace: below that a spread has no extent along an axis
 
 
 @inlined
@@ -31,6 +32,26 @@ def basis_spread(stencil, N, places, x, D, K, S):
         for i in range(D):
             for j in range(D):
                 S[i, j] += N[q] * (places[stencil[q], i] - x[i]) * (places[stencil[q], j] - x[j])
+
+
+@inlined
+def invert_spread(S, D, inverse):
+    """Inverse of S = D_p; zero along axes without extent, as at the edge of a grid, where the domains of
+    points end. Changes S."""
+    least = 0.0
+    for i in range(D):
+        least += FLAT * S[i, i]
+    flat = 0
+    for i in range(D):
+        if S[i, i] <= least:
+            flat += 1 << i
+            for j in range(D):
+                S[i, j] = S[j, i] = 0.0
+            S[i, i] = 1.0
+    invert(S, D, inverse)
+    for i in range(D):
+        if (flat >> i) & 1:
+            inverse[i, i] = 0.0
 
 
 @inlined
@@ -63,7 +84,7 @@ def to_grid(element, nodes, N, places, x, mass, field, nodal):
     for p in range(len(element)):
         if APIC:
             basis_spread(nodes[element[p]], N[p], places, x[p], D, K, S)
-            invert(S, D, inverse)
+            invert_spread(S, D, inverse)
             _product(field[p], inverse, D, around)
         else:
             around[:] = field[p]
@@ -107,7 +128,10 @@ def to_points(element, nodes, N, G, places, increment, C, B):
                     T[i, j] += v * (N[p, q] * r if APIC else G[p, q, j])
                     if not APIC:
                         B[p, i, j] += u[node, i] * G[p, q, j]
-        invert(S if APIC else B[p], D, inverse)
+        if APIC:
+            invert_spread(S, D, inverse)
+        else:
+            invert(B[p], D, inverse)
         _product(T, inverse, D, C[p])
         if APIC:
             B[p] = T

@@ -137,6 +137,18 @@ def test_gradients_are_those_of_a_linear_velocity_on_the_moved_grid(splines):
         np.testing.assert_allclose(splines.B, np.broadcast_to(A @ moved, splines.B.shape), rtol=0, atol=1e-13)
 
 
+@pytest.mark.parametrize("D", [2, 3])
+def test_a_point_on_the_edge_of_the_grid_has_no_variation_across_it(D):
+    """There D_p is singular: the velocity varies along the edge alone."""
+    element, nodes = np.zeros(1, np.int32), np.arange(2, dtype=np.int32)[None]
+    places, x, N = np.zeros((2, D)), np.zeros((1, D)), np.array([[0.25, 0.75]])
+    places[:, 0] = -0.75, 0.25
+    nodal, B = np.zeros((2, 1 + 2 * D)), np.ones((1, D, D))
+    specialise(affine.to_grid, D=D, K=2, APIC=True)(element, nodes, N, places, x, np.ones(1), B, nodal)
+    np.testing.assert_allclose(nodal[:, 1:1 + D], np.outer([-1.0, 1.0], np.ones(D)), rtol=1e-14)
+    np.testing.assert_allclose((nodal[:, 1:1 + D].T @ places)[:, 0], B[0, :, 0], rtol=1e-14)
+
+
 # ---------------------------------------------------------------- a step of the MPM
 
 

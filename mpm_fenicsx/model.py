@@ -27,7 +27,7 @@ from .terms.bodies import Start, warn_if_in_pieces
 from .terms.bonds import Bonds
 from .terms.kernels import compile_grid_kernels
 from .terms.loads import PointForces, SurfaceLoads
-from .terms.scene_penalties import make_penalties, reaction
+from .terms.scene_penalties import make_contacts, make_penalties, reaction
 from .terms.transfers import TRANSFERS, make_bodies
 
 
@@ -67,11 +67,12 @@ class Model:
         loads = list(scene.loads)
         self.loads = (SurfaceLoads(loads, self.dim, start, self._outflow),) if loads else ()
         self.penalties = make_penalties(list(scene.penalties), self.background, start)
+        self._contacts = make_contacts(scene.penalties, self.background, start, self._bodies)
         self._behind = watch(scene.penalties, self.background, self._bodies)
         for condition in (*self.loads, *self.penalties):
             self.background.keep_mine(condition.points, condition.names)
         self._sets = self._all_points()
-        self._fingerprint = fingerprint(self, self._sets.names())
+        self._fingerprint = fingerprint(self, [*self._sets.names(), *(c.names for c in self._contacts)])
         for body in self._bodies:
             body.compile(self.background, scene.inertia != "lumped")
             self.background.keep_mine(body.points, np.full(len(body.points), "the body"))
@@ -187,19 +188,19 @@ class Model:
 
     def reaction(self, name: str) -> np.ndarray:
         """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
-        return total(self.comm, reaction(self.penalties, name))
+        return total(self.comm, reaction(self.penalties, self._contacts, name))
 
     @property
     def driven(self) -> bool:
         """Whether motions, loads or body forces do work on the bodies, besides gravity and the interface."""
-        stated = [*self.scene.supports, *(one for penalty in self.penalties for one in penalty.penalties)]
-        moved = any(one.motion is not None for one in stated)
+        stated = [*self.scene.supports, *self.scene.penalties]
+        moved = any(getattr(one, "motion", None) is not None for one in stated)
         return bool(self.loads or self._bodies[0].has_body_force or moved)
 
     @property
     def springs(self) -> bool:
         """Whether there are any, which store energy that ``energy`` does not count."""
-        return bool(self.penalties)
+        return bool(self.penalties or self._contacts)
 
     def behind(self) -> Dict[str, int]:
         """Material points that have gone through walls and not come back, as name of the wall → number."""

@@ -182,9 +182,9 @@ class MPM(Settling):
         kind, ghost = self._kind_of_step(self.scene.inertia == "ghost" or self.ghost_since is not None)
         if ghost and self._facets is None:
             self._facets = Facets(self.background, self.kernels.shapes)
-        problem = Problem(self._bodies, self._forces, self.loads, self.penalties, self.supports, self.gravity,
-                          self.scene.inertia != "lumped", self.numerics.solver, self._transfer.rule,
-                          self._losses)
+        problem = Problem(self._bodies, self._forces, self.loads, (*self.penalties, *self._contacts),
+                          self.supports, self.gravity, self.scene.inertia != "lumped", self.numerics.solver,
+                          self._transfer.rule, self._losses)
         self.step = kind(self.background, self.kernels, filled, problem, self.phases, self._doubt,
                          self._facets if ghost else None)
         self._renew_arrays()

@@ -1,4 +1,5 @@
 """Material points and boundary particles as arrays, one array per field, and their seeding."""
+import math
 from typing import Optional, Tuple
 
 import basix
@@ -73,6 +74,28 @@ def half_widths(body: Body, volume: np.ndarray) -> np.ndarray:
         return np.tile(half, (len(volume), 1))
     thickness = body.thickness if D == 2 else 1.0
     return np.tile(0.5 * (volume / thickness) ** (1.0 / D), (D, 1)).T.copy()
+
+
+def surface_distances(body: Body, volume: np.ndarray, even: bool = False) -> np.ndarray:
+    """Of the body's outermost points from its surface, and of all others from the sides of their body cells,
+    along the axes [m], shape (n, D); volume: of the points [m^3], shape (n,); even: see ``seed``. Points of a
+    Cloud have that of squares and cubes, half their side.
+
+    >>> from mpm_fenicsx import Box, linear
+    >>> block = Body(Box((0.0, 0.0), (1.0, 0.5)), (2, 1), 1, linear(1e6, 0.3), 1000.0)
+    >>> surface_distances(block, np.full(2, 0.25)).tolist()
+    [[0.25, 0.25], [0.25, 0.25]]
+    """
+    D, tensor = body.dim, body.cell in ("quadrilateral", "hexahedron")
+    if isinstance(body.shape, Cloud):
+        return half_widths(body, volume)
+    xi = (even_rule if even and tensor else gauss_rule)(body.cell, body.points)[0]
+    if isinstance(body.shape, Box):
+        return np.tile(xi.min() * body.shape.size / np.asarray(body.cells), (len(volume), 1))
+    thickness = body.thickness if D == 2 else 1.0
+    of_cell = np.repeat(volume.reshape(-1, len(xi)).sum(axis=1) / thickness, len(xi))
+    side = ((1.0 if tensor else math.factorial(D)) * of_cell) ** (1.0 / D)
+    return np.tile(xi.min() * side, (D, 1)).T.copy()
 
 
 def of_points(body: Body, even: bool = False) -> Interface:

@@ -13,12 +13,18 @@ import mpm_dem_checks as check
 from .bodies import AXES
 from .interface import Interface
 
+CONTACTS = "nodes", "surface"
+
 
 def _check_rubbing(wall: Union["Penalty", "GridWall"]) -> None:
     """Friction, separation and stiffness of a wall: a ``Penalty`` or ``GridWall``."""
     if not (isinstance(wall.friction, (int, float)) and wall.friction >= 0):
         check.refuse(f"the friction of {wall.name}", wall.friction, "it must be 0 or more (inf sticks)")
     check.truth(f"separates of {wall.name}", wall.separates)
+    check.choice(f"contact of {wall.name}", wall.contact, CONTACTS)
+    if wall.contact == "surface" and not wall.separates:
+        raise ValueError(f'{wall.name} has contact="surface" but does not separate: a wall meets the surface '
+                         "of a body only to push it away, give separates=True")
     if wall.stiffness is not None:
         check.positive(f"the stiffness of {wall.name}", wall.stiffness, "Pa/m", "it must be positive")
 
@@ -54,6 +60,7 @@ class Penalty:
     motion: Optional[Callable] = None
     at: Any = None
     stiffness: Optional[float] = None
+    contact: str = "nodes"
     name: str = "penalty"
 
     def __post_init__(self) -> None:
@@ -62,6 +69,7 @@ class Penalty:
         check.truth(f"follows of {self.name}", self.follows)
         if self.motion is not None:
             check.function(f"the motion of {self.name}", self.motion)
+        self._check_contact()
         if self.normal is None and (self.friction or self.separates or self.at is not None):
             raise ValueError(f"{self.name} sticks, as it has no normal: give one for friction, separates or "
                              "at")
@@ -70,6 +78,16 @@ class Penalty:
                              "follow the body (follows=True) can have a distance to it")
         if self.normal is not None:
             object.__setattr__(self, "normal", self._unit_normals())
+
+    def _check_contact(self) -> None:
+        D = np.shape(self.surface.x)[1]
+        if self.contact == "surface" and self.follows:
+            raise ValueError(f'{self.name} follows the body, contact="surface" is for a wall in space: '
+                             "particles that follow are on the surface of the body already")
+        if self.contact == "surface" and (not len(self.surface.elements)
+                                          or np.shape(self.surface.elements)[1] != D):
+            raise ValueError(f'{self.name} has contact="surface" but its surface has no segments or '
+                             "triangles: give one of Interface.line or Interface.patch")
 
     def _unit_normals(self) -> np.ndarray:
         shape = np.shape(self.surface.x)
@@ -103,6 +121,7 @@ class GridWall:
     friction: float = 0.0
     separates: bool = False
     stiffness: Optional[float] = None
+    contact: str = "nodes"
     name: str = "grid wall"
 
     def __post_init__(self) -> None:

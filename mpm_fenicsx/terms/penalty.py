@@ -23,8 +23,9 @@ def has_kinks(penalty):
 def walls_in_reach(penalties, background):
     """Mask of the local cells that may hold particles of walls; None, on all ranks, where there are no
     springs."""
-    walls = [penalty for penalty in penalties if not penalty.follows]
-    if not penalties:
+    springs = [penalty for penalty in penalties if penalty.points is not None]  # else on material points
+    walls = [penalty for penalty in springs if not penalty.follows]
+    if not springs:
         return None
     mask = np.full(len(background.cells), any(wall.moves for wall in walls))
     for wall in walls:

@@ -8,6 +8,8 @@ from ..points.surface import areas
 from ..scene.conditions import GridWall
 from ..scene.refine import as_fine_as_the_grid
 from .penalty import Penalties, has_kinks
+from .surface_contact import SurfaceContact
+from .wall_surfaces import find_surfaces
 
 # Stiffness of the springs over that of one cell of the body. Those of a support give by 1 % of a cell's
 # strain. A wall with friction or separation gives as much as one more cell would: with 100, neighbours in one
@@ -33,6 +35,8 @@ def make_penalties(scene, background, start):
     """
     D, groups, h = background.dim, {False: [], True: []}, background.h.min()
     for condition in scene:
+        if condition.contact == "surface":
+            continue  # on material points, see ``surface_contact``
         if isinstance(condition, GridWall):
             condition = condition.penalty(background.whole[0])
         if np.shape(condition.surface.x)[1] != D:
@@ -43,9 +47,26 @@ def make_penalties(scene, background, start):
             condition = as_fine_as_the_grid(condition, background)
         area = areas(np.asarray(condition.surface.x, float), np.asarray(condition.surface.elements))
         area[area == 0.0] = h ** (D - 1)  # a particle without elements stands for a node
-        groups[condition.follows].append((condition, area * start.thickness * _stiffness(condition, h,
-                                                                                         start)))
+        stiffness = stiffness_at(condition, np.asarray(condition.surface.x, float), h, start)
+        groups[condition.follows].append((condition, area * start.thickness * stiffness))
     return tuple(Penalties(*zip(*group), start, background) for group in groups.values() if group)
+
+
+def make_contacts(scene, background, start, bodies):
+    """``SurfaceContact`` of each of the ``bodies``, terms of a step, with the walls of the scene that meet
+    the surface: none, or as many as there are bodies. Other arguments and errors: see ``make_penalties``."""
+    scene = [condition for condition in scene if condition.contact == "surface"]
+    surfaces, h = find_surfaces(scene, background), background.h.min()
+    without = {condition.name for condition in scene} - {surface.name for surface in surfaces}
+    if without:
+        raise ValueError(f'{min(without)} has contact="surface" but no side that bodies can meet: give a '
+                         "normal, and to a GridWall all nodes of the sides of cells")
+    for surface in surfaces:
+        if surface.motion:
+            _check_motion(surface.record)
+    return tuple(SurfaceContact(body, surfaces, np.array(
+        [stiffness_at(surface.record, body.points.x, h, start) for surface in surfaces]), background)
+        for body in bodies if surfaces)
 
 
 def _check_motion(penalty):
@@ -59,18 +80,19 @@ def _check_motion(penalty):
                          "start from zero")
 
 
-def reaction(penalties, name):
-    """Force of the penalties of that name on the body, this rank's share [N]; raises ValueError for an
-    unknown name."""
-    names = sorted({str(other) for penalty in penalties for other in penalty.names})
+def reaction(penalties, contacts, name):
+    """Force of the penalties and ``contacts`` of that name on the body, this rank's share [N]; raises
+    ValueError for an unknown name."""
+    names = sorted({str(other) for penalty in (*penalties, *contacts) for other in penalty.names})
     if name not in names:
         raise ValueError(f"there is no penalty {name!r}: choose one of {', '.join(names) or 'none'}")
-    return sum(p.points.force[p.names[p.points.gid] == name].sum(axis=0) for p in penalties)
+    held = [p.points.force[p.names[p.points.gid] == name].sum(axis=0) for p in penalties]
+    return sum([*held, *(contact.reaction(name) for contact in contacts)])
 
 
-def _stiffness(penalty, h, start):
-    """Of the springs per area [Pa/m], shape (n,); by default that of the nearest body."""
-    x = np.asarray(penalty.surface.x, float)
+def stiffness_at(penalty, x, h, start):
+    """Of the springs per area at places x [m], shape (n, D) [Pa/m], shape (n,); by default that of the
+    nearest body. h: size of a cell [m]; start: the bodies, see ``bodies.Start``."""
     if penalty.stiffness is not None:
         return np.full(len(x), penalty.stiffness)
     factor = WALL_FACTOR if has_kinks(penalty) else SUPPORT_FACTOR

@@ -10,7 +10,8 @@ from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Penalty
 from mpm_fenicsx.points.surface import normal_areas
 from mpm_fenicsx.scene.refine import divide
 from mpm_fenicsx.solve.step import Step
-from mpm_fenicsx.terms.behind import BEHIND, FRONT, THROUGH, find_rim
+from mpm_fenicsx.terms.behind import BEHIND, FRONT, THROUGH
+from mpm_fenicsx.terms.wall_surfaces import find_rim
 
 SOIL = LAWS["mohr_coulomb"](2e5, 0.3, 20.0, 0.0, 0.0)
 

@@ -1,0 +1,174 @@
+"""Contact of walls with the surface of a body: of its material points, not of the nodes that they share.
+
+A wall that holds nodes stops a body as soon as it shares one with it, up to a cell away, over all the width
+of the cells. Here each material point is as thick as its share of the body: half-widths l along the axes at
+rest, by which the outermost ones are from its surface, make an ellipsoid that deforms with F. Toward a wall
+with normal n it reaches by
+
+    r = |L F^T n|,  L = diag(l),        gap g_n = n . (x - x_wall) - r,
+
+to its foot x - r n. A spring between foot and wall, as in ``springs``, pushes where g_n < 0 and rubs. Gap and
+force belong to the foot: the nodes of the point's own stencil take part with
+
+    N_foot = N - r n . grad N,
+
+which moves the foot exactly with every linear field, so that the force goes to the nodes with its momentum
+and, about any axis, its moment, and needs no cell, no node and no rank besides those of the point. (Bird et
+al. 2024, arXiv 2412.01565, measure the gap at the boundary of the points' domains too.)
+"""
+import numpy as np
+
+from ..compiled import specialise
+from ..points.points import surface_distances
+from .feet import Feet, Thickness, find_feet, foot_basis, stencil_tangent
+from .penalty import STICKS
+from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spring_matrix, tangent
+from .wall_surfaces import WallSurfaces, nearest
+
+NEAR = 1.0  # cells between a wall and the points that a step looks at
+
+
+class SurfaceContact:
+    """Contact of one body with the ``surfaces`` of walls, see ``wall_surfaces.Surface``, as a term of a step
+    (see ``grid_state``). Each material point keeps, per wall, force [N], gap along the wall [m], status in
+    the tangent in use, and side; ``half`` and ``skin``: see ``Thickness``.
+
+    body: its term; stiffness: of each wall per area, at each point [Pa/m], shape (walls, n)."""
+
+    follows, points, kinks = False, None, True
+    _sticks = False  # friction in the step to come holds whatever comes
+
+    def __init__(self, body, surfaces, stiffness, background):
+        self.penalties = [surface.record for surface in surfaces]
+        self.names, self._body, self._dim = [s.name for s in surfaces], body, background.dim
+        self._h = background.h.max()
+        self._walls = [WallSurfaces([surface], self._h, 2.0 * NEAR * self._h) for surface in surfaces]
+        self.moves = any(wall.moves for wall in self._walls)
+        p, n, W, D = body.points, len(body.points), len(surfaces), self._dim
+        area = (p.V0 / body.thickness) ** ((D - 1) / D) * body.thickness
+        p.add(half=surface_distances(body.body, p.V0, background.basis.smooth), skin=np.zeros(n),
+              wall_stiffness=(stiffness * area).T.copy(),
+              wall_side=np.zeros((n, W), np.int8), wall_status=np.zeros((n, W), np.int8),
+              wall_force=np.zeros((n, W, D)), wall_gap=np.zeros((n, W, D)))
+        self._friction = np.array([surface.record.friction for surface in surfaces], float)
+        self._compile(background)
+        found, _ = self._find_feet()
+        np.maximum.at(p.skin, found.point, -found.gap)
+
+    def _compile(self, background):
+        self._smooth, D = background.basis.smooth, self._dim
+        size = dict(D=D, K=background.basis.nodes(D, background.cells.shape[1]))
+        self._find = specialise(find_feet, D=D, nearest=specialise(nearest, D=D))
+        self._foot_basis, self._respond = specialise(foot_basis, **size), specialise(respond, **size)
+        self._tangent = specialise(stencil_tangent if self._smooth else tangent, **size,
+                                   spring_matrix=specialise(spring_matrix, D=D))
+
+    def _find_feet(self):
+        """``Feet`` of all walls, and the wall of each."""
+        p, parts = self._body.points, []
+        thickness = Thickness(p.half, p.F, p.skin, 0.5 * self._h)
+        for w, wall in enumerate(self._walls):
+            feet, side = Feet.room(len(p), self._dim), p.wall_side[:, w].copy()
+            count = self._find(p.x, thickness, wall.bins, wall.walls, wall.far, side, feet)
+            p.wall_side[:, w] = side
+            chosen = np.flatnonzero(feet.gap[:count] < NEAR * self._h)
+            parts.append(Feet(*(values[chosen] for values in feet)))
+        number = np.repeat(np.arange(len(parts)), [len(part.point) for part in parts])
+        return Feet(*(np.concatenate(values) for values in zip(*parts))), number
+
+    # ---------------------------------------------------------------- one step, see ``grid_state``
+
+    def locate(self, grid):
+        """Nothing: the points are in their elements. Returns -1, as no point can lose its body."""
+        return -1
+
+    def expect(self, growth):
+        """See ``penalty.Penalties.expect``."""
+        self._sticks = growth is None
+        self._body.points.wall_force *= growth or 0.0
+
+    def begin(self, grid, load):
+        """Gaps and velocities of the feet at the start of the step, and what the walls will do in it. There
+        is no load."""
+        body, p = self._body, self._body.points
+        if self.moves:
+            for wall in self._walls:
+                wall.place(grid.time)
+        feet, number = self._find_feet()
+        self._index, normal = (feet.point, number), feet.normal
+        self._element, self._nodes = np.ascontiguousarray(body._element[feet.point]), body._elements.nodes
+        self._N = np.empty((len(feet.point), self._nodes.shape[1]))
+        self._foot_basis(feet, body._N, body._G, self._N)
+        self._forget_others()
+        velocity = np.zeros_like(normal)
+        body._on_points.interpolate(self._element, self._nodes, self._N, grid.v, velocity)
+        rub, force = p.wall_gap[self._index], p.wall_force[self._index]
+        self._slip = rub - np.sum(rub * normal, axis=1)[:, None] * normal
+        base = feet.gap[:, None] * normal + self._slip - AHEAD * grid.dt * velocity
+        if self.moves:
+            before, half, now = (self._motion(feet, grid.time + k * grid.dt) for k in (0.0, 0.5, 1.0))
+            self._slip -= now - before
+            base -= now - before + AHEAD * (before - 4.0 * half + 3.0 * now)  # dt times its last velocity
+        pressed, stiffness = np.sum(force * normal, axis=1), p.wall_stiffness[self._index]
+        pressed, self._sticks = (np.full_like(pressed, STICKS) if self._sticks else pressed), False
+        limit = np.where(pressed > 0.0, self._friction[number], 0.0)
+        rubs = np.isfinite(limit)
+        limit[rubs] *= pressed[rubs] / stiffness[rubs]
+        self._springs = Springs(base, normal, stiffness, limit, np.ones(len(limit), bool),
+                                LEAD if grid.dt > 0.0 else 1.0)
+        self._answer = Answer(np.empty_like(base), np.zeros_like(base), np.empty(len(limit), np.int8))
+
+    def _motion(self, feet, time):
+        """Places of the wall at the feet at ``time`` [s], shape (m, D) [m]."""
+        starts = np.searchsorted(self._index[1], np.arange(len(self._walls) + 1))
+        parts = [slice(*ends) for ends in zip(starts, starts[1:])]
+        return np.concatenate([
+            np.einsum("qk,qki->qi", feet.weight[part], wall.places(time)[wall.elements[feet.element[part]]])
+            for part, wall in zip(parts, self._walls)])
+
+    def _forget_others(self):
+        """Points that are near no wall have neither force nor gap there."""
+        p = self._body.points
+        off = np.ones(p.wall_status.shape, bool)
+        off[self._index] = False
+        self._some_left = bool(p.wall_status[off].any())
+        p.wall_force[off], p.wall_gap[off], p.wall_status[off] = 0.0, 0.0, 0
+
+    def first_trial(self, grid, increment):
+        """Gap, force and status of the springs at the increment, an ``Answer``."""
+        self._respond(self._element, self._nodes, self._N, increment.u, self._springs, self._answer)
+        return self._answer
+
+    def residual(self, grid, increment, R):
+        """Subtract the forces [N] from R, shape (nodes, D). Returns the ``Answer`` of the springs."""
+        answer = self.first_trial(grid, increment)
+        self._body._on_points.spread(self._element, self._nodes, self._N, -answer.force, R)
+        return answer
+
+    def switched(self, answer):
+        """Whether a point of this rank sticks, slides or has separated otherwise than in the tangent."""
+        kept = self._body.points.wall_status[self._index]
+        return self._some_left or not np.array_equal(answer.status, kept)
+
+    def tangent(self, grid, answer):
+        """Add the springs to the matrices of the points."""
+        self._body.points.wall_status[self._index], self._some_left = answer.status, False
+        rows = self._nodes if self._smooth else self._body._elements.row
+        self._tangent(self._element, rows, self._N, self._springs, answer, grid.active_cells.point_matrices)
+
+    def finish(self, grid, answer, increment):
+        """Keep the forces, and the gaps along the walls; the others follow from where the points are."""
+        p, (_, force, status), springs = self._body.points, answer, self._springs
+        moved = self._slip
+        self._body._on_points.interpolate(self._element, self._nodes, self._N, increment.u, moved)
+        gap = np.where(status[:, None] % CLOSED == STICK, moved, -force / springs.stiffness[:, None])
+        p.wall_gap[self._index] = gap - np.sum(gap * springs.normal, axis=1)[:, None] * springs.normal
+        p.wall_force[self._index] = force
+
+    def move(self, time):
+        """Nothing: the walls are placed at the start of a step."""
+
+    def reaction(self, name):
+        """Force of the walls of that name on the points of this rank [N], shape (D,)."""
+        chosen = [w for w, other in enumerate(self.names) if other == name]
+        return self._body.points.wall_force[:, chosen].sum(axis=(0, 1))

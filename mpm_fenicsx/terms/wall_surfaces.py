@@ -1,0 +1,153 @@
+"""Walls as surfaces of segments or triangles, and what a place is nearest to on them."""
+from typing import NamedTuple
+
+import numpy as np
+
+from ..points.bins import Bins, bin_of, make_bins
+from ..points.closest import closest
+from ..points.surface import normal_areas
+from ..scene.conditions import GridWall
+from ..scene.mesh import FACETS
+
+D = 2  # fixed by specialise
+# of two elements equally near, as at their common corner, the one that looks more straight at the point
+TIE = 1e-9
+
+
+class WallElements(NamedTuple):
+    """m elements of walls: ``corners`` (m, D, D) [m]; ``normal`` (m, D), to the front; ``wall`` (m,), number
+    of the wall; ``rim`` (m, D, 2), whether the wall ends at each corner, and at the edge opposite."""
+
+    corners: np.ndarray
+    normal: np.ndarray
+    wall: np.ndarray
+    rim: np.ndarray
+
+
+class Surface(NamedTuple):
+    """A wall: its ``record`` and ``name``, particles x (n, D) [m], ``motion`` or None, ``elements`` (m, D),
+    and ``front`` (n, D), directions to the front."""
+
+    record: object
+    name: str
+    x: np.ndarray
+    motion: object
+    elements: np.ndarray
+    front: np.ndarray
+
+
+def nearest(p, x, bins: Bins, elements: WallElements, far, weight, best_weight, work):
+    """Element nearest to point p of x, shape (n, D), within ``far`` [m], or -1; its distance squared; the
+    distance along the element's normal; whether the wall ends where it is nearest. best_weight, shape (D,):
+    barycentric coordinates of that place; weight, (D,), and work, (3, D): room."""
+    start, items = bins.start, bins.items
+    corners, normal, wall, rim = elements
+    b = bin_of(p, x, bins, D)
+    best, along, element = far * far, 0.0, -1
+    for item in range(start[b] if b >= 0 else 0, start[b + 1] if b >= 0 else 0):
+        e = items[item]
+        closest(x[p], corners[e], D, weight, work)
+        square, ahead = 0.0, 0.0
+        for i in range(D):
+            r = x[p, i]
+            for a in range(D):
+                r -= weight[a] * corners[e, a, i]
+            square += r * r
+            ahead += r * normal[e, i]
+        if square > best * (1.0 + TIE) or square > far * far:
+            continue
+        if element >= 0 and square >= best * (1.0 - TIE):
+            if abs(ahead) < abs(along) * (1.0 - TIE) or (abs(ahead) <= abs(along) * (1.0 + TIE)
+                                                         and ahead < along):
+                continue
+        best, along, element = square, ahead, e
+        for a in range(D):
+            best_weight[a] = weight[a]
+    on_rim, zeros = False, 0
+    for a in range(D if element >= 0 else 0):
+        zeros += 1 if best_weight[a] == 0.0 else 0
+    for a in range(D if element >= 0 else 0):
+        if zeros == D - 1 and best_weight[a] > 0.0 and rim[element, a, 0]:
+            on_rim = True
+        if zeros == 1 and best_weight[a] == 0.0 and D == 3 and rim[element, a, 1]:
+            on_rim = True
+    return element, best, along, on_rim
+
+
+class WallSurfaces:
+    """Several ``surfaces``, of the same dimension, in bins for places up to ``far`` [m] from them. ``bins``
+    and ``walls``, the ``WallElements``: as last placed. h: size of a cell [m]."""
+
+    def __init__(self, surfaces, h, far):
+        starts = np.cumsum([0, *(len(s.x) for s in surfaces)])
+        self.names, self._surfaces, self.far = [s.name for s in surfaces], surfaces, far
+        self.moves = any(s.motion for s in surfaces)
+        self.elements = np.concatenate([s.elements + start for s, start in zip(surfaces, starts)])
+        self._wall = np.repeat(np.arange(len(surfaces)), [len(s.elements) for s in surfaces])
+        self._front = np.concatenate([s.front for s in surfaces])[self.elements].sum(axis=1)
+        self._rim = find_rim(np.concatenate([s.x for s in surfaces]), self.elements, h)
+        self.place(0.0)
+
+    def places(self, time):
+        """Of all particles at ``time`` [s], shape (n, D) [m]."""
+        return np.concatenate([s.x if s.motion is None else s.x + s.motion(time) for s in self._surfaces])
+
+    def place(self, time):
+        """Take the walls to where they are at ``time`` [s]."""
+        x = self.places(time)
+        corners, normal = x[self.elements], normal_areas(x, self.elements)
+        normal *= np.where(np.sum(normal * self._front, axis=1) < 0.0, -1.0, 1.0)[:, None]
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        self.walls = WallElements(corners, normal, self._wall, self._rim)
+        self.bins = make_bins(corners.min(axis=1) - self.far, corners.max(axis=1) + self.far, self.far)
+
+
+def find_rim(x, elements, h):
+    """Whether a surface ends at each corner of its elements, and at the edge opposite, shape (m, D, 2).
+    Particles in one place are one."""
+    place = np.unique(np.round(x / (1e-6 * h)).astype(np.int64), axis=0,
+                      return_inverse=True)[1].ravel()[elements]
+    D = elements.shape[1]
+    facets = np.stack([np.delete(place, a, axis=1) for a in range(D)], axis=1)  # opposite each corner
+    facets.sort(axis=2)
+    _, number, count = np.unique(facets.reshape(-1, D - 1), axis=0, return_inverse=True, return_counts=True)
+    ends = (count == 1)[number.ravel()].reshape(len(elements), D)
+    at_rim = np.isin(place, np.unique(facets[ends]))
+    return np.stack([at_rim, ends], axis=2)
+
+
+def find_surfaces(scene, background):
+    """A ``Surface`` of each of a scene's ``Penalty`` and ``GridWall`` records that is in space, has a front
+    side and elements."""
+    surfaces = []
+    for condition in scene:
+        if isinstance(condition, GridWall):
+            x, cells = background.whole
+            wall = condition.penalty(x)
+            facets, motion = wall_facets(x, cells, background.grid.cell, condition.holds(x),
+                                         wall.normal[0]), None
+            front = np.broadcast_to(wall.normal[0], x.shape)
+        else:
+            x, motion = np.asarray(condition.surface.x, float), condition.motion
+            facets, front = np.asarray(condition.surface.elements), condition.normal
+        watched = front is not None and not getattr(condition, "follows", False)
+        if watched and len(facets) and facets.shape[1] == background.dim:
+            surfaces.append(Surface(condition, condition.name, x, motion, facets, front))
+    return surfaces
+
+
+def wall_facets(x, cells, kind, on_wall, normal):
+    """Segments or triangles of a wall along grid nodes, shape (m, D): the facets between nodes ``on_wall``,
+    mask of shape (n,), of cells in front of it. normal: to the front, shape (D,)."""
+    cells = cells[~on_wall[cells].all(axis=1)]
+    facets = np.concatenate([cells[:, list(facet)] for facet in FACETS[kind]])
+    inside = np.tile(x[cells].mean(axis=1), (len(FACETS[kind]), 1))
+    chosen = on_wall[facets].all(axis=1)
+    facets, inside = facets[chosen], inside[chosen]
+    if facets.shape[1] == 4:
+        facets, inside = np.concatenate([facets[:, [0, 1, 2]], facets[:, [0, 2, 3]]]), np.tile(inside, (2, 1))
+    if not len(facets):
+        return facets
+    n = normal_areas(x, facets)
+    across = np.abs(n @ normal) > 0.5 * np.linalg.norm(n, axis=1)
+    return facets[across & ((inside - x[facets].mean(axis=1)) @ normal > 0.0)]

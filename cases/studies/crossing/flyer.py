@@ -16,7 +16,7 @@ from studies.extreme_keys import Ball, Block, Extreme, Resolution, Windows
 from studies.extreme_scene import interface_on, make_solid
 
 T_END, FLY = 1.68e-4, 100.0  # [s], eleven swings; [m/s]
-SWEEP = [dict(h=5e-3), dict(h=2.5e-3), dict(h=1.25e-3)]
+SWEEP = [dict(h=5e-3), dict(h=2.5e-3)]
 MEASURE = "noise"
 
 

@@ -1,17 +1,19 @@
 """All scenes of this folder, or those named, with each basis: a table, its CSV, error against run time.
 
-    python -m coupling.crossing                           all scenes, linear and gimp; results in out/crossing
+    python -m coupling.crossing                           all scenes; results in out/crossing
     python -m coupling.crossing bar step                  these scenes
-    python -m coupling.crossing bar basis=linear,gimp,bspline out=out/bar
+    python -m coupling.crossing bar basis=linear,cpgimp+tpic out=out/bar
     python -m coupling.crossing into=docs/basis.md        and the table of that page, and its figure beside it
 
 A scene is a module with ``run(basis=…, …)``, which returns numbers by name: errors, and ``newton``
 iterations per step, ``step_ms``, the median, and ``seconds``. It may name its ``SWEEP``, a list of
 arguments for ``run``, coarse first, and the ``MEASURE`` that the figure shows; without them it is run
-once as it is, and its first number is shown. A run that fails is a row with its reason.
+once as it is, and its first number is shown. A basis may have a transfer, ``cpgimp+tpic``, in scenes
+whose ``run`` takes one (``transfer``, or any ``others``). A run that fails is a row with its reason.
 """
 import csv
 import importlib
+import inspect
 import re
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Sequence
@@ -26,11 +28,14 @@ from studies import sweep
 COST = ("newton", "step_ms", "seconds")
 HELPERS = ("__init__", "common", "table")
 BLOCK = re.compile(r"(<!-- crossing: [^>]*-->\n).*?(\n<!-- end of crossing -->)", re.S)
-STYLES = {"linear": ("C0", "o"), "gimp": ("C1", "s"), "cpgimp": ("C2", "D"), "bspline": ("C3", "^")}
+WAYS = "linear,gimp,cpgimp,cpgimp+tpic"
+STYLES = {"linear": ("C0", "o"), "gimp": ("C1", "s"), "cpgimp": ("C2", "D"), "cpgimp+tpic": ("C4", "d"),
+          "bspline": ("C3", "^"), "bspline+tpic": ("C3", "v")}
 
 
 class Row(NamedTuple):
-    """One run: scene, basis, arguments of ``run``, what it returned, and why it failed, or ""."""
+    """One run: scene, basis (with a plus and the transfer where it is not the default one), arguments of
+    ``run``, what it returned, and why it failed, or ""."""
 
     scene: str
     basis: str
@@ -45,11 +50,16 @@ def scenes() -> List[str]:
 
 
 def run(name: str, basis: str) -> List[Row]:
-    """The sweep of a scene with one basis."""
+    """The sweep of a scene with one basis; nothing for a transfer that the scene does not take."""
     module, rows = importlib.import_module(f"studies.crossing.{name}"), []
+    kind, _, transfer = basis.partition("+")
+    more = {"transfer": transfer} if transfer else {}
+    takes = inspect.signature(module.run).parameters
+    if more and not ({"transfer", "others"} & set(takes)):
+        return []
     for given in getattr(module, "SWEEP", [{}]):
         try:
-            found = module.run(basis=basis, **given)
+            found = module.run(basis=kind, **given, **more)
         except (ArithmeticError, RuntimeError, ValueError) as error:
             rows.append(Row(name, basis, given, {}, str(error).splitlines()[0]))
         else:
@@ -118,7 +128,7 @@ def draw(path: Path, rows: Sequence[Row]) -> None:
         shown = measure(own)
         for basis in dict.fromkeys(row.basis for row in own):
             at = [(row.found["seconds"], abs(row.found[shown])) for row in own if row.basis == basis]
-            colour, marker = STYLES.get(basis, ("C4", "v"))
+            colour, marker = STYLES.get(basis, ("C5", "v"))
             axis.loglog(*zip(*at), color=colour, marker=marker, markersize=5, label=basis)
         axis.set_title(title(name), fontsize="medium")
         axis.set(xlabel="time in steps [s]", ylabel=shown)
@@ -144,7 +154,7 @@ def main(words: List[str]) -> int:
     named = [word for word in words if "=" not in word]
     for name in named:
         cli.checked(check.choice, "scene", name, choices=tuple(scenes()))
-    rows = [row for name in named or scenes() for basis in keys.get("basis", "linear,gimp").split(",")
+    rows = [row for name in named or scenes() for basis in keys.get("basis", WAYS).split(",")
             for row in run(name, basis)]
     out = cli.checked(check.path, "out", keys.get("out", "out/crossing"))
     out.mkdir(parents=True, exist_ok=True)

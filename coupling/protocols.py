@@ -17,6 +17,8 @@ class Solid(Protocol):
     Where ``advance`` fails with an ArithmeticError, on all ranks alike, it leaves the solid as it was. These
     may be there besides:
 
+    ``attempt(dt, force)``: ``advance`` without what the solid itself does where a step fails, such as
+        shorter steps: the loop asks for these after that
     ``fall_back()``: after such a failure, changes something so that the step may succeed now, and returns a
         text of what that is, "" when nothing remains
     ``resample()``: between two steps, renews the points of the interface; returns an ``InterfaceChange`` or

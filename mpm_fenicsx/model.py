@@ -8,6 +8,7 @@ from .basis.smooth import Basis
 from .collective import total
 from .grid.background import Background, check_inside
 from .grid.supports import Supports
+from .laws import ELASTIC_STATE
 from .output.states import fingerprint
 from .points.boundary_particles import BoundaryParticles
 from .points.migrate import Router
@@ -21,6 +22,7 @@ from .scene.interface import Interface
 from .scene.margin import margins_at_walls
 from .scene.solid import SolidScene
 from .solve import options
+from .solve.ladder import Ladder
 from .solve.losses import Losses
 from .terms.behind import watch
 from .terms.bodies import Start, warn_if_in_pieces
@@ -52,6 +54,8 @@ class Model:
         x = np.concatenate([body.points.x for body in self._bodies])
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)
         ways = read_ways(scene.outflow, self.dim)
+        elastic = all(body.law.state == ELASTIC_STATE for body in scene.bodies)
+        self._ladder = Ladder(comm, scene.inertia, elastic)
         self._losses = Losses(comm, self.origin, scene.numerics.losses)
         self._count, self._outflow = len(x), Outflow(ways, scene.grid, comm, self.gravity)
         self._bonds = Bonds(self._bodies, comm, scene.bonded)
@@ -162,6 +166,16 @@ class Model:
         """Of the boundary particles since the start [m], shape (n, dim): not less exact far from zero."""
         return self._surface.gather("x")[0] - self._surface.interface.x
 
+    @property
+    def ghost_since(self) -> Optional[float]:
+        """Time from which the ghost penalty on inertia has been needed [s], or None, see ``ladder``."""
+        return self._ladder.ghost_since
+
+    @property
+    def helped(self) -> Dict[str, List[float]]:
+        """What helped where Newton's method failed, name → [time of the first step [s], number of steps]."""
+        return {what: list(steps) for what, steps in self._ladder.helped.items()}
+
     # ---------------------------------------------------------------- energy, momentum, forces
 
     def energy(self) -> Dict[str, float]:
@@ -188,7 +202,8 @@ class Model:
 
     def reaction(self, name: str) -> np.ndarray:
         """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
-        return total(self.comm, reaction(self.penalties, self._contacts, name))
+        last = total(self.comm, reaction(self.penalties, self._contacts, name))
+        return self._ladder.reaction(name, last)
 
     @property
     def driven(self) -> bool:

@@ -1,6 +1,6 @@
 """The MPM: advances the points of a scene, one implicit step at a time."""
 from dataclasses import replace
-from typing import Callable, Dict, Optional, Sequence, Tuple, Union
+from typing import Callable, Dict, Optional, Sequence, Union
 
 import numpy as np
 from mpi4py import MPI
@@ -18,14 +18,14 @@ from .scene.interface import Interface
 from .scene.mesh import Mesh
 from .scene.numerics import Numerics
 from .scene.solid import SolidScene
-from .settling import Settling
 from .solve.clock import PHASES
 from .solve.options import Doubt
 from .solve.step import Problem
+from .stepped import Stepped
 from .terms.ghost import Facets
 
 
-class MPM(Settling):
+class MPM(Stepped):
     """One body, or a list of several, on a background grid.
 
     supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given
@@ -41,7 +41,7 @@ class MPM(Settling):
 
     ``bodies`` are the bodies with their points, numbered through, see ``bodies.BodyTerm``; ``phases`` sums
     the seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,
-    ``ghost_since`` the time [s] from which the ghost penalty has been needed, or None, see ``fall_back``,
+    ``ghost_since`` the time [s] from which ghost inertia has been needed, or None, see ``ladder``,
     ``count`` the number of material points, ``rebalances`` lists the new distributions over the ranks: (step,
     imbalance before, after).
 
@@ -78,7 +78,7 @@ class MPM(Settling):
             numerics = replace(check.record("numerics", numerics, Numerics), basis=basis)
         super().__init__(SolidScene(grid, body, supports, interface, gravity, inertia, loads, penalties,
                                     body_force, outflow, bonded, numerics), comm)
-        self.iterations, self.ghost_since, self.rebalances, self.closed = 0, None, [], False
+        self.iterations, self.rebalances, self.closed = 0, [], False
         self.phases, self._doubt = dict.fromkeys(PHASES, 0.0), Doubt()
         self._located = False  # whether the points are in their cells
         self.step = self._facets = None
@@ -90,42 +90,7 @@ class MPM(Settling):
         """Another MPM of the same scene, at its start."""
         return type(self)(**vars(self.scene), comm=self.comm)
 
-    # ---------------------------------------------------------------- one step
-
-    @while_open
-    def advance(self, dt: float, force: Optional[np.ndarray] = None) -> Tuple[np.ndarray, np.ndarray]:
-        """Advance by ``dt`` [s] in one step, under point loads ``force`` on the boundary particles [N], shape
-        (n, dim), constant meanwhile, the same on every rank. Returns ``surface()``. MPMDivergedError when
-        Newton's method fails; all points are then as they were, and a loop may ask for ``fall_back`` and
-        try again, or take shorter steps, as the loop of ``coupling`` does."""
-        dt = check.positive("dt", dt, "s", "it must be positive")
-        force = self._surface.checked(force, self.time)
-        self.step.clock.restart()
-        if self.comm.size > 1 and self.steps and self.steps % self.rebalance_every == 0:
-            if self._outflow.active:
-                self._locate()  # so that what has left is not looked for on the new distribution
-            self._rebalance()
-        self._enter_cells()
-        self.step.begin(dt, self.time, force[self.boundary.gid])
-        trial, self.iterations = self.step.solve(f"step {self.steps + 1}, t = {self.time + dt:.6g} s")
-        self.step.finish(trial)
-        self.time, self.steps = self.time + dt, self.steps + 1
-        for penalty in self.penalties:
-            penalty.move(self.time)
-        if self._behind:
-            self._behind(self.time)
-        return self.surface()
-
-    @while_open
-    def fall_back(self) -> str:
-        """After a step that failed: consistent inertia gets the ghost penalty from now on, as it is singular
-        alone where cells at the rim of a free body are nearly empty, see ``ghost``. Returns what it has
-        changed, or ""."""
-        if self.scene.inertia != "consistent" or self.ghost_since is not None:
-            return ""
-        self.ghost_since = self.time
-        self._renew_step(self.step.filled)
-        return "the ghost penalty on inertia"
+    # ---------------------------------------------------------------- between steps
 
     @while_open
     def resample(self) -> Optional[OutlineChange]:
@@ -179,7 +144,7 @@ class MPM(Settling):
         """The step on the cells that are active around the ``filled`` ones of this rank."""
         if self.step is not None:
             self.step.destroy()
-        kind, ghost = self._kind_of_step(self.scene.inertia == "ghost" or self.ghost_since is not None)
+        kind, ghost = self._kind_of_step(self._ladder.needs_facets)
         if ghost and self._facets is None:
             self._facets = Facets(self.background, self.kernels.shapes)
         problem = Problem(self._bodies, self._forces, self.loads, (*self.penalties, *self._contacts),
@@ -199,10 +164,9 @@ class MPM(Settling):
     @while_open
     def get_state(self) -> dict:
         """Everything that decides the future of this rank's points, as name → array copy."""
-        since = np.nan if self.ghost_since is None else self.ghost_since
         return {**self._sets.get_state(), **self._surface.get_state(), **self._outflow.get_state(),
                 **self.step.get_state(), **self._losses.get_state(), "scene": self._fingerprint.copy(),
-                "ghost_since": np.array([since]),
+                **self._ladder.get_state(),
                 "time": np.array([self.time, self.steps, len(self.rebalances)])}
 
     @while_open
@@ -212,14 +176,12 @@ class MPM(Settling):
         check_state(state, self._fingerprint)
         for part in (self._sets, self._surface, self._outflow, self._losses):
             part.set_state(state)
-        since, before = float(state["ghost_since"][0]), self.ghost_since
-        self._located, self.ghost_since = False, None if np.isnan(since) else since
+        self._located, other = False, self._ladder.set_state(state)
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])
         if state["time"][2] != len(self.rebalances):
             self._sets.relocate(self.background.search, self._router, self.time)
             self._renew_step(self._sets.filled())
             return
-        other = (before is None) != (self.ghost_since is None)
         same = not other and np.array_equal(self.step.filled, state["filled"])
         if not self.comm.allreduce(int(same), MPI.MIN):
             self._renew_step(state["filled"].copy())
@@ -237,7 +199,7 @@ class MPM(Settling):
     @property
     def applied(self) -> np.ndarray:
         """Sum of the interface forces that reached the nodes in the last step [N], shape (dim,)."""
-        return self.step.problem.interface.applied
+        return self._ladder.applied(self.step.problem.interface.applied)
 
     def window_mass(self) -> np.ndarray:
         """See ``PointForces.window_mass``, of all boundary particles, the same on every rank."""

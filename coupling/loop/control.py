@@ -26,6 +26,11 @@ class StepControl:
         """Can a step be given up?"""
         return self.tolerance is not None
 
+    @property
+    def can_shorten(self) -> bool:
+        """Can the next step be given up for a shorter one?"""
+        return self.active and self.most > 1
+
     def next(self, left: int) -> int:
         """Units of the next step, of which ``left`` are left to the end."""
         return min(self.size, left)

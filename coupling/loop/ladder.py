@@ -2,7 +2,8 @@
 alone.
 
     1. ``solid.fall_back()``, such as the ghost penalty on inertia, and the same step again, while it helps
-    2. a window of half the length, from the states at its start, as often as the step control allows
+    2. a window of half the length, from the states at its start, as often as the step control allows; where
+       it allows none, what the solid does by itself, such as shorter steps within the window
     3. the error says what was tried and what remains to try
 
 A failure is an ArithmeticError, on all ranks alike: of the solid's step, which leaves the solid as it was, of
@@ -67,16 +68,20 @@ class Ladder:
             self.rewind()
 
     def advance(self, dt: float, *force: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-        """``solid.advance``, again as long as the solid finds something to change where it fails."""
+        """A step of the solid, again as long as it finds something to change where that fails."""
+        attempt = getattr(self._solid, "attempt", self._solid.advance)
         while True:
             try:
-                return self._solid.advance(dt, *force)
+                return attempt(dt, *force)
             except MISTAKES:
                 raise
             except ArithmeticError:
                 changed = self._solid.fall_back() if hasattr(self._solid, "fall_back") else ""
                 if not changed:
-                    raise
+                    if attempt == self._solid.advance or self._control.can_shorten:
+                        raise
+                    attempt = self._solid.advance
+                    continue
             self._fallen_back.append(changed)
             self._failed += 1
             if self._keeps_solid:  # it is where the window began

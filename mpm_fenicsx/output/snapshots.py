@@ -76,7 +76,8 @@ def _point_fields(bodies):
 
 
 def describe(mpm):
-    """Entries of report.json: ``solver``; ``ghost_since`` [s], see ``MPM.fall_back``; ``imbalance``, most
+    """Entries of report.json: ``solver``; ``ghost_since`` [s], and ``helped``, what helped where Newton's
+    method failed → [first time [s], number of steps], see ``ladder``; ``imbalance``, most
     points on one rank over the mean, now; ``rebalances``, a list of [step, imbalance before, after] of the
     new distributions over the ranks; ``transfer_losses``, see ``MPM.transfer_losses``, as lists.
     Collective."""
@@ -84,5 +85,6 @@ def describe(mpm):
         way: {name: np.asarray(value).tolist() for name, value in sums.items()}
         for way, sums in mpm.transfer_losses.items()}
     return {"transfer_losses": losses, "solver": mpm.step.newton.describe(), "ghost_since": mpm.ghost_since,
+            "helped": mpm.helped,
             "imbalance": round(mpm.imbalance(), 4), "rebalances": [[step, round(before, 4), round(after, 4)]
                                                                    for step, before, after in mpm.rebalances]}

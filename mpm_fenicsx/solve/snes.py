@@ -11,24 +11,12 @@ import numpy as np
 from petsc4py import PETSc
 
 from ..collective import somewhere
-from ..errors import MPMDivergedError, MPMError
+from ..errors import MPMError
 from ..grid import compat
 from . import options, solvers
+from .divergence import ANY_SIGN, NOT_POSITIVE, SINGULAR, ZERO_PIVOT, diverged
 from .options import PREFIX
 from .options import unused as unused_options  # noqa: F401 - known by this name
-
-ZERO_PIVOT = 81  # PETSc's error of a factorisation that fails
-REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
-SINGULAR = -ZERO_PIVOT  # beside PETSc's reasons, of one attempt
-ADVICE = {
-    "DIVERGED_FNORM_NAN": "the residual is not a number, take a smaller dt or a law that bears the "
-                          "deformation",
-    "DIVERGED_LINEAR_SOLVE": "the linear solver failed, try solver=lu (-mpm_pc_type lu)",
-    "DIVERGED_LINE_SEARCH": "the line search found no descent, try a smaller dt or "
-                            "-mpm_snes_linesearch_type basic",
-    "DIVERGED_MAX_IT": "too many iterations, try a smaller dt, -mpm_snes_linesearch_type basic, or "
-                       "-mpm_snes_max_it 100",
-}
 
 
 class Rung(NamedTuple):
@@ -89,7 +77,9 @@ class Newton:
         snes.getKSP().setOperators(active_cells.matrix)
         given = PETSc.Options(PREFIX).hasName
         self._user_atol, self._user_search = given("snes_atol"), given("snes_linesearch_type")
-        self._symmetric, self._solver, self._chosen = symmetric, solver, False
+        self._symmetric, self._solver, self._chosen, self._any_sign = symmetric, solver, False, False
+        self._may_bear_any_sign = symmetric and not given("pc_type") and solver not in solvers.POSITIVE
+        self.bears_any_sign, self.helped = True, []
         r.destroy()  # the SNES holds its own reference
 
     def full_steps_first(self):
@@ -107,13 +97,28 @@ class Newton:
         if name == "auto":
             fresh, stiffness = tangents.by_user or tangents.plastic, tangents.now.stiffness_over_inertia
             name = solvers.automatic(self.u.getSize(), self._shape[1], self._symmetric, fresh, stiffness)
+        self._preset, self._chosen = name, True
+        self._configure(self._symmetric, self.snes)
+
+    def _configure(self, symmetric, for_options):
+        """The chosen solver for tangents that are ``symmetric``, and positive; what ``for_options`` (the SNES
+        or its KSP) are told by the user's options comes after that."""
         try:
-            solvers.configure(self.snes.getKSP(), PREFIX, name, self._coordinates, self._symmetric)
-            self.snes.setFromOptions()
+            solvers.configure(self.snes.getKSP(), PREFIX, self._preset, self._coordinates, symmetric)
+            for_options.setFromOptions()
         except PETSc.Error as error:
             raise MPMError(f"PETSc cannot take the options -{PREFIX}… ({_first_line(error)}): correct "
                            "them") from None
-        self._chosen = True
+
+    def _bear_any_sign(self, any_sign):
+        """With ``any_sign`` the chosen solver in its form for tangents that are not positive (LU for
+        Cholesky, GMRES for conjugate gradients), else as it was chosen. Returns whether it is another one
+        now."""
+        if any_sign == self._any_sign or not (self._may_bear_any_sign and self.bears_any_sign):
+            return False
+        self._any_sign = any_sign
+        self._configure(self._symmetric and not any_sign, self.snes.getKSP())
+        return True
 
     def describe(self):
         """The solver in use, for the report."""
@@ -174,7 +179,7 @@ class Newton:
         words and the option to try."""
         if not self._user_atol:
             self.snes.setTolerances(atol=atol)
-        self._trial, iterations, tried = None, 0, []
+        self._trial, iterations, tried, self.helped = None, 0, [], []
         try:
             for rung in RUNGS:
                 if rung is not RUNGS[0]:
@@ -182,15 +187,23 @@ class Newton:
                         continue
                     searches = rung.full_steps and self._search == ("basic",)
                     tried.append("a line search" if searches else rung.news)
-                reason, more = self._run(rest if rung.from_rest else guess, when)
+                start = rest if rung.from_rest else guess
+                reason, more = self._run(start, when)
                 iterations += more
+                if reason in NOT_POSITIVE and self._bear_any_sign(True):
+                    tried.append(ANY_SIGN)
+                    self.helped = [ANY_SIGN]
+                    reason, more = self._run(start, when)
+                    iterations += more
                 if reason >= 0:
                     break
         finally:
+            if self._bear_any_sign(False):
+                self._tangents.drop()  # nor does its factor stay
             if rung is not RUNGS[0]:
                 self._go_to(RUNGS[0])
         if reason < 0:
-            self._raise_diverged(reason, when, iterations, tried)
+            raise diverged(reason, when, iterations, tried, self.snes.getFunctionNorm())
         self._doubt(self.snes.getFunctionNorm(), atol, when)
         return self._trial_at(self.u), iterations
 
@@ -223,17 +236,6 @@ class Newton:
         if failure is not None:
             raise failure
         return self.snes.getConvergedReason(), self.snes.getIterationNumber()
-
-    def _raise_diverged(self, reason, when, iterations, tried):
-        in_vain = f"; {', '.join(tried)} did not help"
-        if reason == SINGULAR:
-            raise MPMDivergedError(f"the tangent of {when} cannot be factorised (nearly empty cells, stiff "
-                                   f"bodies beside soft ones){in_vain}", "take more material points, a "
-                                   "smaller dt or -mpm_pc_type lu")
-        name = REASONS.get(reason, str(reason))
-        raise MPMDivergedError(f"Newton's method diverged in {when} after {iterations} iterations with "
-                               f"residual {self.snes.getFunctionNorm():.3g} N ({name}){in_vain}",
-                               ADVICE.get(name, "try a smaller dt"))
 
     def destroy(self):
         """Free the SNES: petsc4py does not break the cycle through the callbacks by itself."""

@@ -19,6 +19,7 @@ from petsc4py import PETSc
 from ..scene.numerics import SOLVERS
 
 FACTORISATIONS = ("cholesky", "lu")
+POSITIVE = "cholesky", "cg"  # what these names say is for tangents that are positive
 DIRECT_UP_TO = {2: 100_000, 3: 60_000}  # unknowns: a factor that is kept pays up to here
 # and one that is made in every iteration, where inertia dominates, up to here
 FRESH_UP_TO = {2: 20_000, 3: 3_000}

@@ -23,7 +23,7 @@ from ..collective import total
 from ..errors import MPMDivergedError
 from ..terms.ghost import GhostStiffness
 from ..terms.newmark import Increment
-from ..terms.scene_penalties import modulus
+from ..terms.scene_penalties import softest
 from . import following
 from .equations import Equations, Known
 from .held import check_held
@@ -130,19 +130,15 @@ class StaticStep(Step):
     def __init__(self, *args):
         super().__init__(*args)
         h = np.prod(self.background.h) ** (1.0 / self.dim)
-        self.equations.stiffness = self._modulus() * h ** (self.dim - 2)
+        self.equations.stiffness = softest(self.problem.bodies) * h ** (self.dim - 2)
         if not any(penalty.kinks for penalty in self.problem.penalties):
             self.newton.full_steps_first()  # on the way to a bent body the residual grows, as it stretches
         self._whole = None
         if any(load.follows for load in self.problem.loads):
             self._whole = following.use(self.newton, self.equations, self.active_cells.matrix, h)
 
-    def _modulus(self):
-        """Of the softest body, times its thickness [Pa m^(3-D)]."""
-        return min(modulus(body.body.law, self.dim) * body.thickness for body in self.problem.bodies)
-
     def _make_ghost(self, facets, h):
-        return GhostStiffness(facets, self.active_cells, self._modulus(), h)
+        return GhostStiffness(facets, self.active_cells, softest(self.problem.bodies), h)
 
     def begin_load(self, factors, time, force):
         """State of the nodes and loads in a ``LoadStep`` at ``time`` [s], under ``force`` on this rank's

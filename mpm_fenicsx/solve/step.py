@@ -14,6 +14,7 @@ from ..terms.ghost import Ghost
 from ..terms.grid_state import GridState
 from ..terms.loads import PointForces, raise_lost
 from ..terms.penalty import walls_in_reach
+from ..terms.scene_penalties import softest
 from .clock import Clock
 from .equations import Equations, Known
 from .losses import Losses
@@ -74,10 +75,13 @@ class Step:
         self.equations = self.equations_of(cells, terms, penalties, self.tangents, self.clock)
         self.newton = Newton(cells, self.equations, self.tangents, background.x[cells.node[:cells.owned]],
                              doubt, any(penalty.kinks for penalty in penalties), symmetric, problem.solver)
+        self.newton.bears_any_sign = not self.static and (
+            bool(facets) or background.basis.smooth or not problem.consistent)
         self._nodal = np.empty((len(cells.node), 1 + 2 * self.dim))
 
     def _make_ghost(self, facets, h):
-        return Ghost(facets, self.active_cells, self.full_mass / h**self.dim, h)
+        per_volume = self.full_mass / h**self.dim, softest(self.problem.bodies)
+        return Ghost(facets, self.active_cells, h, per_volume, self.problem.consistent)
 
     def attach(self):
         """Work arrays for the points now here; needed whenever their number on this rank changes."""
@@ -88,13 +92,15 @@ class Step:
 
     # ---------------------------------------------------------------- phase I: from the points to the nodes
 
-    def begin(self, dt, time, force):
+    def begin(self, dt, time, force, stiff=False):
         """State of the nodes, known displacements and loads in a step of ``dt`` from ``time`` [s] on. force:
-        on this rank's particles of the interface [N], shape (n, D)."""
+        on this rank's particles of the interface [N], shape (n, D); stiff: with ghost stiffness."""
         self.grid = grid = self._to_grid(dt, time, force)
         if self.problem.losses.active:
             self.problem.losses.to_grid(grid)
         self._check_located()
+        if self.ghost and self.ghost.begin(grid, stiff=stiff):
+            self.tangents.drop()
         lumped = self._lumped_mass()
         known = self.problem.supports.displacement(self.active_cells.node, time, dt, grid.v, grid.a)
         idle = (self.active_cells.fixed | ~self.active[:, None])[:self.active_cells.owned]
@@ -141,8 +147,6 @@ class Step:
             return grid.mass
         if not self.ghost and not smooth:
             return None
-        if self.ghost and self.ghost.begin(grid):
-            self.tangents.drop()
         cells = ~self.ghost.consistent if self.ghost else None
         light = grid.active & (grid.mass < RIM * self.full_mass) if smooth else None
         nodal = np.zeros((len(grid.mass), 1))
@@ -232,7 +236,7 @@ class Step:
         state = dict(filled=self.filled.copy(), active=self.active.copy(),
                      **self.tangents.get_state(self.active_cells.values))
         if self.ghost:
-            state.update(ghost=self.ghost.weight)
+            state.update(ghost=self.ghost.weight, ghost_stiffness=np.array([self.ghost.of_u]))
         return state
 
     def set_state(self, state):
@@ -244,7 +248,7 @@ class Step:
         if other:
             self.active_cells.set_values(state["matrix"])
         if self.ghost:
-            self.ghost.weight = state["ghost"]
+            self.ghost.weight, self.ghost.of_u = state["ghost"], float(state["ghost_stiffness"][0])
 
     def window_mass(self):
         """See ``PointForces.window_mass``, of the interface's particles on this rank."""

@@ -1,4 +1,4 @@
-"""Ghost penalty on inertia: consistent inertia for bodies whose rim would make it singular.
+"""Ghost penalty on inertia, and on stiffness, for bodies whose rim would make them singular.
 
 In a cell with one or two points the consistent mass has rank one or two, and soil that bears no stress adds
 nothing. On facets between filled cells of which at least one is filled less than ``FULL`` the acceleration's
@@ -9,7 +9,10 @@ gradient is kept together (as on the mass of cut finite elements in Sticko, Ludv
 
 [.] being the jump over the facet: the inertia of fields that are linear, rigid motions among them, stays what
 it is. Cells from which no chain of filled cells leads to a full one (drops, single fliers) get lumped
-inertia."""
+inertia.
+
+On stiffness the same penalty acts on the displacement u over a step, with the weight STIFF GAMMA E h: a
+viscosity that goes to zero with the step."""
 import numpy as np
 from petsc4py import PETSc
 from scipy.sparse import coo_matrix
@@ -20,6 +23,7 @@ from ..compiled import compiled
 from ..grid.active_cells import ghosted_vector
 
 GAMMA = 0.1
+STIFF = 1.0 / 3.0  # weight of the penalty on stiffness over that on inertia
 FULL = 0.6  # of a cell's volume
 GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 
@@ -136,17 +140,20 @@ class Ghost:
     ``consistent`` is a mask over the grid's cells with consistent inertia, and ``weight`` that of each facet,
     shape (facets,), never changed in place."""
 
-    def __init__(self, facets, active_cells, density, h):
-        """density: of the lightest body [kg/m^D]; h: size of a cell [m]."""
+    def __init__(self, facets, active_cells, h, per_volume, inertia=True):
+        """h: size of a cell [m]; per_volume: density [kg/m^D] of the lightest body, modulus [N/m^(D-1)] of
+        the softest; inertia: whether there is a penalty on that."""
         inside = facets.within(active_cells.active)
         self._nodes, self._facets, self._comm = active_cells.nodes_of_facets, facets, active_cells.comm
         self._cells, self._matrix = facets.cells[inside], np.ascontiguousarray(facets.matrix[inside])
+        density, modulus = per_volume
         self._scale, self._volume = GAMMA * density * h**3, facets.volume
-        self.weight = np.zeros(len(self._cells))
+        self._of_a, self._stiffness = float(inertia), STIFF * modulus / (density * h**2)
+        self.weight, self.of_u = np.zeros(len(self._cells)), 0.0
 
-    def begin(self, grid, load=None):
-        """Find the facets to penalise; returns whether they are others than before. There is no load.
-        Collective."""
+    def begin(self, grid, load=None, stiff=False):
+        """Find the facets to penalise, with stiffness where it is to be ``stiff``; returns whether the
+        penalty is another than before. There is no load. Collective."""
         fill = np.zeros(len(self._volume))
         for body in grid.bodies:
             p = body.points
@@ -154,7 +161,9 @@ class Ghost:
         fill = self._facets.with_ghosts(fill / self._volume)
         beside = fill[self._cells]
         weight = np.where((beside.min(axis=1) < FULL) & (beside > 0.0).all(axis=1), self._scale, 0.0)
-        changed, self.weight = somewhere(self._comm, not np.array_equal(weight, self.weight))[0], weight
+        of_u = self._stiffness if stiff else 0.0
+        other = of_u != self.of_u or not np.array_equal(weight, self.weight)
+        changed, self.weight, self.of_u = somewhere(self._comm, other)[0], weight, of_u
         self.consistent = self._anchored(fill)
         return changed
 
@@ -179,12 +188,18 @@ class Ghost:
 
     def residual(self, grid, increment, R):
         """Add the forces for the accelerations of the increment to R [N], shape (nodes, D)."""
-        add_residual(self._nodes, self._matrix, self.weight, increment.a, R)
+        kept = increment.a
+        if self.of_u:
+            kept = self._of_a * increment.a + self.of_u * increment.u
+        elif not self._of_a:
+            return increment
+        add_residual(self._nodes, self._matrix, self.weight, kept, R)
         return increment
 
     def tangent(self, grid, increment):
         """Fill the facets' matrices [N/m], each direction on its own."""
-        matrices = increment.alpha * self.weight[:, None, None] * self._matrix
+        factor = self._of_a * increment.alpha + self.of_u  # d kept / du
+        matrices = factor * self.weight[:, None, None] * self._matrix
         grid.active_cells.facet_matrices[:] = matrices[:, None]
 
     def finish(self, grid, increment, solution):
@@ -193,12 +208,12 @@ class Ghost:
 
 class GhostStiffness(Ghost):
     """The same for load steps without inertia, on the displacement over the step instead of the acceleration
-    (Coombs 2023, doi 10.1002/nme.7332), with the stiffness GAMMA E h / 3 in the place of GAMMA rho h^3. It is
-    new in every step and remembers nothing."""
+    (Coombs 2023, doi 10.1002/nme.7332), with the stiffness STIFF GAMMA E h in the place of GAMMA rho h^3. It
+    is new in every step and remembers nothing."""
 
     def __init__(self, facets, active_cells, modulus, h):
         """modulus: of the softest body times its thickness [Pa m^(3-D)]; h: size of a cell [m]."""
-        super().__init__(facets, active_cells, modulus / (3.0 * h**2), h)
+        super().__init__(facets, active_cells, h, (STIFF * modulus / h**2, modulus))
 
     def residual(self, grid, increment, R):
         """Add the forces for the displacements of the increment to R [N], shape (nodes, D)."""

@@ -26,6 +26,11 @@ def modulus(law, dim):
     return A[0, 0]
 
 
+def softest(bodies):
+    """The least modulus of the ``bodies``, terms, times its thickness [Pa m^(3-D)]."""
+    return min(modulus(body.body.law, body.body.dim) * body.thickness for body in bodies)
+
+
 def make_penalties(scene, background, start):
     """``Penalties`` of a scene, those in space and those that follow the body apart, as a tuple of none to
     two.

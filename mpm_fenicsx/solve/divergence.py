@@ -1,0 +1,33 @@
+"""Why an attempt at a step has failed, in words, and what to try."""
+from petsc4py import PETSc
+
+from ..errors import MPMDivergedError
+
+ZERO_PIVOT = 81  # PETSc's error of a factorisation that fails
+REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
+SINGULAR = -ZERO_PIVOT  # beside PETSc's reasons, of one attempt
+NOT_POSITIVE = SINGULAR, PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE  # perhaps, of the tangent
+ANY_SIGN = "a solver that bears tangents of any sign"
+ADVICE = {
+    "DIVERGED_FNORM_NAN": "the residual is not a number, take a smaller dt or a law that bears the "
+                          "deformation",
+    "DIVERGED_LINEAR_SOLVE": "the linear solver failed, try solver=lu (-mpm_pc_type lu)",
+    "DIVERGED_LINE_SEARCH": "the line search found no descent, try a smaller dt or "
+                            "-mpm_snes_linesearch_type basic",
+    "DIVERGED_MAX_IT": "too many iterations, try a smaller dt, -mpm_snes_linesearch_type basic, or "
+                       "-mpm_snes_max_it 100",
+}
+
+
+def diverged(reason, when, iterations, tried, residual):
+    """The error for PETSc's ``reason``, or SINGULAR, in the step ``when``, with all that was ``tried`` in
+    ``iterations`` down to a ``residual`` [N]."""
+    in_vain = f"; {', '.join(tried)} did not help"
+    if reason == SINGULAR:
+        return MPMDivergedError(f"the tangent of {when} cannot be factorised (nearly empty cells, stiff "
+                                f"bodies beside soft ones){in_vain}", "take more material points, a "
+                                "smaller dt or -mpm_pc_type lu")
+    name = REASONS.get(reason, str(reason))
+    return MPMDivergedError(f"Newton's method diverged in {when} after {iterations} iterations with "
+                            f"residual {residual:.3g} N ({name}){in_vain}",
+                            ADVICE.get(name, "try a smaller dt"))

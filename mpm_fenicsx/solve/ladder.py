@@ -1,0 +1,152 @@
+"""What is tried by itself where Newton's method fails in a step, one rung after the other.
+
+    1. attempts and solvers inside Newton's method, see ``snes``           for this step
+    2. the ghost penalty on inertia, where that is consistent              from now on
+    3. the ghost penalty on stiffness, where all bodies are elastic        held for GOOD steps
+    4. shorter steps: 2, 4 or 8 in place of the one                        held for GOOD steps
+
+The order is that of cost, and what was measured stands in docs/running.md. What helped is told once, in a
+warning, and counted for the report. A run that never fails pays nothing."""
+import warnings
+from typing import Any, Dict, List, NamedTuple, Optional
+
+import numpy as np
+
+from ..errors import MPMDivergedError
+
+INERTIA, STIFFNESS = "the ghost penalty on inertia", "the ghost penalty on stiffness"
+PARTS = 1, 1, 2, 4, 8  # steps in place of one at each level; all but the first with ghost stiffness
+GOOD = 4  # steps without a failure at one level, before that below is tried
+SHORTER = "2, 4 or 8 shorter steps in its place"
+
+
+class Means(NamedTuple):
+    """Over the shorter steps in place of one: the force ``applied`` to the interface [N], and the reaction of
+    each penalty by name [N]."""
+
+    applied: np.ndarray
+    reactions: Dict[str, np.ndarray]
+
+
+class Ladder:
+    """The rungs of one MPM. ``ghost_since`` and ``stiff_since``: when the ghost penalties were first needed
+    [s], or None; ``helped``: what → [time of the first step [s], number of steps]; ``means``: of the last
+    step, where it was done in parts."""
+
+    def __init__(self, comm: Any, inertia: str, elastic: bool) -> None:
+        """inertia: "consistent", "lumped" or "ghost"; elastic: all bodies are."""
+        self._rank, self._inertia, self._elastic = comm.rank, inertia, elastic
+        self.ghost_since: Optional[float] = None
+        self.stiff_since: Optional[float] = None
+        self.means: Optional[Means] = None
+        self.helped: Dict[str, List[float]] = {}
+        self._level = self._good = 0
+        self._news: List[str] = []
+
+    @property
+    def stiff(self) -> bool:
+        """Whether the next step has ghost stiffness."""
+        return self._elastic and self._level > 0
+
+    @property
+    def needs_facets(self) -> bool:
+        """Whether a ghost penalty has a part in the equations, or may get one again."""
+        return self._inertia == "ghost" or self.ghost_since is not None or self.stiff_since is not None
+
+    def applied(self, last: np.ndarray) -> np.ndarray:
+        """Force on the interface over the last step [N], where ``last`` is that of its last part."""
+        return self.means.applied if self.means else last
+
+    def reaction(self, name: str, last: np.ndarray) -> np.ndarray:
+        """The same of the penalties of that name."""
+        return self.means.reactions[name] if self.means else last
+
+    # ---------------------------------------------------------------- up and down
+
+    def fall_back(self, time: float) -> str:
+        """After a step from ``time`` [s] that failed: the next rung that changes the equations. Returns what
+        it is, or "" where none is left."""
+        if self._inertia == "consistent" and self.ghost_since is None:
+            self.ghost_since = time
+            self._news.append(INERTIA)
+        elif self._elastic and self._level == 0:
+            self._level, self._good = 1, 0
+            self.stiff_since = time if self.stiff_since is None else self.stiff_since
+            self._news.append(STIFFNESS)
+        else:
+            return ""
+        return self._news[-1]
+
+    def _shorten(self) -> bool:
+        """Twice as many parts; False where there are as many as may be."""
+        if self._level + 1 == len(PARTS):
+            return False
+        self._level, self._good = max(self._level, 1) + 1, 0
+        return True
+
+    def succeeded(self, time: float, more: List[str]) -> None:
+        """A step that ends at ``time`` [s] is done, with ``more`` that helped inside Newton's method: tell
+        what is new, count, and go down a level after GOOD such steps in a row."""
+        helps = [*self._news, *more, *[STIFFNESS] * self.stiff]
+        if PARTS[self._level] > 1:
+            helps.append("shorter steps")
+        new = [what for what in dict.fromkeys(helps) if what not in self.helped]
+        for what in dict.fromkeys(helps):
+            self.helped.setdefault(what, [time, 0])[1] += 1
+        if new and self._rank == 0:
+            warnings.warn(f"Newton's method failed in the step to t = {time:.6g} s as it stands; it succeeds "
+                          f"with {', '.join(new)}. This is said once, see docs/running.md", stacklevel=4)
+        self._news = []
+        self._good += 1
+        if self._level and self._good >= GOOD:
+            self._level, self._good = self._level - 1, 0
+
+    # ---------------------------------------------------------------- one step
+
+    def advance(self, solid: Any, dt: float, force: np.ndarray) -> None:
+        """Let the ``solid`` do a step of ``dt`` [s] under ``force`` [N], see ``MPM.advance``. Raises the
+        first MPMDivergedError when all rungs fail; the solid is then where it was. Collective."""
+        start, first, level = None, None, self._level
+        while True:
+            if PARTS[self._level] > 1 and start is None:
+                start = solid.get_state()
+            try:
+                return self._in_parts(solid, dt, force)
+            except MPMDivergedError as failure:
+                first = first or failure
+            now = self._level
+            if start is not None:
+                solid.set_state(start)
+                self._level, self._good = now, 0
+            if not solid.fall_back() and not self._shorten():
+                self._level = level
+                raise MPMDivergedError(f"{first.what}; nor did {', '.join([*self._news, SHORTER])}",
+                                       first.advice) from None
+
+    def _in_parts(self, solid, dt, force):
+        parts, begin, iterations, seen, names = PARTS[self._level], solid.time, 0, [], ()
+        if parts > 1:
+            names = sorted({str(name) for one in solid.step.problem.penalties for name in one.names})
+        for _ in range(parts):
+            solid.attempt_once(dt / parts, force)
+            iterations += solid.iterations
+            seen.append([solid.applied, *(solid.reaction(name) for name in names)])
+        if parts > 1:
+            applied, *reactions = [np.mean(values, axis=0) for values in zip(*seen)]
+            self.means = Means(applied, dict(zip(names, reactions)))
+            solid.time, solid.iterations = begin + dt, iterations
+
+    # ---------------------------------------------------------------- state
+
+    def get_state(self) -> Dict[str, np.ndarray]:
+        """As name → array."""
+        since = [np.nan if time is None else time for time in (self.ghost_since, self.stiff_since)]
+        return {"ladder": np.array([*since, self._level, self._good], float)}
+
+    def set_state(self, state: Dict[str, np.ndarray]) -> bool:
+        """Go back; returns whether ``needs_facets`` has changed."""
+        before = self.needs_facets
+        *since, level, good = state["ladder"].tolist()
+        self.ghost_since, self.stiff_since = (None if np.isnan(time) else time for time in since)
+        self._level, self._good, self._news = int(level), int(good), []
+        return before != self.needs_facets

@@ -105,35 +105,37 @@ def to_points(element, nodes, N, G, places, increment, C, B):
     rest [1/m].
     """
     dt, u, a = increment.dt, increment.u, increment.a
-    x = np.empty((1, D))
+    middle = np.empty(D)
+    r = np.empty(D)
     S = np.empty((D, D))
     T = np.empty((D, D))
+    F = np.empty((D, D))
     inverse = np.empty((D, D))
     for p in range(len(element)):
         for i in range(D):
-            x[0, i] = 0.0
+            middle[i] = 0.0
             for q in range(K):
                 node = nodes[element[p], q]
-                x[0, i] += N[p, q] * (places[node, i] + u[node, i])
-        for i in range(D):
+                middle[i] += N[p, q] * (places[node, i] + u[node, i])
             for j in range(D):
                 S[i, j] = T[i, j] = 0.0
-                if not APIC:
-                    B[p, i, j] = 1.0 if i == j else 0.0
-                for q in range(K):
-                    node = nodes[element[p], q]
-                    r = places[node, j] + u[node, j] - x[0, j]
-                    v = u[node, i] / dt + 0.5 * dt * a[node, i]
-                    S[i, j] += N[p, q] * (places[node, i] + u[node, i] - x[0, i]) * r
-                    T[i, j] += v * (N[p, q] * r if APIC else G[p, q, j])
+                F[i, j] = 1.0 if i == j else 0.0
+        for q in range(K):
+            node = nodes[element[p], q]
+            for i in range(D):
+                r[i] = places[node, i] + u[node, i] - middle[i]
+            for i in range(D):
+                v = u[node, i] / dt + 0.5 * dt * a[node, i]
+                for j in range(D):
+                    S[i, j] += N[p, q] * r[i] * r[j]
+                    T[i, j] += v * (N[p, q] * r[j] if APIC else G[p, q, j])
                     if not APIC:
-                        B[p, i, j] += u[node, i] * G[p, q, j]
-        if APIC:
-            invert_spread(S, D, inverse)
-        else:
-            invert(B[p], D, inverse)
-        _product(T, inverse, D, C[p])
+                        F[i, j] += u[node, i] * G[p, q, j]
         if APIC:
             B[p] = T
+            invert_spread(S, D, inverse)
+            _product(T, inverse, D, C[p])
         else:
+            invert(F, D, inverse)
+            _product(T, inverse, D, C[p])
             _product(C[p], S, D, B[p])

@@ -20,7 +20,7 @@ R, E, NU, RHO = 0.2, 1000.0, 0.3, 1000.0  # [m], [Pa], [-], [kg/m^3]
 SPIN = 0.25  # [1/s]: rho w^2 R^2 / E = 0.0025, small strains
 CENTRE = np.array([0.03, 0.01])  # [m], no symmetry of the grid
 RINGS = 4  # of equal width, over which the stress is averaged
-SWEEP = [dict(h=0.1), dict(h=0.05), dict(h=0.025)]
+SWEEP = [dict(h=R / 3), dict(h=R / 4), dict(h=R / 6)]
 MEASURE = "stress"
 
 
@@ -62,29 +62,34 @@ def of_rings(x: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 def run(basis: str = "linear", h: float = 0.05, transfer: Optional[str] = None, cfl: float = 0.5,
         turns: float = 3.0, shape: Literal["disc", "square"] = "disc", inertia: str = "lumped",
-        **others: str) -> dict:
+        flight: float = 0.0, points: int = 3, **others: str) -> dict:
     """Cells of ``h`` [m], transfer (None: apic, which the linear basis does not have: there tpic), time step
-    over h / sqrt(E / rho), full turns, shape, inertia; others: see ``numerics``. Returns the largest relative
-    change of the angular momentum, the change of the energy, of a disc the errors of the stresses (relative
-    L2): ``stress`` of the means over rings, ``points`` of all points, and what it costs."""
+    over h / sqrt(E / rho), full turns, shape, inertia, how far it flies meanwhile along x [m], points per
+    cell and direction; others: see ``numerics``. Returns the largest relative change of the angular momentum,
+    the change of the energy, of a disc the errors of the stresses (relative L2): ``stress`` of the means over
+    rings, ``points`` of all points, and what it costs."""
     transfer = transfer or ("tpic" if basis == "linear" else "apic")
     dt = cfl * h / np.sqrt(E / RHO)
     steps = int(np.ceil(turns * 2.0 * np.pi / SPIN / dt))
     last = max(0, steps - int(np.ceil(2.0 * np.pi / SPIN / dt)))
 
-    def rigid(x: np.ndarray) -> np.ndarray:
-        return SPIN * (x - CENTRE)[:, ::-1] * (-1.0, 1.0)
+    speed = np.array([flight / (steps * dt), 0.0])
 
-    room = h * (np.ceil(1.5 * R / h) + 2)
-    body = Body(seeds(shape, 0.5 * h), None, None, neo_hooke(E, NU), RHO, velocity=rigid)
-    solid = MPM(Grid(Room((-room, -room), (room, room)), (round(2 * room / h),) * 2), body, inertia=inertia,
-                numerics=numerics(basis, transfer=transfer, **others))
-    means, start = np.zeros((solid.count, 2)), gather(solid, solid.bodies[0].points.x) - CENTRE
+    def rigid(x: np.ndarray) -> np.ndarray:
+        return speed + SPIN * (x - CENTRE)[:, ::-1] * (-1.0, 1.0)
+
+    def from_middle(now: MPM) -> np.ndarray:
+        return gather(now, now.bodies[0].points.x) - CENTRE - now.time * speed
+
+    room, far = h * (np.ceil(1.5 * R / h) + 2), h * np.ceil(flight / h)
+    grid = Grid(Room((-room, -room), (room + far, room)), (round((2 * room + far) / h), round(2 * room / h)))
+    body = Body(seeds(shape, h / points), None, None, neo_hooke(E, NU), RHO, velocity=rigid)
+    solid = MPM(grid, body, inertia=inertia, numerics=numerics(basis, transfer=transfer, **others))
+    means, start = np.zeros((solid.count, 2)), from_middle(solid)
 
     def look(now: MPM) -> tuple:
         if now.steps > last:
-            x = gather(now, now.bodies[0].points.x) - CENTRE
-            means[:] += polar(gather(now, now.cauchy_stress()), x) / (steps - last)
+            means[:] += polar(gather(now, now.cauchy_stress()), from_middle(now)) / (steps - last)
         return now.angular_momentum(), sum(now.energy().values())
 
     turned, energy = solid.angular_momentum(), sum(solid.energy().values())

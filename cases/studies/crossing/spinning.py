@@ -7,7 +7,7 @@ Goodier, Theory of Elasticity, section 32, in plane strain with nu / (1 - nu) fo
 
 It starts without stress and breathes about this state, so stresses are means over the last turn.
 """
-from typing import Literal, Optional
+from typing import Literal
 
 import numpy as np
 
@@ -60,19 +60,16 @@ def of_rings(x: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.array([values[ring == k].mean(axis=0) for k in range(RINGS)])
 
 
-def run(basis: str = "linear", h: float = 0.05, transfer: Optional[str] = None, cfl: float = 0.5,
+def run(basis: str = "linear", h: float = 0.05, transfer: str = "newmark", cfl: float = 0.5,
         turns: float = 3.0, shape: Literal["disc", "square"] = "disc", inertia: str = "lumped",
         flight: float = 0.0, points: int = 3, **others: str) -> dict:
-    """Cells of ``h`` [m], transfer (None: apic, which the linear basis does not have: there tpic), time step
-    over h / sqrt(E / rho), full turns, shape, inertia, how far it flies meanwhile along x [m], points per
-    cell and direction; others: see ``numerics``. Returns the largest relative change of the angular momentum,
-    the change of the energy, of a disc the errors of the stresses (relative L2): ``stress`` of the means over
-    rings, ``points`` of all points, and what it costs."""
-    transfer = transfer or ("tpic" if basis == "linear" else "apic")
+    """Cells of ``h`` [m], transfer, time step over h / sqrt(E / rho), full turns, shape, inertia, how far it
+    flies meanwhile along x [m], points per cell and direction; others: see ``numerics``. Returns the largest
+    relative change of the angular momentum, the change of the energy, of a disc the errors of the stresses
+    (relative L2): ``stress`` of the means over rings, ``points`` of all points, and what it costs."""
     dt = cfl * h / np.sqrt(E / RHO)
     steps = int(np.ceil(turns * 2.0 * np.pi / SPIN / dt))
     last = max(0, steps - int(np.ceil(2.0 * np.pi / SPIN / dt)))
-
     speed = np.array([flight / (steps * dt), 0.0])
 
     def rigid(x: np.ndarray) -> np.ndarray:

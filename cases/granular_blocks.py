@@ -67,7 +67,7 @@ def main(
     grid = flow_grid(size, h, box)
     supports = [*level_floor("stick", h, dim=2)[0], Support.column("x", 0.0, grid, "x", name="the wall")]
     if contact == "points":
-        surface, modulus = of_points(body), disc_E
+        surface, modulus = of_points(body, numerics.basis), disc_E
         wall = Wall.discs(surface.x, disc * math.sqrt(math.prod(size) / len(surface.x)), "soil")
     else:  # pushes outwards only, as deep as a sphere is wide
         surface, modulus = Interface.around(body, spacing, inset, ("x-", "y-"), "y-"), wall_E

@@ -7,7 +7,8 @@ import numpy as np
 
 import mpm_dem_checks as check
 
-from ..basis.shape import basis
+from ..basis.shape import basis as shape_functions
+from ..basis.smooth import Basis
 from ..scene.bodies import Body, Cloud, Mesh
 from ..scene.interface import Interface
 from ..scene.mesh import Box, lattice
@@ -59,7 +60,7 @@ def seed(body: Body, even: bool = False) -> Tuple[np.ndarray, np.ndarray]:
     K, D = corner.shape[1:]
     N, dN = np.empty((len(xi), K)), np.empty((len(xi), K, D))
     for q in range(len(xi)):
-        basis.py_func(xi[q], D, K, N[q], dN[q])
+        shape_functions.py_func(xi[q], D, K, N[q], dN[q])
     jacobian = np.einsum("cai,qaj->cqij", corner, dN)
     volume = np.abs(np.linalg.det(jacobian)) * w * thickness
     return np.einsum("cai,qa->cqi", corner, N).reshape(-1, D), volume.ravel()
@@ -98,15 +99,15 @@ def surface_distances(body: Body, volume: np.ndarray, even: bool = False) -> np.
     return np.tile(xi.min() * side, (D, 1)).T.copy()
 
 
-def of_points(body: Body, even: bool = False) -> Interface:
+def of_points(body: Body, basis: str = "linear") -> Interface:
     """The body's material points as its interface: particles that coincide with them, in their order, and
-    stay so; even: see ``seed``, as a smooth basis seeds them.
+    stay so. basis: of the ``MPM``, as smooth ones seed evenly.
 
     >>> from mpm_fenicsx import Box, linear
     >>> of_points(Body(Box((0.0, 0.0), (1.0, 0.5)), (2, 1), 1, linear(1e6, 0.3), 1000.0)).elements.tolist()
     [[0], [1]]
     """
-    x = seed(check.record("body", body, Body), even)[0]
+    x = seed(check.record("body", body, Body), Basis(basis).smooth)[0]
     return Interface(x, np.arange(len(x))[:, None])
 
 

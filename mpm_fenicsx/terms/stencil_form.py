@@ -4,6 +4,8 @@ nodes of their stencils, see ``grid.elements``. The residual is the same one.
 A node takes part in a point's share only where its function does not vanish: in half the cells along an axis
 that is two nodes of three. Templates and arguments: see ``weakform``.
 """
+from typing import NamedTuple
+
 import numpy as np
 
 from ..compiled import inlined
@@ -19,6 +21,17 @@ CONSISTENT, FBAR = True, False
 point_tangent = None
 
 
+class Present(NamedTuple):
+    """Of one point, the nodes whose functions do not vanish: ``value`` (K,) and ``gradient`` (K, D) [1/m] of
+    these; ``place`` (K,) of a node's row in the rows laid flat, at the block of a node with ``shift`` 0, and
+    ``shift`` (K,) from there to the block of each."""
+
+    value: np.ndarray
+    gradient: np.ndarray
+    place: np.ndarray
+    shift: np.ndarray
+
+
 @inlined
 def find_offsets(D, K, offset):
     """Place of each node of a stencil, shape (K,), among the 5^D around any of them, less that of its
@@ -32,15 +45,57 @@ def find_offsets(D, K, offset):
 
 
 @inlined
-def contract(B, g, b, D, K, y):
-    """y[i, k, j] = sum_l B[i, j, k, l] g_l of node b."""
-    for i in range(D):
-        for k in range(D):
+def find_present(N, g, of_element, offset, D, K, present):
+    """Fill ``present`` from basis values N (K,) and gradients g (D K,); returns the number of nodes."""
+    value, gradient, place, shift = present
+    count = 0
+    for e in range(K):
+        if N[e] != 0.0:
+            value[count] = N[e]
             for j in range(D):
-                s = B[i, j, k, 0] * g[b] + B[i, j, k, 1] * g[K + b]
-                if D == 3:
-                    s += B[i, j, k, D - 1] * g[(D - 1) * K + b]
-                y[i, k, j] = s
+                gradient[count, j] = g[j * K + e]
+            place[count] = (5**D * of_element[e] + (5**D - 1) // 2 - offset[e]) * D * D
+            shift[count] = offset[e] * D * D
+            count += 1
+    return count
+
+
+@inlined
+def add_block(y, gradient, inertia, D, block):
+    """Add to the ``block`` (D D,) of a pair of nodes y (D, D D), contracted with the ``gradient`` (D,), and
+    ``inertia``. Sums first, as stores into one array keep LLVM from holding the other in registers."""
+    for i in range(D):
+        first = inertia if i == 0 else 0.0
+        second = inertia if i == 1 else 0.0
+        third = inertia if i == 2 else 0.0
+        for j in range(D):
+            first += y[j, D * i] * gradient[j]
+            second += y[j, D * i + 1] * gradient[j]
+            if D == 3:
+                third += y[j, D * i + D - 1] * gradient[j]
+        block[D * i] += first
+        block[D * i + 1] += second
+        if D == 3:
+            block[D * i + D - 1] += third
+
+
+@inlined
+def add_point(B, count, present, inertia, y, D, flat):
+    """Add the share of a point to the rows, ``flat``: those of its ``count`` nodes that are present. inertia:
+    alpha m [N/m]; y (D, D D): work."""
+    value, gradient, place, shift = present
+    size = np.uint64(D * D)  # indices without a sign save the test whether they count from the end
+    for b in range(count):
+        for i in range(D):
+            for k in range(D):
+                for j in range(D):
+                    s = 0.0
+                    for n in range(D):
+                        s += B[i, j, k, n] * gradient[b, n]
+                    y[j, D * i + k] = s
+        for e in range(count):
+            start = place[e] + shift[b]
+            add_block(y, gradient[e], inertia * value[b] * value[e], D, flat[start:start + size])
 
 
 def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: Deformation, patches: Patches,
@@ -54,20 +109,17 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     volume, _, bulk, push, pull_sums = patches
     dt, alpha, u = increment.dt, increment.alpha, increment.u
     P, A = np.empty(D * D + 1), np.empty((D * D + 1, D * D + 1))
-    half, B, y = np.empty((D, D, D, D)), np.empty((D, D, D, D)), np.empty((D, D, D))
+    half, B, y = np.empty((D, D, D, D)), np.empty((D, D, D, D)), np.empty((D, D * D))
     forth, back, g = found = StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))
-    present, offset = np.empty(K, np.int64), np.empty(K, np.int64)
+    present = Present(np.empty(K), np.empty((K, D)), np.empty(K, np.uint64), np.empty(K, np.uint64))
+    offset, flat = np.empty(K, np.int64), rows.reshape(rows.size)
     find_offsets(D, K, offset)
-    own_place = (5**D - 1) // 2
     for q in range(len(element)):
         F33[q] = point_tangent(params, F[q], F33[q], dt, old_state[q], new_state[q], P, A)
-        c, count = element[q], 0
+        c = element[q]
         for e in range(K):
             for j in range(D):
                 g[j * K + e] = G[q, e, j]
-            if N[q, e] != 0.0:
-                present[count] = e
-                count += 1
         if FBAR:
             own = patch[c]
             grown = V0[q] * determinant(F_old[q], D) * F33_old[q]
@@ -79,39 +131,42 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
             spread(back, g, place[c], D, K, pull_sums[own])
         else:
             pull(A, F_old[q], V0[q], D, half, B)
-        for n in range(count):
-            b = present[n]
-            contract(B, g, b, D, K, y)
-            inertia = alpha * mass[q] * N[q, b] if CONSISTENT else 0.0
-            for m in range(count):
-                e = present[m]
-                block = rows[nodes[c, e], own_place + offset[b] - offset[e]]
-                for i in range(D):
-                    for k in range(D):
-                        s = inertia * N[q, e] if i == k else 0.0
-                        s += y[i, k, 0] * g[e] + y[i, k, 1] * g[K + e]
-                        if D == 3:
-                            s += y[i, k, D - 1] * g[(D - 1) * K + e]
-                        block[i, k] += s
+        count = find_present(N[q], g, nodes[c], offset, D, K, present)
+        add_point(B, count, present, alpha * mass[q] if CONSISTENT else 0.0, y, D, flat)
+
+
+@inlined
+def add_pair(push, gradient, forth, back, D, block):
+    """Add to the ``block`` (D D,) of a pair of nodes push_i forth_k + gradient_i back_k."""
+    for i in range(D):
+        first = push[i] * forth[0] + gradient[i] * back[0]
+        second = push[i] * forth[1] + gradient[i] * back[1]
+        third = push[i] * forth[D - 1] + gradient[i] * back[D - 1]
+        block[D * i] += first
+        block[D * i + 1] += second
+        if D == 3:
+            block[D * i + D - 1] += third
 
 
 def couple(nodes, patches: Patches, rows):
     """Add to the ``rows`` what comes of the change of j_mean, see ``f_bar``; nodes: (patches, K), of patches
     that are stencils."""
     volume, gradient, bulk, push, pull_sums = patches
-    offset, back = np.empty(K, np.int64), np.empty(D)
+    offset, forth, back = np.empty(K, np.int64), np.empty(D), np.empty(D)
+    place, shift = np.empty(K, np.uint64), np.empty(K, np.uint64)
     find_offsets(D, K, offset)
-    own_place = (5**D - 1) // 2
+    flat, size = rows.reshape(rows.size), np.uint64(D * D)
     for row in range(len(volume)):
         if volume[row, 0] <= 0.0:
             continue
+        for e in range(K):
+            place[e] = (5**D * nodes[row, e] + (5**D - 1) // 2 - offset[e]) * D * D
+            shift[e] = offset[e] * D * D
         share = 1.0 / volume[row, 0]
         for b in range(K):
             for k in range(D):
-                back[k] = share * (pull_sums[row, b, k] + share * bulk[row, 1] * gradient[row, b, k])
+                forth[k] = share * gradient[row, b, k]
+                back[k] = share * (pull_sums[row, b, k] + bulk[row, 1] * forth[k])
             for e in range(K):
-                block = rows[nodes[row, e], own_place + offset[b] - offset[e]]
-                for i in range(D):
-                    for k in range(D):
-                        block[i, k] += (push[row, e, i] * share * gradient[row, b, k]
-                                        + gradient[row, e, i] * back[k])
+                start = place[e] + shift[b]
+                add_pair(push[row, e], gradient[row, e], forth, back, D, flat[start:start + size])

@@ -16,6 +16,9 @@ SHORTEST = 32  # the shortest load step is this part of one
 # Steps at full load at most: at rest again, the grid sees the forces of points that have moved a little
 # otherwise, friction knows the normal force of the step before, and a ghost penalty lets go.
 CLOSING = 5
+# Part of the work of the loads in all steps that may fall to the last of them: with the ghost penalty a body
+# that cannot carry its loads creeps.
+CREEP = 1e-3
 
 
 class Settled(NamedTuple):
@@ -85,7 +88,9 @@ class Settling(Model):
 
     def _kind_of_step(self, ghost: bool) -> Tuple[type, bool]:
         """Of the next steps, and whether they need facets for a ghost penalty; ghost: steps in time do."""
-        return (Step, ghost) if self._settling is None else (StaticStep, self._settling.ghost)
+        if self._settling is None:
+            return Step, ghost
+        return StaticStep, self._settling.ghost or self.background.basis.smooth
 
 
 class LoadSteps:
@@ -94,12 +99,13 @@ class LoadSteps:
 
     def __init__(self, mpm: Settling, force: Optional[np.ndarray]) -> None:
         self._mpm, self._force = mpm, mpm._surface.checked(force, mpm.time)
-        self.ghost, self._iterations, self._first = False, 0, True
+        self.ghost, self._iterations, self._work, self._first = False, 0, [], True
 
     def climb(self, load_steps: int, on_step: Callable) -> Settled:
         """All of them, shorter ones where they fail, counted by the shortest."""
         done, size, shortest, steps, total = 0, SHORTEST, SHORTEST, 0, load_steps * SHORTEST
-        self._mpm._sets.stop()
+        mpm = self._mpm
+        mpm._sets.stop()
         self._renew()
         while done < total:
             try:
@@ -118,6 +124,8 @@ class LoadSteps:
         for _ in range(CLOSING):
             if not self._advance(LoadStep(1.0, 1.0)):
                 break
+        if mpm.step.ghost and abs(self._work[-1]) > CREEP * sum(map(abs, self._work)):
+            raise _no_equilibrium(MPMDivergedError("with a ghost penalty on stiffness it creeps", ""), 1.0)
         return Settled(steps, self._iterations, shortest / SHORTEST, self.ghost)
 
     def _advance(self, factors: LoadStep) -> int:
@@ -127,6 +135,7 @@ class LoadSteps:
         mpm.step.begin_load(factors, mpm.time, self._force[mpm.boundary.gid])
         when = f"the load step to {factors.after:.4g} of the loads at t = {mpm.time:.6g} s"
         trial, iterations = mpm.step.solve(when, look=self._first)
+        self._work.append(mpm.step.work(trial.increment))
         mpm.step.finish(trial)
         mpm._sets.stop()
         self._iterations, self._first = self._iterations + iterations, False
@@ -144,7 +153,8 @@ class LoadSteps:
 
 
 def _no_equilibrium(error: MPMDivergedError, factor: float) -> MPMDivergedError:
-    return MPMDivergedError(f"there is no equilibrium without inertia beyond {factor:.1%} of the loads, or "
-                            f"none was found ({error.what})", "a body that yields or buckles goes on in "
+    where = "under the loads" if factor == 1.0 else f"beyond {factor:.1%} of the loads"
+    return MPMDivergedError(f"there is no equilibrium without inertia {where}, or none was found "
+                            f"({error.what})", "a body that yields or buckles goes on in "
                             "dynamic steps only, take more strength, less load or more load steps, or leave "
                             "out settle")

@@ -25,6 +25,7 @@ from ..grid.active_cells import ghosted_vector
 GAMMA = 0.1
 STIFF = 1.0 / 3.0  # weight of the penalty on stiffness over that on inertia
 FULL = 0.6  # of a cell's volume
+LIGHT = 0.05  # of a full cell's mass, that of a node with hardly any
 GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 
 
@@ -208,12 +209,20 @@ class Ghost:
 
 class GhostStiffness(Ghost):
     """The same for load steps without inertia, on the displacement over the step instead of the acceleration
-    (Coombs 2023, doi 10.1002/nme.7332), with the stiffness STIFF GAMMA E h in the place of GAMMA rho h^3. It
-    is new in every step and remembers nothing."""
+    (Coombs 2023, doi 10.1002/nme.7332), with the stiffness GAMMA E h / 3 in the place of GAMMA rho h^3, on
+    facets between cells with mass at all nodes, at one of them hardly any. It is new in every step and
+    remembers nothing."""
 
     def __init__(self, facets, active_cells, modulus, h):
         """modulus: of the softest body times its thickness [Pa m^(3-D)]; h: size of a cell [m]."""
-        super().__init__(facets, active_cells, h, (STIFF * modulus / h**2, modulus))
+        super().__init__(facets, active_cells, h, (modulus / (3.0 * h**2), modulus))
+
+    def begin(self, grid, load=None):
+        """Find the facets to penalise; returns whether they are others than before. Collective."""
+        light = (grid.mass < LIGHT * grid.full_mass)[self._nodes].any(axis=1)
+        weight = np.where(light & grid.active[self._nodes].all(axis=1), self._scale, 0.0)
+        changed, self.weight = somewhere(self._comm, not np.array_equal(weight, self.weight))[0], weight
+        return changed
 
     def residual(self, grid, increment, R):
         """Add the forces for the displacements of the increment to R [N], shape (nodes, D)."""

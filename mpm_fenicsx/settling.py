@@ -56,8 +56,8 @@ class Settling(Model):
         there. Stress that the body has already gives way to that of the loads.
 
         on_step: called after each step with the load factor [-]. A step that fails is tried again with a
-        ghost penalty on stiffness, kept from then on, then as two halves, to a 32nd at most; a warning says
-        it once. Collective. ValueError for a number that is none; MPMError where nothing holds a body,
+        ghost penalty on stiffness, which a smooth basis has from the start, kept from then on, then as two
+        halves, to a 32nd at most; a warning says it once. Collective. ValueError for a number that is none; MPMError where nothing holds a body,
         MPMDivergedError where no equilibrium is found: all is then as it was.
         """
         load_steps = check.count("load_steps", load_steps)

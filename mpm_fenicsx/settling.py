@@ -57,8 +57,9 @@ class Settling(Model):
 
         on_step: called after each step with the load factor [-]. A step that fails is tried again with a
         ghost penalty on stiffness, which a smooth basis has from the start, kept from then on, then as two
-        halves, to a 32nd at most; a warning says it once. Collective. ValueError for a number that is none; MPMError where nothing holds a body,
-        MPMDivergedError where no equilibrium is found: all is then as it was.
+        halves, to a 32nd at most; a warning says it once. Collective. ValueError for a number that is none;
+        MPMError where nothing holds a body, MPMDivergedError where no equilibrium is found: all is then as it
+        was.
         """
         load_steps = check.count("load_steps", load_steps)
         start, self._settling = self.get_state(), LoadSteps(self, force)

@@ -75,7 +75,7 @@ class Step:
         self.equations = self.equations_of(cells, terms, penalties, self.tangents, self.clock)
         self.newton = Newton(cells, self.equations, self.tangents, background.x[cells.node[:cells.owned]],
                              doubt, any(penalty.kinks for penalty in penalties), symmetric, problem.solver)
-        self.newton.bears_any_sign = not self.static and (
+        self.newton.bears_any_sign = self.static or (
             bool(facets) or background.basis.smooth or not problem.consistent)
         self._nodal = np.empty((len(cells.node), 1 + 2 * self.dim))
 

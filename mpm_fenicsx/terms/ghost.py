@@ -26,7 +26,8 @@ GAMMA = 0.1
 STIFF = 1.0 / 3.0  # weight of the penalty on stiffness over that on inertia
 FULL = 0.6  # of a cell's volume
 LIGHT = 0.05  # of a full cell's mass, that of a node with hardly any
-SOFTER = 30.0  # than inertia, in load steps: with 3 a cantilever of coarse cells bends 2 % less, with 300 its rim creeps
+# Than inertia, in load steps: with 3 a cantilever of coarse cells bends 2 % less, with 300 its rim creeps.
+SOFTER = 30.0
 GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 
 

@@ -26,7 +26,7 @@ def run(basis: str = "linear", h: float = 0.25, points: int = 4, load_steps: int
     k = 1 and 5, relative to v of the finite elements, the shortest load step as part of an equal one, and
     what it costs, ``newton`` iterations per load step."""
     box = Box((0.0, 0.0), (LENGTH, DEPTH))
-    n = Grid.counts(box.size, h)
+    n = Grid.counts((LENGTH, DEPTH), h)
     body = Body(box, n, points, neo_hooke(E, NU), rho=1000.0)
     grid = Grid(Box((0.0, -ROOM), (LENGTH + 1.0, DEPTH + 1.0)), Grid.counts((LENGTH + 1.0, ROOM + 2.0), h))
     end = Interface.line((LENGTH - 1e-6 * h, 0.0), (LENGTH - 1e-6 * h, DEPTH), 2 * n[1])

@@ -31,16 +31,17 @@ def run(basis: str = "linear", cells: int = 16, E: float = 1e4, points: int = 2,
     supports = [Support(lambda x: x[:, 1] < 1e-9, "y", name="floor"),
                 Support(lambda x: x[:, 0] > -1.0, "x", name="sides")]
     solid = MPM(grid, body, supports, gravity=(0.0, -G), numerics=numerics(basis, **others))
-    start, volume = (gather(solid, values) for values in (solid.points.x[:, 1], solid.points.V0))
+    start = gather(solid, solid.bodies[0].points.x[:, 1])
+    volume = gather(solid, solid.bodies[0].points.V0)
     began = time.perf_counter()
     settled = solid.settle(load_steps)
     seconds = time.perf_counter() - began
     stress = gather(solid, solid.cauchy_stress()[:, 1, 1])
-    end = gather(solid, solid.points.x[:, 1])
+    end = gather(solid, solid.bodies[0].points.x[:, 1])
     dt, left = 0.1 * h / np.sqrt(E / RHO), 0.0
     for n in range(10):
         solid.advance(dt)
-        left = max(left, np.abs(gather(solid, solid.points.v)).max() / (G * (n + 1) * dt))
+        left = max(left, np.abs(gather(solid, solid.bodies[0].points.v)).max() / (G * (n + 1) * dt))
     solid.close()
     weight = RHO * G
     error = np.abs(stress + weight * (HEIGHT - start)) @ volume / (weight * HEIGHT * volume.sum())

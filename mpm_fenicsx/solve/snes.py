@@ -96,7 +96,9 @@ class Newton:
         name, tangents = self._solver, self._tangents
         if name == "auto":
             fresh, stiffness = tangents.by_user or tangents.plastic, tangents.now.stiffness_over_inertia
-            name = solvers.automatic(self.u.getSize(), self._shape[1], self._symmetric, fresh, stiffness)
+            wide = solvers.is_wide(self.snes.getKSP().getOperators()[0])
+            name = solvers.automatic(self.u.getSize(), self._shape[1], self._symmetric, fresh, stiffness,
+                                     wide)
         self._preset, self._chosen = name, True
         self._configure(self._symmetric, self.snes)
 

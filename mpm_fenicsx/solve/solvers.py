@@ -3,7 +3,8 @@
     direct    cholesky where the tangent is symmetric, else lu
     cholesky  factorisation by CHOLMOD, on several ranks by MUMPS
     lu        factorisation by UMFPACK, on several ranks by MUMPS
-    cg        conjugate gradients, incomplete Cholesky factors on each rank
+    cg        conjugate gradients, incomplete Cholesky factors on each rank (with a smooth basis in space
+              successive over-relaxation)
     gmres     the same for tangents that are not symmetric, with incomplete LU factors
     gamg      conjugate gradients (gmres) with algebraic multigrid that knows the rigid-body modes
     hypre     conjugate gradients (gmres) with hypre's algebraic multigrid
@@ -23,6 +24,10 @@ POSITIVE = "cholesky", "cg"  # what these names say is for tangents that are pos
 DIRECT_UP_TO = {2: 100_000, 3: 60_000}  # unknowns: a factor that is kept pays up to here
 # and one that is made in every iteration, where inertia dominates, up to here
 FRESH_UP_TO = {2: 20_000, 3: 3_000}
+# Entries per row from which a matrix is wide, as of a smooth basis in space (375; with the linear one 81):
+# factors then cost six times as much, incomplete ones too, and successive over-relaxation is the better
+# preconditioner.
+WIDE, WIDE_DIRECT_UP_TO, WIDE_FRESH_UP_TO = 100, 20_000, 200
 REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
 # before an option's name: PETSc's own store keeps under that name what a preset has put in
@@ -45,10 +50,16 @@ def check(name, symmetric):
                          f"take {other}")
 
 
-def automatic(size, dim, symmetric, fresh, stiffness):
+def is_wide(matrix):
+    """Whether its rows have that many entries. Collective."""
+    return matrix.getInfo()["nz_used"] > WIDE * matrix.getSize()[0]
+
+
+def automatic(size, dim, symmetric, fresh, stiffness, wide=False):
     """The preset that suits ``size`` unknowns in ``dim`` dimensions. fresh: the tangent is made in every
-    iteration; stiffness: how many times as much stiffness as inertia it has."""
-    if size <= (FRESH_UP_TO if fresh and stiffness <= STIFF else DIRECT_UP_TO)[dim]:
+    iteration; stiffness: how many times as much stiffness as inertia it has; wide: see ``is_wide``."""
+    kept, made = (WIDE_DIRECT_UP_TO, WIDE_FRESH_UP_TO) if wide else (DIRECT_UP_TO[dim], FRESH_UP_TO[dim])
+    if size <= (made if fresh and stiffness <= STIFF else kept):
         return "direct"
     return "gamg" if stiffness > STIFF else "cg" if symmetric else "gmres"
 
@@ -63,8 +74,8 @@ def configure(ksp, prefix, name, coordinates, symmetric):
     else:
         ksp.setType("cg" if symmetric and name != "gmres" else "gmres")
         ksp.setTolerances(rtol=1e-8)
-        _precondition(ksp, options, asked or {"cg": "bjacobi", "gmres": "bjacobi"}.get(name, name),
-                      coordinates)
+        simple = "sor" if is_wide(ksp.getOperators()[0]) else "bjacobi"
+        _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), coordinates)
 
 
 def _factorise(ksp, options, kind, symmetric):

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 from mpi4py import MPI
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Numerics
-_, path, cell, law, inertia, bodies = sys.argv
+_, path, cell, law, inertia, bodies, basis = sys.argv
 D = 2 if cell in ("quadrilateral", "triangle") else 3
 grid = Grid(Box((-1,) * D, (5, 3, 2)[:D]), (12, 8, 6)[:D], cell)
 def body(lower, upper, law):
@@ -20,7 +20,7 @@ body = [body(0, 1, law), body(1, 2, "linear")] if bodies == "two" else body(0, 2
 top = np.column_stack([np.linspace(0, 2, 7), np.full(7, 0.9), np.full(7, 0.5)])[:, :D]
 solid = MPM(grid, body, interface=Interface(top, np.zeros((0, D), int)), gravity=(0, -0.5, 0)[:D],
             inertia=inertia,
-            numerics=Numerics(rebalance=1.05))
+            numerics=Numerics(rebalance=1.05, basis=basis))
 solid.rebalance_every = 7 if bodies == "two" else 50
 def field(name):
     return np.concatenate([getattr(part.points, name) for part in solid.bodies])
@@ -53,8 +53,10 @@ import numpy as np
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Mesh
 from mpm_fenicsx.grid.background import whole_mesh
 _, path, mesh = sys.argv
-grid = Grid(Box((0, 0), (8, 2)), (32, 8), "quadrilateral" if mesh == "lattice" else "triangle")
-if mesh != "lattice":
+basis = mesh if "gimp" in mesh else "linear"
+lattice = mesh == "lattice" or basis != "linear"
+grid = Grid(Box((0, 0), (8, 2)), (32, 8), "quadrilateral" if lattice else "triangle")
+if not lattice:
     vertices, cells = whole_mesh(grid)
     inner = ((vertices > grid.box.lower) & (vertices < grid.box.upper)).all(axis=1)
     rng = np.random.default_rng(1)
@@ -62,9 +64,10 @@ if mesh != "lattice":
     grid = Mesh(vertices, cells[rng.permutation(len(cells))], "triangle")
 box = Box((0.3, 0.5), (1.8, 1.5))
 spin = lambda x: np.column_stack([1.5 - 0.3 * (x[:, 1] - 1.0), 0.3 * (x[:, 0] - 1.05)])
-body = Body(box, (12, 8), 2, LAWS["neo_hooke"](1e3, 0.3), 1.0, velocity=spin, f_bar=mesh == "f_bar")
+body = Body(box, (12, 8), 2, LAWS["neo_hooke"](1e3, 0.3), 1.0, velocity=spin,
+            f_bar=mesh in ("f_bar", "cpgimp"))
 MPM.rebalance_every = 5
-solid = MPM(grid, body, interface=Interface.top(box, 6, 0.1), inertia="lumped")
+solid = MPM(grid, body, interface=Interface.top(box, 6, 0.1), inertia="lumped", basis=basis)
 for n in range(60):
     load = np.outer(np.cos(0.3 * n + np.arange(7)), (0.0, -0.05))
     if n % 5 == 0:  # go back over a new distribution
@@ -96,17 +99,21 @@ def run(run_ranks, tmp_path):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("cell, law, inertia, bodies", [
+@pytest.mark.parametrize("basis, cell, law, inertia, bodies", [("linear", *scene) for scene in [
     ("quadrilateral", "linear", "lumped", "one"), ("triangle", "neo_hooke", "lumped", "one"),
     ("hexahedron", "linear", "lumped", "one"), ("tetrahedron", "neo_hooke", "lumped", "one"),
     ("quadrilateral", "neo_hooke", "lumped", "two"), ("tetrahedron", "neo_hooke", "lumped", "two"),
     ("quadrilateral", "neo_hooke", "ghost", "two"), ("tetrahedron", "linear", "ghost", "one"),
-    ("triangle", "neo_hooke", "lumped", "f_bar"), ("tetrahedron", "neo_hooke", "lumped", "f_bar")])
-def test_two_ranks_give_what_one_gives(run, cell, law, inertia, bodies):
+    ("triangle", "neo_hooke", "lumped", "f_bar"), ("tetrahedron", "neo_hooke", "lumped", "f_bar")]] + [
+    ("gimp", "quadrilateral", "neo_hooke", "consistent", "f_bar"),
+    ("cpgimp", "hexahedron", "neo_hooke", "lumped", "f_bar"),
+    ("cpgimp", "quadrilateral", "linear", "ghost", "one"),
+    ("bspline", "quadrilateral", "linear", "lumped", "two")])
+def test_two_ranks_give_what_one_gives(run, basis, cell, law, inertia, bodies):
     """To round-off for one body. With two bodies the grid is distributed anew on the way, which makes a new
     tangent on two ranks alone: what Newton's method leaves, 1e-6 of a step's forces, then differs (measured:
     9e-9)."""
-    one, two = (run(n, RUN, cell, law, inertia, bodies) for n in (1, 2))
+    one, two = (run(n, RUN, cell, law, inertia, bodies, basis) for n in (1, 2))
     assert bodies != "two" or two["rebalances"] > 0
     assert two["ranks"] == 2 and two["travelled"] > (10 if bodies == "two" else 50) and one["travelled"] == 0
     allowed = 1e-6 if bodies == "two" else 1e-12
@@ -117,7 +124,7 @@ def test_two_ranks_give_what_one_gives(run, cell, law, inertia, bodies):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("mesh", ["lattice", "unstructured", "f_bar"])
+@pytest.mark.parametrize("mesh", ["lattice", "unstructured", "f_bar", "gimp", "cpgimp"])
 def test_a_body_that_crosses_the_grid_is_shared_out_again(run, mesh):
     """It flies over 18 columns of cells and turns; without a new distribution one rank would have all of
     it."""

@@ -96,6 +96,22 @@ def to_grid(element, nodes, N, places, x, mass, field, nodal):
                     nodal[node, 1 + i] += w * around[i, j] * (places[node, j] - x[p, j])
 
 
+def deform(element, nodes, G, u, F_old, F):
+    """Deformation gradients (I + du/dx) F_old into F, both (n, D, D); G: (n, K, D) [1/m]; u: displacement of
+    the nodes, shape (nodes, D) [m]."""
+    H = np.empty((D, D))
+    for p in range(len(element)):
+        for i in range(D):
+            for j in range(D):
+                H[i, j] = 1.0 if i == j else 0.0
+        for q in range(K):
+            node = nodes[element[p], q]
+            for i in range(D):
+                for j in range(D):
+                    H[i, j] += u[node, i] * G[p, q, j]
+        _product(H, F_old[p], D, F[p])
+
+
 def to_points(element, nodes, N, G, places, increment, C, B):
     """Phase III: fill C [1/s] and B [m^2/s], both (n, D, D), with those of the nodes' velocity at the end of
     the step, see ``midpoint``, at their places then.

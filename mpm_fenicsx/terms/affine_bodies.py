@@ -2,10 +2,11 @@
 import numpy as np
 
 from ..compiled import specialise
+from ..laws import ELASTIC_STATE
 from ..points import affine, transfer
 from ..points.moments import skew
 from . import midpoint
-from .bodies import BodyTerm
+from .bodies import BodyTerm, BodyTrial
 
 APART = 0.25  # of a point's size: how far to both sides of it the initial velocity is looked at
 
@@ -40,7 +41,7 @@ class AffineBody(BodyTerm):
         size = dict(D=background.dim, K=background.basis.nodes(background.dim, background.cells.shape[1]))
         self._on_points = self._on_points._replace(
             to_points=specialise(transfer.to_points_midpoint, **size))
-        self._start = specialise(affine.start, **size)
+        self._start, self._deform = (specialise(kernel, **size) for kernel in (affine.start, affine.deform))
         self._add, self._take = (specialise(kernel, **size, APIC=self._apic)
                                  for kernel in (affine.to_grid, affine.to_points))
 
@@ -92,9 +93,19 @@ class AffineBody(BodyTerm):
             p.C[:], p.B[:] = 0.0, 0.0
             super().finish(grid, trial, increment)
             return
-        end = super().residual(grid, increment, self._end)
+        end = self._at_end(grid, increment)
         self._take(*self._basis(), self._G, self._places, increment, p.C, p.B)
         super().finish(grid, end, increment)
+
+    def _at_end(self, grid, increment):
+        """The trial of the end of the step. Of a law that remembers nothing only F is needed, but in plane
+        stress the stretch across the plane, and with F-bar its means, too."""
+        body, p, new = self.body, self.points, self._new
+        if body.law.state != ELASTIC_STATE or body.f_bar or body.stress_state == "plane_stress":
+            return super().residual(grid, increment, self._end)
+        self._deform(self._element, self._elements.nodes, self._G, increment.u, p.F, new.F)
+        new.F33[:] = p.F33
+        return BodyTrial(increment, new, self._patches)
 
     # ---------------------------------------------------------------- what others ask
 

@@ -106,7 +106,7 @@ class Ladder:
     def advance(self, solid: Any, dt: float, force: np.ndarray) -> None:
         """Let the ``solid`` do a step of ``dt`` [s] under ``force`` [N], see ``MPM.advance``. Raises the
         first MPMDivergedError when all rungs fail; the solid is then where it was. Collective."""
-        start, first, level = None, None, self._level
+        start, first, level, tried = None, None, self._level, []
         while True:
             if PARTS[self._level] > 1 and start is None:
                 start = solid.get_state()
@@ -114,13 +114,16 @@ class Ladder:
                 return self._in_parts(solid, dt, force)
             except MPMDivergedError as failure:
                 first = first or failure
-            now = self._level
             if start is not None:
+                now, news = self._level, self._news
                 solid.set_state(start)
-                self._level, self._good = now, 0
-            if not solid.fall_back() and not self._shorten():
+                self._level, self._good, self._news = now, 0, news
+            changed = solid.fall_back()
+            if changed:
+                tried.append(changed)
+            elif not self._shorten():
                 self._level = level
-                raise MPMDivergedError(f"{first.what}; nor did {', '.join([*self._news, SHORTER])}",
+                raise MPMDivergedError(f"{first.what}; nor did {', '.join([*tried, SHORTER])}",
                                        first.advice) from None
 
     def _in_parts(self, solid, dt, force):

@@ -14,13 +14,12 @@ inertia.
 On stiffness the same penalty acts on the displacement u over a step, with the weight STIFF GAMMA E h: a
 viscosity that goes to zero with the step."""
 import numpy as np
-from petsc4py import PETSc
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..collective import somewhere
 from ..compiled import compiled
-from ..grid.active_cells import ghosted_vector
+from .filling import Filling
 
 GAMMA = 0.1
 STIFF = 1.0 / 3.0  # weight of the penalty on stiffness over that on inertia
@@ -56,7 +55,7 @@ class Facets:
     """Inner facets of a grid, each on the rank of one of its cells: ``cells`` (n, 2) on both sides, ``nodes``
     (n, M) of both, and ``matrix`` (n, M, M), the integral of the products of the jumps of the normal
     derivatives [m^(D-3)]. ``links`` (k, 2): the cells beside all facets that touch a cell of this rank;
-    ``volume`` (m,) of the cells [m^D]."""
+    ``volume`` (m,) of the cells [m^D], ``filling``: how full they are, see there."""
 
     def __init__(self, background, shapes):
         """shapes: the kernel of that name, see ``shape``. Collective."""
@@ -76,19 +75,7 @@ class Facets:
         mine = np.where(number[:, 0] < number[:, 1], owned[:, 0], owned[:, 1])
         self.cells, self._facet = cells[mine], facets[first[mine]]
         self.nodes, place = self._all_nodes(background.cells[self.cells])
-        self.matrix = self._integrate(place)
-        self._values = ghosted_vector(background.cell_numbering,
-                                      background.comm) if background.comm.size > 1 else None
-
-    def with_ghosts(self, values):
-        """Values of this rank's cells, shape (m,), those of ghosts from the ranks that own them.
-        Collective."""
-        if self._values is None:
-            return values
-        self._values.array_w[:] = values[:self._background.cells_owned]
-        self._values.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
-        with self._values.localForm() as local:
-            return local.array_r.astype(values.dtype)
+        self.matrix, self.filling = self._integrate(place), Filling(background, self.volume)
 
     def _all_nodes(self, cells):
         """Nodes of both cells without repetition, shape (n, M), and the places of the cells' own among them;
@@ -150,20 +137,19 @@ class Ghost:
         self._nodes, self._facets, self._comm = active_cells.nodes_of_facets, facets, active_cells.comm
         self._cells, self._matrix = facets.cells[inside], np.ascontiguousarray(facets.matrix[inside])
         density, modulus = per_volume
-        self._scale, self._volume = GAMMA * density * h**3, facets.volume
+        self._scale = GAMMA * density * h**3
         self._of_a, self._stiffness = float(inertia), STIFF * modulus / (density * h**2)
         self.weight, self.of_u = np.zeros(len(self._cells)), 0.0
 
     def begin(self, grid, load=None, stiff=False):
         """Find the facets to penalise, with stiffness where it is to be ``stiff``; returns whether the
         penalty is another than before. There is no load. Collective."""
-        fill = np.zeros(len(self._volume))
-        for body in grid.bodies:
-            p = body.points
-            fill += np.bincount(p.cell, p.V0 / body.thickness, len(fill))
-        fill = self._facets.with_ghosts(fill / self._volume)
+        fill = self._facets.filling(grid.bodies)
         beside = fill[self._cells]
-        weight = np.where((beside.min(axis=1) < FULL) & (beside > 0.0).all(axis=1), self._scale, 0.0)
+        at_rim = (beside.min(axis=1) < FULL) & (beside > 0.0).all(axis=1)
+        if self._facets.filling.smooth:  # the far corners of a cell that a domain just reaches have no mass
+            at_rim &= grid.active[self._nodes].all(axis=1)
+        weight = np.where(at_rim, self._scale, 0.0)
         of_u = self._stiffness if stiff else 0.0
         other = of_u != self.of_u or not np.array_equal(weight, self.weight)
         changed, self.weight, self.of_u = somewhere(self._comm, other)[0], weight, of_u
@@ -181,7 +167,7 @@ class Ghost:
         while more:
             anchored = np.zeros(count, bool)
             anchored[label[linked]] = True
-            reached = self._facets.with_ghosts(anchored[label])
+            reached = self._facets.filling.with_ghosts(anchored[label])
             linked, more = reached, somewhere(self._comm, (reached != linked).any())[0]
         return linked
 

@@ -122,3 +122,18 @@ def test_dry_column_survives(column):
             solid.advance(1e-3)
         fronts[inertia] = np.quantile(solid.points.x[:, 0], 0.99)
     assert fronts["ghost"] == pytest.approx(fronts["lumped"], rel=0.03)
+
+
+@pytest.mark.parametrize("basis", ["gimp", "cpgimp"])
+@pytest.mark.parametrize("D", [2, 3])
+def test_domains_fill_cells_without_points(D, basis):
+    """Of a box that ends a quarter of a cell beyond a grid line the outer points lie inside that line; how
+    full the cells beyond are is known all the same, and the sum is the body's volume."""
+    lower, upper = (0.55,) * D, (1.55,) * D
+    body = Body(Box(lower, upper), (5,) * D, 1, SOIL, 1300.0, cell=("quadrilateral", "hexahedron")[D - 2])
+    grid = Grid(Box((0.0,) * D, (2.0,) * D), (10,) * D, body.cell)
+    solid = MPM(grid, body, inertia="ghost", basis=basis)
+    fill, corner = solid._facets.filling(solid.bodies), solid.background.maps.corner[:, 0]
+    solid.close()
+    inside = np.minimum(corner + 0.2, 1.55) - np.maximum(corner, 0.55)
+    assert fill == pytest.approx(np.prod(np.maximum(inside, 0.0) / 0.2, axis=1), abs=1e-12)

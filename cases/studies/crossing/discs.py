@@ -34,9 +34,10 @@ def run(basis: str = "linear", h: float = 0.05, inertia: str = "consistent", tra
         cfl: float = 0.1, points: int = 2, **others: str) -> dict:
     """Cells of ``h`` [m], inertia, transfer, time step over h / sqrt(E / rho), points per cell and direction;
     others: see ``numerics``. Returns ``energy``, the part of it that is there after they have parted,
-    ``loss``, how far that is from all of it, and ``largest``, the most at any time; ``early``, the distance of the rims
-    when they feel each other, in cells; ``restitution`` of the discs' velocities; ``momentum``, the change of
-    the sum over that of one disc; ``helped``, in how many steps something had to help; and what it costs."""
+    ``loss``, how far that is from all of it, and ``largest``, the most at any time; ``early``, the distance
+    of the rims when they feel each other, in cells; ``restitution`` of the discs' velocities; ``momentum``,
+    the change of the sum over that of one disc; ``helped``, in how many steps something had to help; and what
+    it costs."""
     more = {} if transfer is None else {"transfer": transfer}
     discs = [Body(seeds(centre, h / points), None, None, neo_hooke(E, NU), RHO, velocity=(sign * V,) * 2)
              for centre, sign in zip(CENTRES, (1.0, -1.0))]

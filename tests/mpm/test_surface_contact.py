@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Numerics, Penalty
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Numerics, Penalty, Support
 from mpm_fenicsx.terms import springs
 
 G = 9.81
@@ -156,7 +156,7 @@ def loaded(make_mpm, basis="linear", cell="quadrilateral"):
         body_cells=(8, 4), interface=None, penalties=walls, numerics=Numerics(basis=basis))
     p = solid.points
     p.wall_side[:, 1] = 1
-    p.skin[:] = 0.0
+    p.sunk[:] = 0.0
     p.x[:] += random.normal(size=p.x.shape) * 5e-3
     p.v[:] += random.normal(size=p.v.shape)
     p.wall_gap[:] = random.normal(size=p.wall_gap.shape) * 1e-2
@@ -231,6 +231,25 @@ def test_nothing_passes_a_corner(basis, recwarn):
         solid.advance(2.5e-3)
     assert not recwarn and sum(solid.behind().values()) == 0
     assert solid.points.x[:, 0].max() < 0.5 and solid.points.x[:, 1].min() > 0.01
+
+
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+def test_soil_that_flows_over_a_floor_only_loses_energy(basis):
+    """A column that collapses; it slides by mu times the normal force where it flows."""
+    soil = Body(Box((0.0, 0.0), (0.2, 0.4)), (8, 16), 2, SOIL, 1500.0, f_bar=True)
+    grid = Grid(Box((0.0, 0.0), (1.0, 0.5)), (20, 10))
+    solid = MPM(grid, soil, [Support(lambda x: x[:, 0] < 1e-9, "x")], gravity=(0.0, -G), inertia="lumped",
+                penalties=[floor(0.3)], basis=basis)
+    energy, force = [sum(solid.energy().values())], []
+    for _ in range(150):
+        solid.advance(2e-3)
+        energy.append(sum(solid.energy().values()))
+        force.append(solid.reaction("slope"))
+    force, weight = np.array(force), 0.08 * 1500 * G
+    assert np.diff(energy).max() < 0.0 and energy[-1] < 0.7 * energy[0]
+    assert force[50:, 1].mean() == pytest.approx(weight, rel=0.15)
+    assert solid.points.x[:, 1].min() > 0.0 and solid.points.x[:, 0].max() > 0.4
+    assert (-force[:, 0] <= 0.3 * force[:, 1] + 0.02 * weight).all()
 
 
 def test_state_continues_bit_for_bit():

@@ -32,13 +32,18 @@ def seeds(shape: str, spacing: float) -> Cloud:
         line = R * ((np.arange(2 * n) + 0.5) / n - 1.0)
         x = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
         return Cloud(CENTRE + x, np.full(len(x), (R / n) ** 2))
+    return disc(R, n, CENTRE)
+
+
+def disc(radius: float, rings: int, centre: np.ndarray) -> Cloud:
+    """Points on ``rings`` circles about ``centre`` [m], shape (2,), as far apart along them as they are."""
     x, area = [], []
-    for ring in range(n):
-        r, count = (ring + 0.5) * R / n, round(2.0 * np.pi * (ring + 0.5))
+    for ring in range(rings):
+        r, count = (ring + 0.5) * radius / rings, round(2.0 * np.pi * (ring + 0.5))
         angle = 2.0 * np.pi * (np.arange(count) + 0.5 * (ring % 2)) / count
         x.append(r * np.column_stack([np.cos(angle), np.sin(angle)]))
-        area.append(np.full(count, 2.0 * np.pi * r * R / n / count))
-    return Cloud(CENTRE + np.concatenate(x), np.concatenate(area))
+        area.append(np.full(count, 2.0 * np.pi * r * radius / rings / count))
+    return Cloud(centre + np.concatenate(x), np.concatenate(area))
 
 
 def closed_form(x: np.ndarray) -> np.ndarray:

@@ -19,6 +19,8 @@ cells=62,13. Keys of the tool:
     timeout=SECONDS  of one run; then it is stopped, and a failed row (none)
     show=NAME,NAME   error measures in table and figure, three at most there (unless given: all, and the first
                      three)
+    curve=KEY        a swept key: each of its values is a curve of its own in the figure, as in
+                     cases/beam_impact.py basis=linear,gimp h=5e-3,2e-3 curve=basis
     overlay=FILE     results of others: a CSV with the columns label, time_s and error_NAME, comments start
                      with #
     peer=PYTHON script=FILE peer_KEY=value,value
@@ -41,7 +43,7 @@ from coupling.records.report import table_row
 from coupling.records.writing import tell
 from studies import peer, sweep
 
-OWN = ("out", "repeat", "timeout", "show", "overlay", "peer", "script", "peer_")
+OWN = ("out", "repeat", "timeout", "show", "curve", "overlay", "peer", "script", "peer_")
 
 
 def main(words: List[str]) -> int:
@@ -60,6 +62,8 @@ def main(words: List[str]) -> int:
         cli.checked(check.positive, "timeout", timeout, unit="s")
     out = cli.checked(check.path, "out", own.get("out", f"out/work_precision/{case.stem}"))
     others = read_overlay(own["overlay"]) if "overlay" in own else []
+    if "curve" in own:
+        cli.checked(check.choice, "curve", own["curve"], choices=tuple(swept))
     peers = peer.plan(own)
     out.mkdir(parents=True, exist_ok=True)
     results, runs = [], sweep.combinations(swept)
@@ -69,7 +73,7 @@ def main(words: List[str]) -> int:
         write_csv(out / "work_precision.csv", swept, results)
     if peers:
         others = others + peer.measure(own["peer"], own["script"], peers, out / "peer", repeat)
-    write(out, case.stem, swept, results, others, own.get("show"))
+    write(out, case.stem, swept, results, others, own.get("show"), own.get("curve"))
     tell(f"table, CSV and figure in {out}")
     if not any(result.status == "ok" for result in results):
         raise RuntimeError(f"no run of the sweep came to its end; the first: {results[0].status}")
@@ -114,9 +118,10 @@ def write_csv(path: Path, swept: Dict[str, List[str]], results: List[sweep.Resul
 
 
 def write(out: Path, title: str, swept: Dict[str, List[str]], results: List[sweep.Result],
-          others: Sequence[dict] = (), show: Optional[str] = None) -> None:
+          others: Sequence[dict] = (), show: Optional[str] = None, curve: Optional[str] = None) -> None:
     """Markdown table and figure of ``results`` into the folder ``out``. others: rows as of ``read_overlay``;
-    show: error measures in the figure, separated by commas. UsageError when one of them is not known."""
+    show: error measures in the figure, separated by commas; curve: the swept key whose values are curves of
+    their own. UsageError when a measure is not known."""
     names = measures(results)
     good = [r for r in results if r.status == "ok"]
     if not good:
@@ -126,16 +131,21 @@ def write(out: Path, title: str, swept: Dict[str, List[str]], results: List[swee
         raise cli.UsageError(f"show={','.join(sorted(unknown))}: the case has the errors {', '.join(names)}")
     (out / "work_precision.md").write_text(markdown(swept, results, others, shown if show else names),
                                            encoding="utf-8")
-    panels = {f"error: {name}": [series for label, rows in _series(title, good, others, swept)
+    panels = {f"error: {name}": [series for label, rows in _series(title, good, others, swept, curve)
                                  if (series := _points(label, rows, name))] for name in shown[:3]}
     figure.draw_work(out / "work_precision.png", "time in coupling windows [s]", panels)
 
 
 def _series(title: str, good: List[sweep.Result], others: Sequence[dict],
-            swept: Iterable[str]) -> Iterator[tuple]:
-    """(label, rows (time, errors, note)) of the case and of each of the others; these share a label up to
-    their key."""
-    yield title, [(r.window_s, r.errors, " ".join(f"{k}={r.keys[k]}" for k in swept)) for r in good]
+            swept: Iterable[str], curve: Optional[str] = None) -> Iterator[tuple]:
+    """(label, rows (time, errors, note)) of the case, of each value of ``curve`` in it, and of each of the
+    others; these share a label up to their key."""
+    of_value: Dict[Optional[str], list] = {}
+    for r in good:
+        note = " ".join(f"{k}={r.keys[k]}" for k in swept if k != curve)
+        of_value.setdefault(r.keys[curve] if curve else None, []).append((r.window_s, r.errors, note))
+    for value, rows in of_value.items():
+        yield (f"{title}, {curve}={value}" if curve else title), rows
     groups: Dict[str, list] = {}
     for row in others:
         name, _, note = row["label"].partition(": ")

@@ -129,6 +129,16 @@ def test_a_sweep_and_its_table(pendulum, tmp_path, capsys):
     assert "scheme=euler dt=0.1 warns: dt is coarse\n" in text
 
 
+def test_a_curve_for_each_value_of_a_key(pendulum, tmp_path, monkeypatch):
+    drawn = {}
+    monkeypatch.setattr(figure, "draw_work", lambda path, xlabel, panels: drawn.update(panels))
+    words = [str(pendulum), "scheme=leapfrog,euler", "dt=0.1,0.05", f"out={tmp_path / 'sweep'}", "show=x"]
+    assert work_precision.main([*words, "curve=scheme"]) == 0
+    (label, times, errors, notes), euler = drawn["error: x"]
+    assert label == "pendulum, scheme=leapfrog" and euler[0] == "pendulum, scheme=euler"
+    assert notes == ("dt=0.1", "dt=0.05") and len(times) == 2 and errors[0] > errors[1]
+
+
 def test_a_sweep_goes_on_where_it_stopped(pendulum, tmp_path):
     out = tmp_path / "sweep"
     work_precision.main([str(pendulum), "dt=0.1,-1", f"out={out}"])
@@ -172,6 +182,7 @@ def test_an_interrupt_ends_the_run_below(pendulum, tmp_path):
     (["CASE", "dt=-1,-2"], RuntimeError, "no run of the sweep came to its end; the first: dt is -1 s"),
     (["CASE", "overlay=nothing.csv"], cli.UsageError, "overlay=nothing.csv cannot be read"),
     (["CASE", "peer=python3"], cli.UsageError, "peer=INTERPRETER and script=FILE"),
+    (["CASE", "dt=0.1,0.2", "curve=scheme"], cli.UsageError, "curve is 'scheme': choose one of dt"),
     (["CASE", "timeout=soon"], cli.UsageError, "timeout=soon cannot be read as a finite number"),
 ])
 def test_what_a_user_can_get_wrong(pendulum, tmp_path, words, error, sentence):

@@ -8,12 +8,15 @@
 A scene is a module with ``run(basis=…, …)``, which returns numbers by name: errors, and ``newton``
 iterations per step, ``step_ms``, the median, and ``seconds``. It may name its ``SWEEP``, a list of
 arguments for ``run``, coarse first, and the ``MEASURE`` that the figure shows; without them it is run
-once as it is, and its first number is shown. A basis may have a transfer, ``cpgimp+tpic``, in scenes
-whose ``run`` takes one (``transfer``, or any ``others``). A run that fails is a row with its reason.
+once as it is, and its first number is shown. One with ``ONLY_BY_NAME = True`` is run only when it is
+named. A basis may have a transfer, ``cpgimp+tpic``, in scenes whose ``run`` takes one (``transfer``, or
+any ``others``). A run that fails is a row with its reason. What is in ``out`` already is not run again:
+remove the folder after a change of the program.
 """
 import csv
 import importlib
 import inspect
+import json
 import re
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Sequence
@@ -49,6 +52,12 @@ def scenes() -> List[str]:
     return sorted(path.stem for path in Path(__file__).parent.glob("*.py") if path.stem not in HELPERS)
 
 
+def default_scenes() -> List[str]:
+    """Those of them that are run unless others are named."""
+    return [name for name in scenes()
+            if not getattr(importlib.import_module(f"studies.crossing.{name}"), "ONLY_BY_NAME", False)]
+
+
 def run(name: str, basis: str) -> List[Row]:
     """The sweep of a scene with one basis; nothing for a transfer that the scene does not take."""
     module, rows = importlib.import_module(f"studies.crossing.{name}"), []
@@ -65,6 +74,15 @@ def run(name: str, basis: str) -> List[Row]:
         else:
             rows.append(Row(name, basis, given, {k: float(v) for k, v in found.items() if _is_number(v)}))
         tell(_line(rows[-1]))
+    return rows
+
+
+def kept(path: Path, name: str, basis: str) -> List[Row]:
+    """What ``run`` returns, from the file ``path`` where it has been run before, else kept there."""
+    if path.is_file():
+        return [Row(**row) for row in json.loads(path.read_text())]
+    rows = run(name, basis)
+    path.write_text(json.dumps([row._asdict() for row in rows]))
     return rows
 
 
@@ -135,10 +153,12 @@ def draw(path: Path, rows: Sequence[Row]) -> None:
         axis.margins(0.15)
         axis.grid(alpha=0.3, which="both")
         axis.tick_params(which="both", labelsize=7)
-        axis.legend(frameon=False, fontsize="small")
     for axis in axes.flat[len(names):]:
         axis.set_axis_off()
-    picture.tight_layout()
+    picture.tight_layout(rect=(0, 0, 1, 1 - 0.3 / (3.4 * height)))
+    curves = [line for axis in axes.flat for line in axis.get_lines()]
+    known = {line.get_label(): line for line in curves}
+    picture.legend(known.values(), known.keys(), loc="upper center", ncol=len(known), frameon=False)
     picture.savefig(path, dpi=110)
     plt.close(picture)
 
@@ -154,10 +174,10 @@ def main(words: List[str]) -> int:
     named = [word for word in words if "=" not in word]
     for name in named:
         cli.checked(check.choice, "scene", name, choices=tuple(scenes()))
-    rows = [row for name in named or scenes() for basis in keys.get("basis", WAYS).split(",")
-            for row in run(name, basis)]
     out = cli.checked(check.path, "out", keys.get("out", "out/crossing"))
     out.mkdir(parents=True, exist_ok=True)
+    rows = [row for name in named or default_scenes() for basis in keys.get("basis", WAYS).split(",")
+            for row in kept(out / f"{name}_{basis}.json", name, basis)]
     write_csv(out / "crossing.csv", rows)
     (out / "crossing.md").write_text(markdown(rows), encoding="utf-8")
     draw(out / "crossing.png", rows)

@@ -11,7 +11,7 @@ import numpy as np
 from ..compiled import inlined
 from ..grid.elements import PointElements
 from ..laws.algebra import determinant
-from .f_bar import StepGradients, by_mean_volume, deformed_gradients, spread
+from .f_bar import StepGradients, by_mean_volume, deformed_gradients
 from .fields import Deformation, Patches, Quadrature
 from .newmark import Increment
 from .weakform import pull
@@ -22,10 +22,11 @@ point_tangent = None
 
 
 class Present(NamedTuple):
-    """Of one point, the nodes whose functions do not vanish: ``value`` (K,) and ``gradient`` (K, D) [1/m] of
-    these; ``place`` (K,) of a node's row in the rows laid flat, at the block of a node with ``shift`` 0, and
-    ``shift`` (K,) from there to the block of each."""
+    """Of one point, the nodes whose functions do not vanish: ``index`` (K,) in the stencil; ``value`` (K,) and
+    ``gradient`` (K, D) [1/m] of these; ``place`` (K,) of a node's row in the rows laid flat, at the block of
+    a node with ``shift`` 0, and ``shift`` (K,) from there to the block of each."""
 
+    index: np.ndarray
     value: np.ndarray
     gradient: np.ndarray
     place: np.ndarray
@@ -47,17 +48,28 @@ def find_offsets(D, K, offset):
 @inlined
 def find_present(N, g, of_element, offset, D, K, present):
     """Fill ``present`` from basis values N (K,) and gradients g (D K,); returns the number of nodes."""
-    value, gradient, place, shift = present
+    index, value, gradient, place, shift = present
     count = 0
     for e in range(K):
         if N[e] != 0.0:
-            value[count] = N[e]
+            index[count], value[count] = e, N[e]
             for j in range(D):
                 gradient[count, j] = g[j * K + e]
             place[count] = (5**D * of_element[e] + (5**D - 1) // 2 - offset[e]) * D * D
             shift[count] = offset[e] * D * D
             count += 1
     return count
+
+
+@inlined
+def spread(S, count, present, D, forces):
+    """Add S g to the ``forces`` of a patch, shape (K, D)."""
+    for n in range(count):
+        for i in range(D):
+            s = 0.0
+            for j in range(D):
+                s += S[i, j] * present.gradient[n, j]
+            forces[present.index[n], i] += s
 
 
 @inlined
@@ -83,7 +95,7 @@ def add_block(y, gradient, inertia, D, block):
 def add_point(B, count, present, inertia, y, D, flat):
     """Add the share of a point to the rows, ``flat``: those of its ``count`` nodes that are present. inertia:
     alpha m [N/m]; y (D, D D): work."""
-    value, gradient, place, shift = present
+    _, value, gradient, place, shift = present
     size = np.uint64(D * D)  # indices without a sign save the test whether they count from the end
     for b in range(count):
         for i in range(D):
@@ -103,7 +115,7 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     """Add the points' share to the nodes' ``rows`` [N/m], shape (nodes, 5^D, D, D), see ``active_cells``;
     with FBAR also to bulk[:, 1], push and pull."""
     element, N, G, mass, V0 = points
-    nodes, _, patch, place = elements
+    nodes = elements.nodes
     F_old, F33_old, old_state = old
     F, F33, new_state = new
     volume, _, bulk, push, pull_sums = patches
@@ -111,7 +123,8 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     P, A = np.empty(D * D + 1), np.empty((D * D + 1, D * D + 1))
     half, B, y = np.empty((D, D, D, D)), np.empty((D, D, D, D)), np.empty((D, D * D))
     forth, back, g = found = StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))
-    present = Present(np.empty(K), np.empty((K, D)), np.empty(K, np.uint64), np.empty(K, np.uint64))
+    present = Present(np.empty(K, np.int64), np.empty(K), np.empty((K, D)), np.empty(K, np.uint64),
+                      np.empty(K, np.uint64))
     offset, flat = np.empty(K, np.int64), rows.reshape(rows.size)
     find_offsets(D, K, offset)
     for q in range(len(element)):
@@ -121,17 +134,16 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
             for j in range(D):
                 g[j * K + e] = G[q, e, j]
         if FBAR:
-            own = patch[c]
             grown = V0[q] * determinant(F_old[q], D) * F33_old[q]
             grown *= deformed_gradients(c, q, nodes, G, u, D, K, found)
             pull(A, F[q], V0[q], D, half, B)
-            bulk[own, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[own, 0] / volume[own, 0], D, forth,
-                                           back)
-            spread(forth, g, place[c], D, K, push[own])
-            spread(back, g, place[c], D, K, pull_sums[own])
+            bulk[c, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[c, 0] / volume[c, 0], D, forth, back)
         else:
             pull(A, F_old[q], V0[q], D, half, B)
         count = find_present(N[q], g, nodes[c], offset, D, K, present)
+        if FBAR:
+            spread(forth, count, present, D, push[c])
+            spread(back, count, present, D, pull_sums[c])
         add_point(B, count, present, alpha * mass[q] if CONSISTENT else 0.0, y, D, flat)
 
 
@@ -154,19 +166,24 @@ def couple(nodes, patches: Patches, rows):
     volume, gradient, bulk, push, pull_sums = patches
     offset, forth, back = np.empty(K, np.int64), np.empty(D), np.empty(D)
     place, shift = np.empty(K, np.uint64), np.empty(K, np.uint64)
+    present = np.empty(K, np.int64)
     find_offsets(D, K, offset)
     flat, size = rows.reshape(rows.size), np.uint64(D * D)
     for row in range(len(volume)):
         if volume[row, 0] <= 0.0:
             continue
+        count = 0
         for e in range(K):
-            place[e] = (5**D * nodes[row, e] + (5**D - 1) // 2 - offset[e]) * D * D
-            shift[e] = offset[e] * D * D
+            if gradient[row, e, 0] != 0.0 or gradient[row, e, 1] != 0.0 or gradient[row, e, D - 1] != 0.0:
+                present[count] = e
+                place[count] = (5**D * nodes[row, e] + (5**D - 1) // 2 - offset[e]) * D * D
+                shift[count] = offset[e] * D * D
+                count += 1
         share = 1.0 / volume[row, 0]
-        for b in range(K):
+        for b in range(count):
             for k in range(D):
-                forth[k] = share * gradient[row, b, k]
-                back[k] = share * (pull_sums[row, b, k] + bulk[row, 1] * forth[k])
-            for e in range(K):
-                start = place[e] + shift[b]
-                add_pair(push[row, e], gradient[row, e], forth, back, D, flat[start:start + size])
+                forth[k] = share * gradient[row, present[b], k]
+                back[k] = share * (pull_sums[row, present[b], k] + bulk[row, 1] * forth[k])
+            for e in range(count):
+                node, start = present[e], place[e] + shift[b]
+                add_pair(push[row, node], gradient[row, node], forth, back, D, flat[start:start + size])

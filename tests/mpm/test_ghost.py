@@ -137,3 +137,34 @@ def test_domains_fill_cells_without_points(D, basis):
     solid.close()
     inside = np.minimum(corner + 0.2, 1.55) - np.maximum(corner, 0.55)
     assert fill == pytest.approx(np.prod(np.maximum(inside, 0.0) / 0.2, axis=1), abs=1e-12)
+
+
+RANKS = """
+import sys
+import numpy as np
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid
+turn = lambda x: 10.0 * np.column_stack([0.5 - x[:, 1], x[:, 0] - 0.5])
+body = Body(Box((0.3, 0.3), (0.7, 0.7)), (8, 8), 2, LAWS["neo_hooke"](1e5, 0.3), 1000.0, velocity=turn)
+solid = MPM(Grid(Box((0.0, 0.0), (1.0, 1.0)), (20, 20)), body, inertia="ghost", basis="gimp")
+for _ in range(40):
+    solid.advance(5e-3)
+own = solid.background.cells_owned
+fill = solid._facets.filling(solid.bodies)[:own], solid.background.original_cell[:own]
+x, gid, fill, cell = (np.concatenate(solid.comm.allgather(values))
+                      for values in (solid.points.x, solid.points.gid, *fill))
+if solid.comm.rank == 0:
+    np.savez(sys.argv[1], x=x[np.argsort(gid)], fill=fill[np.argsort(cell)])
+"""
+
+
+def test_domains_reach_into_cells_of_other_ranks(tmp_path, run_ranks):
+    script = tmp_path / "turn.py"
+    script.write_text(RANKS)
+    ends = []
+    for ranks in (1, 3):
+        done = run_ranks(ranks, script, tmp_path / f"{ranks}.npz")
+        assert done.returncode == 0, done.stderr
+        ends.append(np.load(tmp_path / f"{ranks}.npz"))
+    one, three = ends
+    assert three["x"] == pytest.approx(one["x"], abs=1e-8)
+    assert three["fill"] == pytest.approx(one["fill"], abs=1e-6) and one["fill"].max() > 0.9

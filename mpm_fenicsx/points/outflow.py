@@ -87,7 +87,8 @@ class Outflow:
         for name in held.names:
             setattr(held, name, np.concatenate([getattr(held, name), getattr(points, name)[mask]]))
         np.clip(held.x, self._box.lower, self._box.upper, out=held.x)
-        held.v[:], held.a[:] = 0.0, 0.0
+        for name in {"v", "a", "B", "C"} & set(held.names):
+            getattr(held, name)[:] = 0.0
 
     def of_boundary(self, points):
         """The same for boundary particles, which get a field ``off``: they are at the edge for good."""

@@ -3,6 +3,10 @@ import numpy as np
 import pytest
 from petsc4py import PETSc
 
+from coupling import Scheme, couple, nearest
+from coupling.ledger.exchange import Ledger
+from dem_liggghts import Interaction, Material, Scene, Spheres, Wall
+from mpm_fenicsx import MPM, Body, Box, Grid, Interface, Numerics, neo_hooke
 from studies.crossing import spinning
 
 
@@ -48,3 +52,28 @@ def test_newmark_loses_what_apic_keeps():
         spinning.run("gimp", h=0.1, transfer=way, turns=0.25, points=2) for way in ("newmark", "tpic"))
     assert newmark["angular_momentum"] > 0.02 and newmark["energy"] < -0.04
     assert tpic["angular_momentum"] < 1e-3 and abs(tpic["energy"]) < 2e-3
+
+
+def test_ledger_closes_for_a_free_square_struck_by_a_sphere(exact):
+    """The angular momentum that the square gains is the angular impulse at its interface; its history has
+    what the transfers lose."""
+    box = Box((0.1, 0.1), (0.5, 0.3))
+    square = Body(box, (8, 4), 2, neo_hooke(1e6, 0.3), 1000.0)
+    grid, top = Grid(Box((-0.2, -0.2), (0.8, 0.6)), (20, 16)), Interface.top(box, 8, 0.0125)
+    solid = MPM(grid, square, interface=top, inertia="lumped",
+                numerics=Numerics(basis="bspline", transfer="apic", losses=True))
+    sphere = Spheres([(0.4, 0.3375)], [(0.5, -2.0)], radius=0.05, rho=2000.0)
+    soft = Material(1e6, 0.3)
+    x, _ = solid.surface()
+    scene = Scene(sphere, Wall(x, solid.interface.elements), soft, soft, at_wall=Interaction(0.9, 0.3))
+    grains, rows = scene.open("reference", 1e-5), []
+    ledger = Ledger(solid, grains)
+    couple(solid, grains, nearest(x, x), Scheme(2e-4, 0.02, substeps=20), on_window=[
+        lambda window: rows.append({**ledger(window), **{
+            name: value() for name, (_, _, value) in solid.columns().items()}})])
+    last = rows[-1]
+    assert abs(last["angular_solid_z"]) > 0.1 and last["impulse_grains"] > 0.0
+    assert last["angular_momentum_z"] == pytest.approx(last["angular_solid_z"], rel=1e-9)
+    assert abs(last["angular_to_grid_z"]) + abs(last["angular_to_points_z"]) < 1e-12
+    assert last["kinetic_to_grid"] < 0.0
+    solid.close()

@@ -122,12 +122,19 @@ class LoadSteps:
             on_step(done / total)
             if size < SHORTEST and done % (2 * size) == 0:
                 size *= 2
+        try:
+            self._close()
+        except MPMDivergedError as error:
+            raise _no_equilibrium(error, 1.0) from None
+        return Settled(steps, self._iterations, shortest / SHORTEST, self.ghost)
+
+    def _close(self) -> None:
+        """Steps at full load, until nothing moves any more."""
         for _ in range(CLOSING):
             if not self._advance(LoadStep(1.0, 1.0)):
-                break
-        if mpm.step.ghost and abs(self._work[-1]) > CREEP * sum(map(abs, self._work)):
-            raise _no_equilibrium(MPMDivergedError("with a ghost penalty on stiffness it creeps", ""), 1.0)
-        return Settled(steps, self._iterations, shortest / SHORTEST, self.ghost)
+                return
+        if self._mpm.step.ghost and abs(self._work[-1]) > CREEP * sum(map(abs, self._work)):
+            raise MPMDivergedError("with a ghost penalty on stiffness it creeps", "")
 
     def _advance(self, factors: LoadStep) -> int:
         """One step, to equilibrium at its second load factor. Returns the number of Newton iterations."""

@@ -218,6 +218,20 @@ def test_a_block_on_a_rough_slope_sticks(make_block):
         slides.settle(4)
 
 
+@pytest.mark.parametrize("contact", ["nodes", "surface"])
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+def test_a_block_on_a_wall_within_the_grid(make_block, basis, contact):
+    """Domains that stick out under the wall reach nodes on which it does not press: those hardly move."""
+    wall = Penalty(Interface.line((-1.0, 0.0), (2.0, 0.0), 24), normal=(0.0, 1.0), friction=0.5,
+                   separates=True, contact=contact, name="wall")
+    solid = make_block(supports=(), low=-1.0, gravity=(0.3 * G, -G), penalties=[wall],
+                       numerics=Numerics(basis=basis))
+    assert solid.settle(4).shortest == 1.0
+    np.testing.assert_allclose(solid.reaction("wall"), (-0.3 * RHO * G, RHO * G), rtol=1e-4)
+    speed_after(solid)
+    assert solid.energy()["kinetic"] < 0.02  # of 1.4 J in the first five steps of a sudden start
+
+
 def test_a_hinge_holds(make_block):
     """Particles that follow the body hold it as a support does."""
     hinge = Penalty(Interface.line((0.02, 0.05), (0.98, 0.05), 8), follows=True)

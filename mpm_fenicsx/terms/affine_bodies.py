@@ -71,6 +71,10 @@ class AffineBody(BodyTerm):
         p = self.points
         self._add(*self._basis(), self._places, p.x, p.mass, p.B if self._apic else p.C, nodal)
 
+    def begin(self, grid, load):
+        """Add the body force of the middle of the step, see ``BodyTerm.begin``."""
+        super().begin(grid._replace(dt=0.5 * grid.dt), load)
+
     def residual(self, grid, increment, R):
         """Add the forces of the middle of the step, see ``BodyTerm.residual``."""
         return super().residual(grid, midpoint.half(increment), R)

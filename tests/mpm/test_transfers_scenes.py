@@ -144,6 +144,18 @@ def test_a_hinge_holds_a_pendulum():
     solid.close()
 
 
+def test_body_forces_are_those_of_the_middle_of_a_step():
+    """One that grows with time gives the impulse t^2 / 2 per mass, whatever the steps."""
+    body = Body(Box((0.0, 0.0), (1.0, 1.0)), (3, 3), 2, linear(1e3, 0.3), 10.0)
+    solid = MPM(Grid(Box((-1.0, -1.0), (2.0, 2.0)), (9, 9)), body, inertia="lumped",
+                body_force=lambda x, t: np.tile([t, -2.0 * t], (len(x), 1)),
+                numerics=Numerics(transfer="tpic"))
+    for dt in (0.1, 0.3, 0.2):
+        solid.advance(dt)
+    np.testing.assert_allclose(solid.momentum(), 10.0 * np.array([0.18, -0.36]), rtol=1e-12)
+    solid.close()
+
+
 def test_the_midpoint_rule_is_of_second_order():
     """A bar that vibrates with small amplitude: its motion against that of short steps."""
     def start(x):

@@ -21,11 +21,6 @@ from .losses import Losses
 from .snes import Newton
 from .tangents import Tangents
 
-# With a smooth basis, mass of a node over that of a full cell below which the points that reach it have
-# lumped inertia: a corner of a domain in the next cell gives its nodes more unknowns than a point can hold.
-RIM = 0.05
-
-
 class Problem(NamedTuple):
     """What acts in every step: ``bodies``, surface ``loads`` and ``penalties`` with their points, the
     ``interface``'s forces, ``supports``, ``gravity`` [m/s^2], shape (D,), whether inertia is ``consistent``,
@@ -123,7 +118,7 @@ class Step:
         v[active] = nodal[active, 1:1 + D] / mass[active, None]
         a[active] = nodal[active, 1 + D:] / mass[active, None]
         return GridState(time, dt, cells, maps, self.kernels, self.problem.bodies, self.full_mass, force,
-                         mass, v, a, active, self.problem.rule)
+                         mass, v, a, active, self.problem.rule, self.background.basis.smooth)
 
     def _check_located(self):
         """Boundary particles find nodes with mass. A kept tangent goes where other nodes have it, as rows of
@@ -148,7 +143,7 @@ class Step:
         if not self.ghost and not smooth:
             return None
         cells = ~self.ghost.consistent if self.ghost else None
-        light = grid.active & (grid.mass < RIM * self.full_mass) if smooth else None
+        light = grid.light if smooth else None
         nodal = np.zeros((len(grid.mass), 1))
         for body in self.problem.bodies:
             body.lump(grid, cells, light, nodal)

@@ -32,12 +32,22 @@ class PointForces:
         self._N, self._G = np.empty((n, K)), np.empty((n, K, active_cells.dim))
 
     def locate(self, grid):
-        """Basis at the particles, on nodes with mass only (eq. 14). Returns the first particle that has none
-        near it, or -1."""
+        """Basis at the particles, on nodes that bear them only (eq. 14). Returns the first particle that has
+        none near it, or -1."""
         p = self.points
-        grid.shapes(p.cell, p.x, self._N, self._G)
-        lost = grid.kernels.only_active(p.cell, grid.active_cells.cells, grid.active, self._N)
+        lost = self._put_on(grid, grid.bearing, self._N)
+        if lost >= 0 and grid.smooth:  # on a drop none of whose nodes bears
+            whole = np.empty_like(self._N)
+            lost = self._put_on(grid, grid.active, whole)
+            bare = ~self._N.any(axis=1)
+            self._N[bare] = whole[bare]
         return self._outflow.first_lost(p, self._N) if hasattr(p, "off") else lost
+
+    def _put_on(self, grid, nodes, N):
+        """Basis at the particles on ``nodes``, a mask, into N; the first particle that has none, or -1."""
+        p, cells = self.points, grid.active_cells.cells
+        grid.shapes(p.cell, p.x, N, self._G)
+        return grid.kernels.only_active(p.cell, cells, nodes, N)
 
     def forces(self, grid):
         """Over the step, on this rank's particles [N], shape (n, D): those that are given."""

@@ -23,8 +23,8 @@ point_tangent = None
 
 class Present(NamedTuple):
     """Of one point, the nodes whose functions do not vanish: ``index`` (K,) in the stencil; ``value`` (K,)
-    and ``gradient`` (K, D) [1/m] of these; ``place`` (K,) of a node's row in the rows laid flat, at the block of
-    a node with ``shift`` 0, and ``shift`` (K,) from there to the block of each."""
+    and ``gradient`` (K, D) [1/m] of these; ``place`` (K,) of a node's row in the rows laid flat, at the block
+    of a node with ``shift`` 0, and ``shift`` (K,) from there to the block of each."""
 
     index: np.ndarray
     value: np.ndarray

@@ -21,6 +21,7 @@ from .losses import Losses
 from .snes import Newton
 from .tangents import Tangents
 
+
 class Problem(NamedTuple):
     """What acts in every step: ``bodies``, surface ``loads`` and ``penalties`` with their points, the
     ``interface``'s forces, ``supports``, ``gravity`` [m/s^2], shape (D,), whether inertia is ``consistent``,

@@ -8,10 +8,9 @@ from ..basis.shape import CellMaps
 from ..grid.active_cells import ActiveCells
 from .kernels import GridKernels
 
-
 # Mass of a node over that of a full cell below which it is light. With a smooth basis a corner of a domain in
-# the next cell gives its nodes more unknowns than a point can hold: points that reach a light node have lumped
-# inertia.
+# the next cell gives its nodes more unknowns than a point can hold: points that reach a light node have
+# lumped inertia.
 RIM = 0.05
 
 

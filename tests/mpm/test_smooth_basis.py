@@ -210,8 +210,8 @@ def test_points_do_not_pass_held_nodes_at_the_edge():
 def test_seeded_evenly_with_domains_that_fill_the_body(dim):
     solid = block(dim, "gimp")
     p = solid.points
-    np.testing.assert_allclose(p.domain, np.tile(0.025, p.x.shape))
-    np.testing.assert_allclose(np.prod(2.0 * p.domain, axis=1), p.V0)
+    np.testing.assert_allclose(p.domain, np.tile(0.998 * 0.025, p.x.shape))
+    np.testing.assert_allclose(np.prod(2.0 * p.domain / 0.998, axis=1), p.V0)
     np.testing.assert_allclose(np.diff(np.unique(p.x[:, 0].round(12))), 0.05)
 
 

@@ -45,7 +45,9 @@ class Penalty:
     particles that follow a body may have some distance at the start; None: every particle is on its plane.
     stiffness: of the springs per area [Pa/m]; None: the nearest body's stiffness (against stretch in one
     direction) over the cell size, and 100 times that for supports, which neither rub nor separate. It gives
-    by pressure / stiffness.
+    by pressure / stiffness. contact: of a wall in space that separates, "nodes": the springs hold the body
+    where it shares cells with the particles; "surface": they hold its material points, where their share of
+    the body meets the segments or triangles between the particles, see docs/walls.md.
 
     >>> slope = Interface.line((2.0, 0.0), (0.0, 1.0), segments=4)
     >>> Penalty(slope, normal=(1.0, 2.0), friction=0.4, name="slope").normal[0]
@@ -107,8 +109,9 @@ class GridWall:
     does.
 
     where: function from node positions [m], shape (n, dim), to a mask, shape (n,). normal: a direction such
-    as "+y" or "-x", from the wall into the body. friction, separates and stiffness: see ``Penalty``, whose
-    springs hold the nodes.
+    as "+y" or "-x", from the wall into the body. friction, separates, stiffness and contact: see ``Penalty``,
+    whose springs hold the nodes, or with contact="surface" the body where it meets the sides of cells between
+    them.
 
     >>> floor = GridWall(lambda x: x[:, 1] < 1e-6, "+y", friction=0.5, name="floor")
     >>> floor.penalty(np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])).normal

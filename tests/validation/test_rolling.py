@@ -38,9 +38,11 @@ def test_disc_slides_beyond_the_critical_angle(angle, slides):
 
 
 @pytest.mark.validation
-@pytest.mark.parametrize("transfer", ["newmark", "tpic"])
-def test_error_falls_with_the_cell_size(transfer):
-    """By more than 2 from cell to half the cell; with Newmark's transfers measured 6.5, 1.5, 0.6 %."""
-    coarse, middle, fine = (errors(basis="gimp", h=h, dt=dt, time=0.5, transfer=transfer)
-                            for h, dt in ((0.2, 2e-3), (0.1, 1e-3), (0.05, 5e-4)))
-    assert 2.0 * middle < coarse and 1.2 * fine < middle
+def test_error_falls_with_the_cell_size():
+    """With Newmark's transfers, measured 6.2, 1.4, 0.6 %: by more than 2 with half the cells. With TPIC 2.7 %,
+    and then what the disc swings on its contact, 0.3 %."""
+    sizes = (0.2, 2e-3), (0.1, 1e-3), (0.05, 5e-4)
+    coarse, middle, fine = (errors(basis="gimp", h=h, dt=dt, time=0.5, transfer="newmark") for h, dt in sizes)
+    assert 2.0 * middle < coarse < 0.08 and 2.0 * fine < middle
+    coarse, middle = (errors(basis="gimp", h=h, dt=dt, time=0.5) for h, dt in sizes[:2])
+    assert middle < 0.005 < coarse < 0.035

@@ -16,15 +16,15 @@ def test_critical_angle_is_where_both_forms_agree():
 
 @pytest.mark.parametrize("basis, wall", [("linear", "surface"), ("linear", "plane"), ("gimp", "surface")])
 def test_disc_rolls_on_its_surface(basis, wall):
-    """Within 1.1 %, measured with cells of 0.4 radii."""
+    """Within 1.3 to 1.8 %, measured with cells of 0.4 radii and steps of 4 ms."""
     found = rolling.run(basis, wall=wall, **COARSE)
-    assert abs(found["acceleration"]) < 0.015 and abs(found["spin"]) < 0.015 and abs(found["slip"]) < 0.006
+    assert abs(found["acceleration"]) < 0.02 and abs(found["spin"]) < 0.02 and abs(found["slip"]) < 0.006
 
 
 def test_disc_slides_on_a_steep_slope_and_rolls_on_a_rough_one():
-    """Measured: 1.3 and -2.5 %, 0.8 and -0.3 %."""
+    """Measured: 0.3 and -3.4 %, -0.3 and -1.1 %, with steps of 4 ms."""
     slides, rolls = (rolling.run(angle=60.0, mu=mu, **COARSE) for mu in (0.3, 0.8))
-    assert abs(slides["acceleration"]) < 0.02 and abs(slides["spin"]) < 0.03 and slides["slip"] > 0.5
+    assert abs(slides["acceleration"]) < 0.02 and abs(slides["spin"]) < 0.04 and slides["slip"] > 0.5
     assert abs(rolls["acceleration"]) < 0.015 and abs(rolls["spin"]) < 0.015
 
 

@@ -42,7 +42,8 @@ def test_error_falls_with_the_cell_size():
     """With Newmark's transfers, measured 6.2, 1.4, 0.6 %: by more than 2 with half the cells. With TPIC 2.7 %,
     and then what the disc swings on its contact, 0.3 %."""
     sizes = (0.2, 2e-3), (0.1, 1e-3), (0.05, 5e-4)
-    coarse, middle, fine = (errors(basis="gimp", h=h, dt=dt, time=0.5, transfer="newmark") for h, dt in sizes)
+    coarse, middle, fine = (errors(basis="gimp", h=h, dt=dt, time=0.5, transfer="newmark")
+                            for h, dt in sizes)
     assert 2.0 * middle < coarse < 0.08 and 2.0 * fine < middle
     coarse, middle = (errors(basis="gimp", h=h, dt=dt, time=0.5) for h, dt in sizes[:2])
     assert middle < 0.005 < coarse < 0.035

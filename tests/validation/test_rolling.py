@@ -24,14 +24,14 @@ def errors(**given):
 @pytest.mark.parametrize("wall", ["surface", "plane"])
 @pytest.mark.parametrize("angle, mu", [(20.0, 0.3), (60.0, 0.3), (60.0, 0.8)])
 def test_disc_rolls_or_slides(wall, angle, mu):
-    """On nodes of the grid and on a plane that cuts the cells. Measured: 0.3 to 1.4 %."""
+    """On nodes of the grid and on a plane that cuts the cells. Measured: 0.5 to 1.6 %."""
     assert errors(basis="gimp", wall=wall, angle=angle, mu=mu) < 0.02
 
 
 @pytest.mark.validation
 @pytest.mark.parametrize("angle, slides", [(38.0, False), (46.0, True)])
 def test_disc_slides_beyond_the_critical_angle(angle, slides):
-    """tan(theta) = 3 mu at 42 degrees; measured: 1.0 and 1.7 %."""
+    """tan(theta) = 3 mu at 42 degrees; measured: 1.1 and 1.9 %."""
     found = rolling.run("gimp", angle=angle, mu=0.3)
     assert (found["slip"] > 0.1) == slides
     assert max(abs(found["acceleration"]), abs(found["spin"])) < 0.02

@@ -39,8 +39,8 @@ def test_disc_slides_beyond_the_critical_angle(angle, slides):
 
 @pytest.mark.validation
 def test_error_falls_with_the_cell_size():
-    """With Newmark's transfers, measured 6.2, 1.4, 0.6 %: by more than 2 with half the cells. With TPIC 3.1 %,
-    and then what the disc swings on its contact, 0.3 %."""
+    """With Newmark's transfers, measured 6.2, 1.4, 0.6 %: by more than 2 with half the cells. With TPIC
+    3.1 %, and then what the disc swings on its contact, 0.3 %."""
     sizes = (0.2, 2e-3), (0.1, 1e-3), (0.05, 5e-4)
     coarse, middle, fine = (errors(basis="gimp", h=h, dt=dt, time=0.5, transfer="newmark")
                             for h, dt in sizes)

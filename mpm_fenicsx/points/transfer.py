@@ -1,6 +1,9 @@
 """Transfers between points and grid, phases I and III. Templates: ``specialise`` fixes D and K."""
 
 D, K = 2, 4
+# Added to the basis in phase I: nodes of a point's element at which it has none, as it lies on the edge of
+# its cell, get its velocity all the same. No bit of the others depends on it.
+TOUCH = 1e-40
 
 
 def to_grid(cell, cells, N, mass, v, a, nodal):
@@ -12,7 +15,7 @@ def to_grid(cell, cells, N, mass, v, a, nodal):
     for p in range(len(cell)):
         for q in range(K):
             node = cells[cell[p], q]
-            w = N[p, q] * mass[p]
+            w = (N[p, q] + TOUCH) * mass[p]
             nodal[node, 0] += w
             for i in range(D):
                 nodal[node, 1 + i] += w * v[p, i]

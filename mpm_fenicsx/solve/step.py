@@ -11,7 +11,7 @@ from ..grid.active_cells import ActiveCells
 from ..grid.supports import Supports
 from ..laws import ELASTIC_STATE
 from ..terms.ghost import Ghost
-from ..terms.grid_state import GridState
+from ..terms.grid_state import GridState, nodal_means
 from ..terms.loads import PointForces, raise_lost
 from ..terms.penalty import walls_in_reach
 from ..terms.scene_penalties import softest
@@ -99,13 +99,17 @@ class Step:
             self.tangents.drop()
         lumped = self._lumped_mass()
         known = self.problem.supports.displacement(self.active_cells.node, time, dt, grid.v, grid.a)
-        idle = (self.active_cells.fixed | ~self.active[:, None])[:self.active_cells.owned]
+        fixed, massless = self.active_cells.fixed, ~self.active[:, None]
+        # nodes without mass go with the points whose gradients they are in, as these lie on their cell's edge
+        going = massless & ~fixed
+        known[going] = (dt * grid.v + 0.5 * dt**2 * grid.a)[going]
+        idle = (fixed | massless)[:self.active_cells.owned]
         self.equations.begin(grid, Known(self._loads(), known, idle, lumped))
         self.clock.lap("to grid")
 
     def _to_grid(self, dt, time, force):
         """Mass, velocity and acceleration of the nodes, those of the points by mass."""
-        cells, nodal, D, maps = self.active_cells, self._nodal, self.dim, self.background.maps
+        cells, nodal, maps = self.active_cells, self._nodal, self.background.maps
         for body in self.problem.bodies:
             body.locate(cells, self.background)
         self.clock.lap("search")
@@ -113,13 +117,9 @@ class Step:
         for body in self.problem.bodies:
             body.to_grid(nodal)
         cells.accumulate(nodal)
-        mass = nodal[:, 0].copy()
-        active = mass > 1e-14 * self.full_mass  # "numeric zero" of eq. 14
-        v, a = np.zeros((len(mass), D)), np.zeros((len(mass), D))
-        v[active] = nodal[active, 1:1 + D] / mass[active, None]
-        a[active] = nodal[active, 1 + D:] / mass[active, None]
         return GridState(time, dt, cells, maps, self.kernels, self.problem.bodies, self.full_mass, force,
-                         mass, v, a, active, self.problem.rule, self.background.basis.smooth)
+                         *nodal_means(nodal, self.full_mass), self.problem.rule,
+                         self.background.basis.smooth)
 
     def _check_located(self):
         """Boundary particles find nodes with mass. A kept tangent goes where other nodes have it, as rows of

@@ -57,3 +57,16 @@ class GridState(NamedTuple):
     def shapes(self, cell, x, N, G):
         """Basis values and gradients at positions x [m] in this rank's cells, see ``shape.shapes``."""
         self.kernels.shapes(cell, x, self.maps, N, G)
+
+
+def nodal_means(nodal, full_mass):
+    """Mass [kg], shape (n,), velocity and acceleration, (n, D), and mask of the active nodes from the sums
+    over the points in ``nodal``, see ``transfer.to_grid``. Nodes that are in the element of a point, but have
+    no part of its mass, are not active, and yet move as it does. full_mass: see ``GridState``."""
+    mass, D = nodal[:, 0].copy(), nodal.shape[1] // 2
+    active = mass > 1e-14 * full_mass  # "numeric zero" of eq. 14
+    touched, v, a = mass > 0.0, np.zeros((len(mass), D)), np.zeros((len(mass), D))
+    v[touched] = nodal[touched, 1:1 + D] / mass[touched, None]
+    a[touched] = nodal[touched, 1 + D:] / mass[touched, None]
+    mass[mass < 1e-30 * full_mass] = 0.0
+    return mass, v, a, active

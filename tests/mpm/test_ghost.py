@@ -127,16 +127,19 @@ def test_dry_column_survives(column):
 @pytest.mark.parametrize("basis", ["gimp", "cpgimp"])
 @pytest.mark.parametrize("D", [2, 3])
 def test_domains_fill_cells_without_points(D, basis):
-    """Of a box that ends a quarter of a cell beyond a grid line the outer points lie inside that line; how
-    full the cells beyond are is known all the same, and the sum is the body's volume."""
+    """Of a box that ends a quarter of a cell beyond a grid line the outer points reach over that line; how
+    full the cells on both sides are follows from the boxes around the points."""
     lower, upper = (0.55,) * D, (1.55,) * D
     body = Body(Box(lower, upper), (5,) * D, 1, SOIL, 1300.0, cell=("quadrilateral", "hexahedron")[D - 2])
     grid = Grid(Box((0.0,) * D, (2.0,) * D), (10,) * D, body.cell)
     solid = MPM(grid, body, inertia="ghost", basis=basis)
-    fill, corner = solid._facets.filling(solid.bodies), solid.background.maps.corner[:, 0]
+    fill, corner = solid._facets.filling(solid.bodies), solid.background.maps.corner[:, 0, None]
+    x, half = solid.points.x, solid.points.domain
     solid.close()
-    inside = np.minimum(corner + 0.2, 1.55) - np.maximum(corner, 0.55)
-    assert fill == pytest.approx(np.prod(np.maximum(inside, 0.0) / 0.2, axis=1), abs=1e-12)
+    inside = np.maximum(np.minimum(corner + 0.2, x + half) - np.maximum(corner, x - half), 0.0) / (2.0 * half)
+    volume = inside.prod(axis=-1) @ solid.points.V0
+    assert fill == pytest.approx(volume / 0.2**D, abs=1e-12)
+    assert fill @ np.full(len(fill), 0.2**D) == pytest.approx(1.0)
 
 
 RANKS = """

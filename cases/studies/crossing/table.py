@@ -150,7 +150,7 @@ def draw(path: Path, rows: Sequence[Row]) -> None:
             at = [(row.found["seconds"], abs(row.found[shown])) for row in own if row.basis == basis]
             colour, marker = STYLES.get(basis, ("C5", "v"))
             axis.loglog(*zip(*at), color=colour, marker=marker, markersize=5, label=basis)
-        axis.set_title(title(name), fontsize="medium")
+        axis.set_title(title(name), fontsize="small")
         axis.set(xlabel="time in steps [s]", ylabel=shown)
         axis.margins(0.15)
         axis.grid(alpha=0.3, which="both")

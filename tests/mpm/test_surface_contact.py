@@ -87,6 +87,16 @@ def test_block_slides_in_space(make_mpm, cell, basis, kind):
     assert abs(a @ [-down[1], down[0], 0.0]) < 2e-4
 
 
+def test_block_settles_on_a_slope_and_stays(make_mpm):
+    """Load steps without inertia: friction and normal force are those of the weight, and nothing moves."""
+    t = np.radians(15)
+    solid = block(make_mpm, t, floor(0.5))
+    solid.settle(4)
+    np.testing.assert_allclose(solid.reaction("slope") / (500 * G), [-np.sin(t), np.cos(t)], atol=1e-8)
+    v, _ = slide(solid, 50)
+    assert abs(v).max() < 1e-6
+
+
 @pytest.mark.parametrize("cell, basis", BASES)
 def test_contact_begins_at_the_surface(make_mpm, cell, basis):
     """Dropped from 0.1 m in cells of 0.25 m, the block touches after sqrt(2 s / g), loses nothing before, and

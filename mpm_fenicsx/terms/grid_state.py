@@ -65,8 +65,8 @@ def nodal_means(nodal, full_mass):
     no part of its mass, are not active, and yet move as it does. full_mass: see ``GridState``."""
     mass, D = nodal[:, 0].copy(), nodal.shape[1] // 2
     active = mass > 1e-14 * full_mass  # "numeric zero" of eq. 14
-    touched, v, a = mass > 0.0, np.zeros((len(mass), D)), np.zeros((len(mass), D))
+    touched, v, a = mass != 0.0, np.zeros((len(mass), D)), np.zeros((len(mass), D))
     v[touched] = nodal[touched, 1:1 + D] / mass[touched, None]
     a[touched] = nodal[touched, 1 + D:] / mass[touched, None]
-    mass[mass < 1e-30 * full_mass] = 0.0
+    mass[np.abs(mass) < 1e-30 * full_mass] = 0.0
     return mass, v, a, active

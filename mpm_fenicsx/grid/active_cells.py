@@ -181,7 +181,7 @@ class ActiveCells:
         share."""
         if self._shared_patches and self.comm.size > 1:
             for values in sums:
-                whole = values.reshape(len(values), -1).copy()
+                whole = values.reshape(len(values), int(np.prod(values.shape[1:]))).copy()
                 self.accumulate(whole)
                 values[:] = whole.reshape(values.shape)
 

@@ -60,7 +60,7 @@ class Step:
         self.active_cells = cells = ActiveCells(
             background, filled, problem.supports.fixed, symmetric, any(record.f_bar for record in records),
             facets, walls_in_reach(penalties, background))
-        self.active = np.zeros(len(cells.node), bool)
+        self.active, self.mass_then = np.zeros(len(cells.node), bool), np.zeros(len(cells.node))
         lightest = min(body.body.rho * body.thickness for body in problem.bodies)
         self.full_mass = np.prod(background.h) * lightest
         h = np.prod(background.h) ** (1.0 / self.dim)
@@ -127,14 +127,24 @@ class Step:
         grid, problem = self.grid, self.problem
         on_boundary = (problem.interface, *problem.loads, *problem.penalties)
         lost = [term.locate(grid) for term in on_boundary]
-        changed, some_lost = somewhere(
-            self.comm, not np.array_equal(grid.active, self.active), max(lost) >= 0)
+        changed, grown, some_lost = somewhere(
+            self.comm, not np.array_equal(grid.active, self.active), grid.smooth and self._outgrown(),
+            max(lost) >= 0)
+        if grown:
+            self.mass_then = grid.mass.copy()
+            self.tangents.drop()
         if changed:
             problem.supports.check(grid.active, self.active_cells, grid.time)
             self.active = grid.active
             self.tangents.drop()
         if some_lost:
             raise_lost(on_boundary, lost, grid, self.background.origin)
+
+    def _outgrown(self):
+        """Whether a node has more than twice or less than half the mass that it had in the kept tangent. With
+        a smooth basis nodes at the rim come up from nothing, their stiffness with them."""
+        now, then = self.grid.mass, self.mass_then
+        return bool(((now > 2.0 * then) | (now < 0.5 * then)).any())
 
     def _lumped_mass(self):
         """Nodal mass [kg] with lumped inertia, shape (nodes,), or None."""
@@ -229,7 +239,7 @@ class Step:
 
     def get_state(self):
         """Active cells and nodes, and the kept tangent, as name → array copy."""
-        state = dict(filled=self.filled.copy(), active=self.active.copy(),
+        state = dict(filled=self.filled.copy(), active=self.active.copy(), mass_then=self.mass_then.copy(),
                      **self.tangents.get_state(self.active_cells.values))
         if self.ghost:
             state.update(ghost=self.ghost.weight, ghost_stiffness=np.array([self.ghost.of_u]))
@@ -237,7 +247,7 @@ class Step:
 
     def set_state(self, state):
         """Go back; the factorisation is made again only if the tangent has changed since."""
-        self.active = state["active"].copy()
+        self.active, self.mass_then = state["active"].copy(), state["mass_then"].copy()
         kept, other = self.tangents.set_state(state)
         if kept:
             self.newton.choose_solver()

@@ -20,7 +20,7 @@ from .scene.numerics import Numerics
 from .scene.solid import SolidScene
 from .solve.clock import PHASES
 from .solve.options import Doubt
-from .solve.step import Problem
+from .solve.problem import Problem
 from .stepped import Stepped
 from .terms.ghost import Facets
 

@@ -1,46 +1,24 @@
 """One implicit step on the active cells (the paper's phases I to III): from the points to the nodes, solve,
 and back."""
-from types import ModuleType
-from typing import NamedTuple
-
 import numpy as np
 
 from ..collective import somewhere, total
 from ..errors import MPMDivergedError
 from ..grid.active_cells import ActiveCells
-from ..grid.supports import Supports
 from ..laws import ELASTIC_STATE
 from ..terms.ghost import Ghost
 from ..terms.grid_state import GridState, nodal_means
-from ..terms.loads import PointForces, raise_lost
+from ..terms.loads import raise_lost
 from ..terms.penalty import walls_in_reach
 from ..terms.scene_penalties import softest
 from .clock import Clock
 from .equations import Equations, Known
-from .losses import Losses
 from .snes import Newton
 from .tangents import Tangents
 
 
-class Problem(NamedTuple):
-    """What acts in every step: ``bodies``, surface ``loads`` and ``penalties`` with their points, the
-    ``interface``'s forces, ``supports``, ``gravity`` [m/s^2], shape (D,), whether inertia is ``consistent``,
-    the linear ``solver``, the ``rule`` of time, see ``GridState``, and who books ``losses`` of transfers."""
-
-    bodies: list
-    interface: PointForces
-    loads: tuple
-    penalties: tuple
-    supports: Supports
-    gravity: np.ndarray
-    consistent: bool
-    solver: str
-    rule: ModuleType
-    losses: Losses
-
-
 class Step:
-    """Advances the points of a ``Problem`` by one step, as often as they stay in the ``active_cells``.
+    """Advances the points of a ``problem.Problem`` by one step, as often as they stay in the ``active_cells``.
 
     phases: seconds per phase, added to. doubt: see ``options``. facets: ``ghost.Facets`` for the ghost
     penalty on inertia, or None. After ``begin`` ``grid`` is the ``GridState`` of the step (None before).
@@ -174,9 +152,7 @@ class Step:
         for penalty in penalties:
             penalty.begin(grid, load)
         load += grid.mass[:, None] * self.problem.gravity
-        if bodies[0].has_body_force:
-            load += self._body_load()
-        return load
+        return load + self._body_load() if bodies[0].has_body_force else load
 
     def _body_load(self):
         """Body force [N], shape (nodes, D)."""

@@ -38,8 +38,8 @@ SHARE = 0.998
 
 @dataclass(frozen=True)
 class Basis:
-    """Kind of basis at the material points, one of ``BASES``: "linear"; "gimp", domains stay as they are at
-    the start; "cpgimp", they follow the stretch; "bspline", all are as wide as a cell.
+    """Kind of basis at the material points, one of ``BASES``: "linear"; "gimp", domains follow the
+    stretch; "ugimp" (uniform), they stay as they are at the start; "bspline", all are as wide as a cell.
 
     >>> Basis("gimp").smooth, Basis("linear").smooth
     (True, False)
@@ -60,7 +60,7 @@ class Basis:
     @property
     def follows(self) -> bool:
         """Whether these follow the stretch."""
-        return self.name == "cpgimp"
+        return self.name == "gimp"
 
     def nodes(self, dim: int, of_cell: int) -> int:
         """Number of nodes with functions at a point; of_cell: number of a cell's nodes."""

@@ -4,7 +4,7 @@ from typing import Literal, get_args
 
 import mpm_dem_checks as check
 
-Kind = Literal["linear", "gimp", "cpgimp", "bspline"]
+Kind = Literal["linear", "gimp", "ugimp", "bspline"]
 BASES = get_args(Kind)
 Solver = Literal["auto", "direct", "cholesky", "lu", "cg", "gmres", "gamg", "hypre"]
 SOLVERS = get_args(Solver)

@@ -18,7 +18,8 @@ from .tangents import Tangents
 
 
 class Step:
-    """Advances the points of a ``problem.Problem`` by one step, as often as they stay in the ``active_cells``.
+    """Advances the points of a ``problem.Problem`` by one step, as often as they stay in the
+    ``active_cells``.
 
     phases: seconds per phase, added to. doubt: see ``options``. facets: ``ghost.Facets`` for the ghost
     penalty on inertia, or None. After ``begin`` ``grid`` is the ``GridState`` of the step (None before).

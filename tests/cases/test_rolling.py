@@ -14,7 +14,7 @@ def test_critical_angle_is_where_both_forms_agree():
     np.testing.assert_allclose(below, above, rtol=1e-8)
 
 
-@pytest.mark.parametrize("basis, wall", [("linear", "surface"), ("linear", "plane"), ("gimp", "surface")])
+@pytest.mark.parametrize("basis, wall", [("linear", "surface"), ("linear", "plane"), ("ugimp", "surface")])
 def test_disc_rolls_on_its_surface(basis, wall):
     """Within 1.3 to 1.8 %, measured with cells of 0.4 radii and steps of 4 ms."""
     found = rolling.run(basis, wall=wall, **COARSE)

@@ -37,7 +37,7 @@ def test_a_column_without_cohesion_has_no_equilibrium(column, tmp_path):
         column.main(h=0.02, settle=4, out=tmp_path)
 
 
-PINNED = {"linear": 0.0366, "cpgimp": 0.0100}
+PINNED = {"linear": 0.0366, "gimp": 0.0100}
 
 
 @pytest.mark.parametrize("basis", PINNED)
@@ -66,7 +66,7 @@ def test_elastica(k, v, u):
 
 def test_cantilever_of_coarse_cells():
     """To k = 10, where the linear basis comes apart on finer ones."""
-    found = scene("cantilever")("gimp", h=0.5, points=2)
+    found = scene("cantilever")("ugimp", h=0.5, points=2)
     assert abs(found["error"]) < 0.01 and found["shortest"] == 1.0
     assert np.hypot(found["v"] - 8.2121, found["u"] - 5.507) < 0.13
 
@@ -76,8 +76,8 @@ import json, sys
 sys.path.insert(0, "cases")
 from mpi4py import MPI
 from studies.crossing import cantilever, compaction
-found = [compaction.run("cpgimp", cells=8, load_steps=10),
-         cantilever.run("gimp", h=0.5, points=2, load_steps=10)]
+found = [compaction.run("gimp", cells=8, load_steps=10),
+         cantilever.run("ugimp", h=0.5, points=2, load_steps=10)]
 if MPI.COMM_WORLD.rank == 0:
     print(json.dumps(found))
 """

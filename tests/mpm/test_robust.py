@@ -68,7 +68,7 @@ def same(states):
 def test_a_tangent_that_is_not_positive(advanced):
     """A bent beam in steps so long that stiffness decides: Cholesky fails, LU does not, and the next step
     tries Cholesky again."""
-    solid, told = advanced(cantilever("gimp", inertia="lumped"), 0.5, 10)
+    solid, told = advanced(cantilever("ugimp", inertia="lumped"), 0.5, 10)
     assert solid.time == pytest.approx(5.0) and list(solid.helped) == [ANY_SIGN]
     assert 0 < solid.helped[ANY_SIGN][1] < 10 and solid.ghost_since is None
     assert len(told) == 1 and ANY_SIGN in told[0]
@@ -78,7 +78,7 @@ def test_a_tangent_that_is_not_positive(advanced):
 def test_options_are_the_users(advanced, options):
     """With -mpm_pc_type cholesky there is no other solver, so that a later rung has to help."""
     options(pc_type="cholesky")
-    solid, _ = advanced(cantilever("gimp", inertia="lumped"), 0.5, 3)
+    solid, _ = advanced(cantilever("ugimp", inertia="lumped"), 0.5, 3)
     assert ANY_SIGN not in solid.helped and solid.helped
 
 

@@ -8,7 +8,7 @@ from mpm_fenicsx.basis.smooth import StencilGrid, shapes
 from mpm_fenicsx.compiled import specialise
 from mpm_fenicsx.scene.mesh import lattice
 
-BASES = ["gimp", "cpgimp", "bspline"]
+BASES = ["ugimp", "gimp", "bspline"]
 
 
 @pytest.fixture(params=[2, 3])
@@ -201,14 +201,14 @@ def test_points_do_not_pass_held_nodes_at_the_edge():
     body = Body(Box((0.2, 0.02), (0.5, 0.22)), (6, 4), 2, mohr_coulomb(1e5, 0.3, friction_angle=30.0), 1000.0,
                 f_bar=True)
     solid = MPM(Grid(Box((0.0, 0.0), (0.8, 0.4)), (16, 8)), body, [Support(lambda x: x[:, 1] < 1e-9, "y")],
-                gravity=(0.0, -9.81), inertia="lumped", basis="gimp")
+                gravity=(0.0, -9.81), inertia="lumped", basis="ugimp")
     for _ in range(60):
         solid.advance(2e-3)
     assert solid.points.x[:, 1].min() > 0.0
 
 
 def test_seeded_evenly_with_domains_that_fill_the_body(dim):
-    solid = block(dim, "gimp")
+    solid = block(dim, "ugimp")
     p = solid.points
     np.testing.assert_allclose(p.domain, np.tile(0.998 * 0.025, p.x.shape))
     np.testing.assert_allclose(np.prod(2.0 * p.domain / 0.998, axis=1), p.V0)
@@ -221,7 +221,7 @@ def test_refuses_other_grids_in_one_sentence():
     vertices, cells = lattice(box, (2, 2), "quadrilateral")
     for grid, what in ((Grid(box, (2, 2), "triangle"), "Grid of triangle cells"),
                        (Mesh(vertices, cells, "quadrilateral"), "Mesh")):
-        with pytest.raises(ValueError, match=f"basis=gimp needs a regular Grid.*{what}"):
-            MPM(grid, body, basis="gimp")
+        with pytest.raises(ValueError, match=f"basis=ugimp needs a regular Grid.*{what}"):
+            MPM(grid, body, basis="ugimp")
     with pytest.raises(ValueError, match="basis is 'spline': choose one of linear, gimp"):
         Numerics(basis="spline")

@@ -2,14 +2,14 @@
 
     python -m coupling.crossing                           all scenes; results in out/crossing
     python -m coupling.crossing bar step                  these scenes
-    python -m coupling.crossing bar basis=linear,cpgimp+tpic out=out/bar
+    python -m coupling.crossing bar basis=linear,gimp+tpic out=out/bar
     python -m coupling.crossing into=docs/basis.md        and the table of that page, and its figure beside it
 
 A scene is a module with ``run(basis=…, …)``, which returns numbers by name: errors, and ``newton``
 iterations per step, ``step_ms``, the median, and ``seconds``. It may name its ``SWEEP``, a list of
 arguments for ``run``, coarse first, and the ``MEASURE`` that the figure shows; without them it is run
 once as it is, and its first number is shown. One with ``ONLY_BY_NAME = True`` is run only when it is
-named. A basis may have a transfer, ``cpgimp+tpic``, in scenes whose ``run`` takes one (``transfer``, or
+named. A basis may have a transfer, ``gimp+tpic``, in scenes whose ``run`` takes one (``transfer``, or
 any ``others``). A run that fails is a row with its reason. What is in ``out`` already is not run again:
 remove the folder after a change of the program.
 """
@@ -31,8 +31,8 @@ from studies import sweep
 COST = ("newton", "step_ms", "seconds")
 HELPERS = ("__init__", "common", "table")
 BLOCK = re.compile(r"(<!-- crossing: [^>]*-->\n).*?(\n<!-- end of crossing -->)", re.S)
-WAYS = "linear,gimp,cpgimp,cpgimp+tpic"
-STYLES = {"linear": ("C0", "o"), "gimp": ("C1", "s"), "cpgimp": ("C2", "D"), "cpgimp+tpic": ("C4", "d"),
+WAYS = "linear,gimp,gimp+tpic,ugimp"
+STYLES = {"linear": ("C0", "o"), "ugimp": ("C1", "s"), "gimp": ("C2", "D"), "gimp+tpic": ("C4", "d"),
           "bspline": ("C3", "^"), "bspline+tpic": ("C3", "v")}
 
 

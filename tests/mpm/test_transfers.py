@@ -328,7 +328,7 @@ def test_a_run_goes_on_bit_for_bit():
 
 
 def test_apic_is_refused_without_a_smooth_basis():
-    with pytest.raises(ValueError, match="transfer is 'apic'.*give basis='bspline' or 'ugimp', or"):
+    with pytest.raises(ValueError, match="transfer is 'apic'.*give basis='bspline' or 'gimp', or"):
         Numerics(transfer="apic")
     with pytest.raises(ValueError, match="transfer"):
         Numerics(transfer="flip")

@@ -194,7 +194,8 @@ def test_option_that_diverges_and_option_that_nobody_used(words, tmp_path):
         "error: Newton's method diverged in step 1, t = "), "with the shortest window"
     assert ("new tangents, a start from rest, full Newton steps did not help: too many iterations, try "
             in done.stderr)
-    assert "; tried before: the ghost penalty on inertia, the ghost penalty on stiffness, windows down to " in done.stderr
+    assert ("; tried before: the ghost penalty on inertia, the ghost penalty on stiffness, windows down to "
+            in done.stderr)
     assert json.loads((tmp_path / "report.json").read_text())["error"].startswith("MPMDivergedError: ")
     assert len(read(tmp_path / "history.csv")["time"]) == 0
     done = script(*words("-mpm_snes_rtoll 1 t_end=4e-6"))

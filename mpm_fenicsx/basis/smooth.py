@@ -112,6 +112,19 @@ def averages(s, half, above, value, slope):
         slope[0], slope[1], slope[2] = -below / (2.0 * half), -s / half, over / (2.0 * half)
 
 
+@inlined
+def half_width(p, i, x, domain, F, grid: StencilGrid, D, follows):
+    """Half-width along axis i of the domain of point p [m], see ``shapes``; no wider than up to the edge of
+    the grid, beyond which it is negative."""
+    half = domain[p, i]
+    if follows:
+        square = 0.0
+        for j in range(D):
+            square += (F[p, i, j] * domain[p, j]) ** 2
+        half = min(np.sqrt(square), 0.5 * grid.h[i])
+    return min(half, x[p, i] - grid.lower[i], grid.upper[i] - x[p, i])
+
+
 def shapes(cell, x, domain, F, grid: StencilGrid, element, N, G):
     """Stencil of each point, with values and gradients of its functions.
 
@@ -120,18 +133,12 @@ def shapes(cell, x, domain, F, grid: StencilGrid, element, N, G):
     one, l_i^2 = sum_j (F_ij l_j)^2, and at most h/2. Fills element: (n,) number of the nearest node; N: (n,
     3^D); G: (n, 3^D, D) [1/m].
     """
-    lower, upper, h, corner, nodes = grid
+    h, corner, nodes = grid.h, grid.corner, grid.nodes
     value, slope = np.empty((D, 3)), np.empty((D, 3))
     for p in range(len(cell)):
         c, nearest = cell[p], 0
         for i in range(D):
-            half = domain[p, i]
-            if FOLLOWS:
-                square = 0.0
-                for j in range(D):
-                    square += (F[p, i, j] * domain[p, j]) ** 2
-                half = min(np.sqrt(square), 0.5 * h[i])
-            half = min(half, x[p, i] - lower[i], upper[i] - x[p, i])
+            half = half_width(p, i, x, domain, F, grid, D, FOLLOWS)
             s = (x[p, i] - corner[c, 0, i]) / h[i]
             upper_node = s > 0.5
             if upper_node:

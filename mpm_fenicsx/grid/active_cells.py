@@ -132,11 +132,15 @@ class ActiveCells:
             self._vectors[block] = self.vector(block)
         return self._vectors[block]
 
+    def _around(self, background, width):
+        """Active nodes around each of a regular grid, see ``elements.around``."""
+        return around(np.asarray(background.grid.cells) + 1, background.vertex_of[self.node], width)
+
     def _make_elements(self, background, chosen, averaged):
         cells, row = self.cells, self.row
         self._shared_patches = background.basis.smooth
         if self._shared_patches:
-            self.elements, self.nodes_of_patch = stencil_elements(around(background, self.node, 3))
+            self.elements, self.nodes_of_patch = stencil_elements(self._around(background, 3))
         elif averaged:
             self.elements, self.nodes_of_patch = cell_elements(background, cells, row, chosen, len(self.node))
         else:
@@ -153,7 +157,7 @@ class ActiveCells:
         of_elements = lambda dofs: (dofs.transpose(0, 2, 1)[:, None, None], dofs[..., None, None])  # noqa: E731
         parts = [of_elements(dof[self.cells[chosen if springs or not smooth else chosen[:0]]])]
         if smooth:
-            columns = by_node[around(background, self.node, 5)]
+            columns = by_node[self._around(background, 5)]
             parts.append((dof[:, None, :, None], columns[:, :, None]))
         elif self.elements.patch is not self.row:
             parts.append(of_elements(by_node[self.nodes_of_patch]))

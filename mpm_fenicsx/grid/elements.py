@@ -31,21 +31,20 @@ def reach(background, chosen):
     return background.cells[near[background.cells].any(axis=1)].ravel()
 
 
-def around(background, node, width):
-    """Of each grid node of ``node``, shape (n,), the places among these of the width^D nodes around it, first
-    direction fastest, shape (n, width^D); -1 where there is none."""
-    counts = np.asarray(background.grid.cells) + 1
+def around(counts, number, width):
+    """Of nodes or cells of a regular grid, ``counts`` (D,) of them along the axes, those with the ``number``,
+    shape (n,): the places among these of the width^D around each, first direction fastest, shape (n,
+    width^D); -1 where there is none."""
     strides, D = np.cumprod([1, *counts[:-1]]), len(counts)
-    vertex = background.vertex_of[node]
     place = np.full(np.prod(counts), -1, np.int32)
-    place[vertex] = np.arange(len(node))
+    place[number] = np.arange(len(number))
     steps = np.arange(width) - width // 2
     steps = np.stack(np.meshgrid(*[steps] * D, indexing="ij"), axis=-1).reshape(-1, D)[:, ::-1]
-    found = np.full((len(node), len(steps)), -1, np.int32)
-    index = vertex[:, None] // strides % counts
+    found = np.full((len(number), len(steps)), -1, np.int32)
+    index = number[:, None] // strides % counts
     for k, step in enumerate(steps):
         inside = ((index + step >= 0) & (index + step < counts)).all(axis=1)
-        found[inside, k] = place[vertex[inside] + step @ strides]
+        found[inside, k] = place[number[inside] + step @ strides]
     return found
 
 

@@ -3,32 +3,28 @@ domains of the points, which reach into cells that hold no point and give their 
 import numpy as np
 from petsc4py import PETSc
 
+from ..basis.smooth import StencilGrid, half_width
 from ..compiled import specialise
 from ..grid.active_cells import ghosted_vector
+from ..grid.elements import around
 
 TOUCHED = 1e-3  # a cell that the domains fill less is empty: they end at its edge, but for round-off
 D = 2  # fixed by specialise
 FOLLOWS = False  # whether domains follow the stretch
 
 
-def share_out(cell, x, domain, F, V, grid, neighbours, fill):
+def share_out(cell, x, domain, F, V, grid: StencilGrid, neighbours, fill):
     """Add the volumes V [m^D], shape (n,), of points to the cells that their domains overlap, in proportion.
 
     cell, x, domain, F, grid: see ``smooth.shapes``; neighbours: (cells, 3^D) the cells around each, first
     direction fastest; fill: (cells,) [m^D].
     """
-    lower, upper, h, corner, _ = grid
+    h, corner = grid.h, grid.corner
     share = np.empty((D, 3))
     for p in range(len(cell)):
         c = cell[p]
         for i in range(D):
-            half = domain[p, i]
-            if FOLLOWS:
-                square = 0.0
-                for j in range(D):
-                    square += (F[p, i, j] * domain[p, j]) ** 2
-                half = min(np.sqrt(square), 0.5 * h[i])
-            half = min(half, x[p, i] - lower[i], upper[i] - x[p, i])
+            half = half_width(p, i, x, domain, F, grid, D, FOLLOWS)
             s = x[p, i] - corner[c, 0, i]
             share[i, 0] = share[i, 2] = 0.0
             if half > s:
@@ -54,23 +50,9 @@ class Filling:
         if shared:
             self._values = ghosted_vector(background.cell_numbering, background.comm)
         if self.smooth:
-            self._neighbours = self._around()
+            counts = np.asarray(background.grid.cells)
+            self._neighbours = around(counts, background.original_cell, 3)  # -1 where none is here
             self._share_out = specialise(share_out, D=background.dim, FOLLOWS=background.basis.follows)
-
-    def _around(self):
-        """Cells around each of this rank, shape (cells, 3^D), -1 where there is none here."""
-        grid = self._background.stencil_grid(self._background.cells)
-        counts, dim = np.asarray(self._background.grid.cells), self._background.dim
-        strides = np.cumprod([1, *counts[:-1]])
-        index = np.rint((grid.corner[:, 0] - grid.lower) / grid.h).astype(int)
-        local = np.full(np.prod(counts), -1)
-        local[index @ strides] = np.arange(len(index))
-        around = np.full((len(index), 3**dim), -1, np.int32)
-        for a in range(3**dim):
-            there = index + [a // 3**i % 3 - 1 for i in range(dim)]
-            inside = ((there >= 0) & (there < counts)).all(axis=1)
-            around[inside, a] = local[there[inside] @ strides]
-        return around
 
     def __call__(self, bodies):
         """Volume of the points of ``bodies``, terms, in each cell over its own, shape (cells,)."""

@@ -79,6 +79,60 @@ def test_a_signal_that_went_nowhere_is_raised_again():
     signals.raise_again()
 
 
+def send(name):
+    os.kill(os.getpid(), getattr(signal, name))
+
+
+def test_a_deferred_signal_is_noted_and_said_at_once(capfd):
+    """Also one of those that come in pairs; afterwards signals are raised again."""
+    with signals.like_interrupts():
+        with signals.deferred():
+            assert signals.noted() is None
+            send("SIGUSR1")
+            send("SIGTERM")
+            assert signals.noted() == "SIGUSR1"
+            signals.raise_again()
+        assert signals.noted() == "SIGUSR1"
+        assert capfd.readouterr() == ("", (
+            "warning: SIGUSR1: a checkpoint is written when this window is done; another signal, 5 s from now "
+            "or later, ends the run at once\n"))
+        signals.raise_again()
+    assert signals.noted() is None
+
+
+def test_another_signal_ends_a_run_at_once_all_the_same(monkeypatch):
+    monkeypatch.setattr(signals, "QUIET", 0.0)
+    with signals.like_interrupts():
+        with signals.deferred():
+            send("SIGUSR1")
+            with pytest.raises(KeyboardInterrupt, match="SIGTERM"):
+                send("SIGTERM")
+            with pytest.raises(KeyboardInterrupt, match="SIGTERM"):  # where that went nowhere
+                signals.raise_again()
+        with pytest.raises(KeyboardInterrupt, match="SIGHUP"):
+            send("SIGHUP")
+
+
+def test_signals_are_deferred_in_a_script_that_knows_nothing_of_them():
+    before = signal.getsignal(signal.SIGTERM)
+    with signals.deferred():
+        send("SIGTERM")
+        assert signals.noted() == "SIGTERM"
+    assert signals.noted() is None and signal.getsignal(signal.SIGTERM) == before
+
+
+def test_a_deferred_signal_outlives_standard_error():
+    """Nobody reads it: the signal of its broken pipe comes on top."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    code = ("import os, signal; from coupling import signals\n"
+            "with signals.deferred():\n    os.kill(os.getpid(), signal.SIGHUP)\n    print(signals.noted())")
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, stderr=writer,
+                          text=True, timeout=60, preexec_fn=defaults)
+    os.close(writer)
+    assert (done.returncode, done.stdout) == (0, "SIGHUP\n")
+
+
 def test_a_run_under_nohup_outlives_its_terminal(start, tmp_path):
     process = start(LONG, preexec_fn=lambda: (defaults(), signal.signal(signal.SIGHUP, signal.SIG_IGN)))
     wait_for_rows(process, tmp_path / "out")

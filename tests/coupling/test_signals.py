@@ -94,8 +94,8 @@ def test_a_deferred_signal_is_noted_and_said_at_once(capfd):
             signals.raise_again()
         assert signals.noted() == "SIGUSR1"
         assert capfd.readouterr() == ("", (
-            "warning: SIGUSR1: a checkpoint is written when this window is done; another signal, 5 s from now "
-            "or later, ends the run at once\n"))
+            "warning: SIGUSR1: a checkpoint is written when this window is done; another signal, 5 s from "
+            "now or later, ends the run at once\n"))
         signals.raise_again()
     assert signals.noted() is None
 

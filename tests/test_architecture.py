@@ -10,7 +10,8 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("mpm_fenicsx", "dem_liggghts", "coupling")
 # which all may import, as they import none of them
-LEAF, CACHE, DIRECT = LEAVES = "mpm_dem_checks", "mpm_dem_cache", "mpm_dem_direct"
+LEAVES = "mpm_dem_checks", "mpm_dem_cache", "mpm_dem_direct", "mpm_dem_store", "mpm_dem_tree"
+LEAF, CACHE, DIRECT, STORE, TREE = LEAVES
 FORBIDDEN = {  # packages and libraries that a package must not import, nor anything inside them
     "mpm_fenicsx": {"coupling", "dem_liggghts", "cases"},
     "dem_liggghts": {"coupling", "mpm_fenicsx", "cases", "dolfinx", "petsc4py"},
@@ -62,6 +63,10 @@ def test_the_leaves_import_nothing_of_ours():
     assert imports(ROOT / f"{CACHE}.py") <= {"os", "pathlib", "stat", "sys", "tempfile"}
     assert imports(ROOT / f"{DIRECT}.py") <= {"typing"}
     assert imports(ROOT / f"{LEAF}.py") <= {"contextlib", "math", "os", "pathlib", "typing", "numpy"}
+    plain = {"ast", "contextlib", "errno", "io", "json", "math", "os", "re", "shutil", "struct", "typing",
+             "urllib", "zlib"}
+    assert imports(ROOT / f"{TREE}.py") <= plain | {"numpy", "mpi4py", "h5py"}
+    assert imports(ROOT / f"{STORE}.py") <= plain | {"numpy", "mpi4py", "h5py", TREE}
 
 
 def test_names_that_differ_between_versions_are_in_one_file():

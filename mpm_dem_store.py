@@ -1,0 +1,247 @@
+"""States of a run on disk: one HDF5 file of data, the same for any number of ranks. All packages may use it.
+
+The file begins with a line of text, alone in a block of 512 bytes: format, checksum and number of bytes of
+what follows. That is HDF5: the texts ``head`` and ``tree`` (JSON; ``tree`` tells what the state is made of,
+type by type) and the group ``data`` with the arrays, contiguous and not compressed, so that they are written
+and read at the speed of the disk. No part of the file is ever run as code.
+"""
+import errno
+import json
+import math
+import os
+import re
+import shutil
+import zlib
+from contextlib import suppress
+from io import BytesIO
+from typing import Union
+
+import numpy as np
+from mpi4py import MPI
+
+from mpm_dem_tree import Order, Plan, StoreError, Table, Tree, columns_of, decode, raw, size_of, stored
+
+__all__ = ["FORMAT", "StoreError", "Table", "Tree", "read", "read_head", "write"]
+
+FORMAT = 1
+BLOCK = 512  # bytes of text before HDF5, which looks for its own beginning at 0, 512, 1024, …
+PIECE = 1 << 24  # bytes that go at once to the disk, to another rank, or into a checksum
+OTHER = "take another checkpoint, or start the run anew"
+LINE = "checkpoint of mpm-dem, format {}, crc32 {:08x} of the {} bytes of HDF5 after byte 512\n"
+
+Path = Union[str, "os.PathLike[str]"]
+
+
+def write(path: Path, tree: Tree, head: dict, comm: MPI.Comm = MPI.COMM_WORLD) -> int:
+    """Write a state to ``path``, with the data ``head`` for JSON; size of the file [bytes]. Collective.
+
+    tree: name → array, number, text, truth value, None, ``Table``, or tuple, list or dict of these. Tables
+    come from all ranks and are stored in the order of their numbers, all else comes from rank 0. The new file
+    replaces what is at ``path`` once it is complete and on the disk. StoreError when something in the tree
+    cannot be stored, OSError when the file cannot be written: both on all ranks, with the old file as it was.
+    """
+    path, first = os.fspath(path), comm.rank == 0
+    new = f"{path}.new"
+    plan = _on_all(comm, path, lambda: Plan(tree, head))
+    plan.share(comm)
+    try:
+        _on_all(comm, path, lambda: first and _prepare(new, plan))
+        sink = _Sink(new, comm)
+        for table, spec in zip(plan.tables, plan.specs):
+            sink.add(table, spec)
+        _on_all(comm, path, sink.close)
+        size = comm.bcast(first and os.path.getsize(new))
+        block = _block(_checksum(new, path, size, comm), size)
+        _on_all(comm, path, lambda: first and _finish(new, path, block))
+    finally:
+        if first:
+            with suppress(OSError):  # it has become the file itself
+                os.unlink(new)
+    return size
+
+
+def read(path: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> Tree:
+    """The state that ``write`` wrote. Collective. StoreError, the same on all ranks, when there is none.
+
+    A rank gets an even part of the rows of a table, in the order of their numbers; of a table without numbers
+    the rows it wrote when there are as many ranks as then.
+    """
+    return _read(path, comm, lambda file: decode(json.loads(file["tree"][()]), file, comm))
+
+
+def read_head(path: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> dict:
+    """The ``head`` of that file, all of which is checked as by ``read``. Collective."""
+    return _read(path, comm, lambda file: json.loads(file["head"][()]))
+
+
+def _read(path, comm, get):
+    import h5py
+
+    path = os.fspath(path)
+    try:
+        size, crc = comm.bcast(_on_all(comm, path, lambda: _look(path) if comm.rank == 0 else None))
+        if _checksum(path, path, size, comm) != crc:
+            raise StoreError(f"{path} is damaged (its checksum is wrong): {OTHER}")
+
+        with _on_all(comm, path, lambda: h5py.File(path, "r")) as file:
+            return _on_all(comm, path, lambda: get(file))
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read ({error.strerror or error}): look at its owner, and whether "
+                         "all ranks see this disk") from error
+
+
+def _look(path):
+    """Size [bytes] and checksum as the first block has them. StoreError when this is no whole file."""
+    if not os.path.isfile(path):
+        is_what = "is a folder or device" if os.path.exists(path) else "does not exist"
+        raise StoreError(f"{path} {is_what}: give the name of the file of a checkpoint")
+    size = os.path.getsize(path)
+    if size == 0:
+        raise StoreError(f"{path} is empty: {OTHER}")
+    with open(path, "rb") as file:
+        block = file.read(BLOCK)
+    version = re.match(rb"checkpoint of mpm-dem, format (\d+)", block)
+    if not version:
+        raise StoreError(f"{path} is no checkpoint of mpm-dem: give a file that a run wrote as one")
+    if int(version[1]) > FORMAT:
+        raise StoreError(f"{path} is of format {int(version[1])}, this program reads up to {FORMAT}: update "
+                         "it")
+    rest = re.match(rb".{,20}, crc32 ([0-9a-f]{8}) of the (\d+) bytes", block[version.end() - 1:])
+    crc, whole = (int(rest[1], 16), int(rest[2]) + BLOCK) if rest else (0, size)
+    if size < max(whole, BLOCK):
+        raise StoreError(f"{path} is truncated ({size} bytes of {max(whole, BLOCK)}): {OTHER}")
+    if size > whole or block != _block(crc, size):
+        raise StoreError(f"{path} is damaged (its first line and its size do not fit): {OTHER}")
+    return size, crc
+
+
+def _block(crc, size):
+    """The first block of a file of ``size`` bytes: a line of text, filled up with blanks."""
+    return LINE.format(FORMAT, crc, size - BLOCK).encode().ljust(BLOCK - 1) + b"\n"
+
+
+def _checksum(file_name, path, size, comm):
+    """Checksum of all but the first block: of those of its pieces, which the ranks share out. Collective."""
+    def own():
+        with open(file_name, "rb") as file:
+            return [zlib.crc32(file.read(PIECE)) for start in range(BLOCK + comm.rank * PIECE, size,
+                                                                    comm.size * PIECE) if file.seek(start)]
+
+    parts = comm.allgather(_on_all(comm, path, own))
+    sums = [parts[k % comm.size][k // comm.size] for k in range(sum(map(len, parts)))]
+    return zlib.crc32(np.array(sums, "<u4").tobytes())
+
+
+def _prepare(new, plan):
+    """Make the file with all but the rows of tables, for which its space is taken. OSError when the disk is
+    too full: before HDF5 writes, which cannot recover from that."""
+    import h5py
+
+    need = plan.need()
+    with suppress(FileNotFoundError):
+        os.unlink(new)
+    if need > shutil.disk_usage(os.path.dirname(new) or ".").free:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    empty = BytesIO()
+    h5py.File(empty, "w", userblock_size=BLOCK).close()
+    with open(new, "wb") as file:
+        file.write(empty.getvalue())
+        file.flush()
+        os.posix_fallocate(file.fileno(), 0, need)
+    with h5py.File(new, "r+") as file:  # shortens it to what it needs when it is closed
+        plan.fill(file)
+
+
+def _finish(new, path, block):
+    """Put the first block in, see that all is on the disk, and give the file its name."""
+    with open(new, "r+b") as file:
+        file.write(block)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(new, path)
+    folder = os.open(os.path.dirname(path) or ".", os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+class _Sink:
+    """The file while rows go into it: each rank writes its own where h5py knows MPI, else rank 0 all.
+
+    An error of one rank is kept until ``close``, so that no other waits for this rank.
+    """
+
+    def __init__(self, name, comm):
+        import h5py
+
+        self.comm, self.error, self.file = comm, None, None
+        self.shared = comm.size > 1 and bool(h5py.get_config().mpi)
+        keys = dict(driver="mpio", comm=comm) if self.shared else {}
+        if self.shared or comm.rank == 0:
+            self.file = self._try(h5py.File, name, "r+", **keys)
+
+    def _try(self, work, *arguments, **keys):
+        if self.error is None:
+            try:
+                return work(*arguments, **keys)
+            except Exception as error:
+                self.error = error
+
+    def close(self):
+        """Close the file; the first error of this rank."""
+        if self.file is not None:
+            error, self.error = self.error, None
+            self._try(self.file.close)
+            self.error = error or self.error
+        if self.error is not None:
+            raise self.error
+
+    def add(self, table, spec):
+        """The rows of all ranks. Collective."""
+        order, bounds = None, np.cumsum([0, *spec.get("counts", ())])
+        if table.number is not None:
+            order = Order(table.number, self.comm)
+            bounds = order.bounds
+        for (_, column), rows in zip(spec["columns"], columns_of(table).values()):
+            if size_of(column):
+                self._put(column["place"], order(rows) if order else rows, bounds.tolist())
+
+    def _put(self, place, rows, bounds):
+        """Write rows bounds[r]..bounds[r + 1] of each rank r, piece by piece."""
+        me, rows = self.comm.rank, np.ascontiguousarray(rows).view(stored(rows.dtype))
+        step = max(1, PIECE // (rows.dtype.itemsize * math.prod(rows.shape[1:])))
+        for rank in range(self.comm.size) if me == 0 and not self.shared else [me]:
+            for start in range(bounds[rank], bounds[rank + 1], step):
+                end = min(start + step, bounds[rank + 1])
+                if rank == me:
+                    piece = rows[start - bounds[rank]:end - bounds[rank]]
+                else:
+                    piece = np.empty((end - start, *rows.shape[1:]), rows.dtype)
+                    self.comm.Recv(raw(piece), rank)
+                if self.shared or me == 0:
+                    self._try(self._write, place, piece, start, end)
+                else:
+                    self.comm.Send(raw(piece), 0)
+
+    def _write(self, place, piece, start, end):
+        self.file[place].write_direct(piece, dest_sel=np.s_[start:end])
+
+
+def _on_all(comm, path, work):
+    """What ``work()`` gives on this rank. Where it fails on any, the error of the first of them on all:
+    StoreError and MemoryError as they are, all others as OSError. Collective, ``work`` is not."""
+    result = error = caught = None
+    try:
+        result = work()
+    except (StoreError, MemoryError) as raised:
+        error = caught = raised
+    except Exception as raised:
+        caught, number = raised, getattr(raised, "errno", None)
+        found = re.search(r"errno = (\d+)", str(raised))  # in the words of HDF5
+        number = int(found[1]) if found else number
+        error = OSError(number, os.strerror(number), path) if number else OSError(f"{path}: {raised}")
+    failed = [one for one in comm.allgather(error) if one is not None]
+    if failed:
+        raise failed[0] from caught
+    return result

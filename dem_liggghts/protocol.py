@@ -23,6 +23,16 @@ class DEM(Protocol):
     >>> force = dem.advance(100, wall.nodes, np.zeros((2, 2)))
     >>> dem.particles()["x"][0].round(6), f"{dem.energy()['kinetic']:.4g} J"
     (array([0.    , 0.0999, 0.    ]), '0.0001634 J')
+
+    It goes on from a file:
+
+    >>> import tempfile
+    >>> other = open_dem("reference", scene, dt=1e-5)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     dem.save(folder + "/sphere.h5")
+    ...     other.load(folder + "/sphere.h5")
+    >>> f"{other.time:.6g} s", bool((other.particles() == dem.particles()).all())
+    ('0.001 s', True)
     """
 
     scene: SceneData  # its wall is the one of now
@@ -80,6 +90,13 @@ class DEM(Protocol):
 
     def set_state(self, state: Dict[str, Any]) -> None:
         """Go back to ``state``: the run continues bit for bit as it did from there."""
+
+    def save(self, path: Any) -> None:
+        """Write ``get_state`` into the file ``path``, see ``load``."""
+
+    def load(self, path: Any) -> None:
+        """Go on from the file ``path`` of the same scene and back end, or of a coupled run with them.
+        ValueError for a file of something else."""
 
     def close(self) -> None:
         """Free what the back end holds."""

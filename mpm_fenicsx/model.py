@@ -82,11 +82,12 @@ class Model:
             self.background.keep_mine(body.points, np.full(len(body.points), "the body"))
         warn_if_in_pieces(self._bodies, self.background)
 
-    def _distribute(self, x: np.ndarray) -> None:
-        """Distribute the grid over the ranks for points at x [m], shape (n, dim); each rank gives some."""
+    def _distribute(self, x: np.ndarray, owner: Optional[np.ndarray] = None) -> None:
+        """Distribute the grid over the ranks for points at x [m], shape (n, dim); each rank gives some.
+        owner: rank of each of its cells, decides instead."""
         averaged = any(body.body.f_bar for body in self._bodies)
         self.background = Background(self._framed.grid, self.comm, x, averaged, self.origin, self._margin,
-                                     self.basis)
+                                     self.basis, owner)
         self.supports = Supports(self._framed.supports, self.background.x, self.steps > 0)
         self._router = Router(self.comm, self.background.neighbours)
 

@@ -12,6 +12,7 @@ from .output.resolution import resolution
 from .output.states import check_state, while_open
 from .points.boundary_particles import near_mass
 from .points.outline import OutlineChange
+from .restarting import Restarting
 from .scene.bodies import Body, Grid, Support
 from .scene.conditions import GridWall, Load, Penalty
 from .scene.interface import Interface
@@ -21,11 +22,10 @@ from .scene.solid import SolidScene
 from .solve.clock import PHASES
 from .solve.options import Doubt
 from .solve.problem import Problem
-from .stepped import Stepped
 from .terms.ghost import Facets
 
 
-class MPM(Stepped):
+class MPM(Restarting):
     """One body, or a list of several, on a background grid.
 
     supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given
@@ -58,7 +58,18 @@ class MPM(Stepped):
     ...     x, v = solid.advance(0.01)
     >>> solid.momentum().round(6)  # falls freely for 0.1 s
     array([    0., -1000.])
+
+    It goes on from a file, on any number of ranks:
+
+    >>> import tempfile
+    >>> other = solid.anew()
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     solid.save(folder + "/block.h5")
+    ...     other.load(folder + "/block.h5")
+    >>> round(other.time, 6), bool((other.points.x == solid.points.x).all())
+    (0.1, True)
     >>> solid.close()
+    >>> other.close()
 
     Everything is collective. Raises ValueError for a scene that cannot be run, MPMError and MPMDivergedError
     when a step fails.
@@ -167,7 +178,7 @@ class MPM(Stepped):
         return {**self._sets.get_state(), **self._surface.get_state(), **self._outflow.get_state(),
                 **self.step.get_state(), **self._losses.get_state(), "scene": self._fingerprint.copy(),
                 **self._ladder.get_state(),
-                "time": np.array([self.time, self.steps, len(self.rebalances)])}
+                "time": np.array([self.time, self.steps, self.background.checksum])}
 
     @while_open
     def set_state(self, state: dict) -> None:
@@ -178,7 +189,8 @@ class MPM(Stepped):
             part.set_state(state)
         self._located, other = False, self._ladder.set_state(state)
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])
-        if state["time"][2] != len(self.rebalances):
+        self.move_walls()
+        if state["time"][2] != self.background.checksum:
             self._sets.relocate(self.background.search, self._router, self.time)
             self._renew_step(self._sets.filled())
             return

@@ -51,10 +51,14 @@ class Stepped(Settling):
             raise
         self.step.finish(trial)
         self.time, self.steps = self.time + dt, self.steps + 1
-        for penalty in self.penalties:
-            penalty.move(self.time)
+        self.move_walls()
         if self._behind:
             self._behind(self.time)
+
+    def move_walls(self) -> None:
+        """Take walls in space to their places of now."""
+        for penalty in self.penalties:
+            penalty.move(self.time)
 
     @while_open
     def fall_back(self) -> str:

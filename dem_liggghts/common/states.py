@@ -1,8 +1,11 @@
-"""Which scene a state belongs to."""
+"""Which scene a state belongs to, and files of states."""
+import platform
 import zlib
 from typing import Any, Dict, Sequence
 
 import numpy as np
+
+import mpm_dem_store as store
 
 from ..scene.domain import read_ways
 from ..scene.scene import SceneData
@@ -43,3 +46,33 @@ def check_state(state: Dict[str, Any], names: Sequence[str], own: np.ndarray) ->
             differs = f"is {theirs:g}, here it is {ours:g}" if k < SHOWN else "differ from those here"
             raise ValueError(f"the state belongs to another scene: its {what} {differs}; give a state of "
                              "this scene")
+
+
+RUN = "run"  # kind of the files of a coupled run, which have the state of its DEM as "grains"
+
+
+class Kept:
+    """Files of the states of a back end, which has ``comm``, ``time``, ``get_state`` and ``set_state``;
+    kind: of these files."""
+
+    kind, comm = "", None
+
+    def save(self, path: Any) -> None:
+        """See `protocol.DEM.save`."""
+        state = self.get_state()
+        head = {"kind": self.kind, "time": self.time,
+                "versions": {"python": platform.python_version(), "numpy": np.__version__}}
+        store.write(path, state, head, self._ranks())
+
+    def load(self, path: Any) -> None:
+        """See `protocol.DEM.load`."""
+        kind = store.read_head(path, self._ranks())["kind"]
+        if kind not in (self.kind, RUN):
+            raise ValueError(f"{path} is a checkpoint of kind {kind!r}: give one of {self.kind!r}, or of a "
+                             "run")
+        tree = store.read(path, self._ranks())
+        self.set_state(tree["grains"] if kind == RUN else tree)
+
+    def _ranks(self) -> Any:
+        from mpi4py import MPI  # the built-in DEM needs it for files alone
+        return self.comm or MPI.COMM_WORLD

@@ -11,7 +11,7 @@ from ..common.checks import check_finite, check_window
 from ..common.chunks import Chunks
 from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy, select_shapes
 from ..common.outflow import Outflow
-from ..common.states import check_state, fingerprint
+from ..common.states import Kept, check_state, fingerprint
 from ..common.wall_change import redistribute, with_wall
 from ..contact.law import laws_of
 from ..contact.window import contact_at_wall
@@ -30,7 +30,7 @@ from .script import commands
 NAMES = "origin", "particles", "bodies", "wall", "wall_elements", "wall_force", "steps"  # of a state
 
 
-class LiggghtsDEM:
+class LiggghtsDEM(Kept):
     """The protocol of `protocol.DEM` for ``scene``, time step ``dt`` [s], on the ranks of the mpi4py
     communicator ``comm`` (default: all).
 
@@ -38,6 +38,8 @@ class LiggghtsDEM:
     ValueError for a negative Poisson's ratio. An instance that raised LiggghtsError is lost; the process and
     other instances go on. An error on some of several ranks ends all.
     """
+
+    kind = "DEM liggghts"
 
     def __init__(self, scene: SceneData, dt: float, comm: Any = None):
         self.scene, self.dt, self.comm = scene, float(dt), comm or MPI.COMM_WORLD

@@ -11,7 +11,7 @@ from ..common.checks import PerforatedError, check_finite, check_window, through
 from ..common.chunks import Chunks
 from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy, select_shapes
 from ..common.outflow import Outflow
-from ..common.states import check_state, fingerprint
+from ..common.states import Kept, check_state, fingerprint
 from ..common.wall_change import redistribute, with_wall
 from ..contact.law import constant, laws_of
 from ..contact.window import contact_at_wall
@@ -37,12 +37,14 @@ NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_force",  # o
          "near_x", "near_wall", "skin", *(name for name, _, _ in LISTS))
 
 
-class ReferenceDEM:
-    """The protocol of `protocol.DEM` for ``scene`` and the time step ``dt`` [s]. ``comm`` is not used: the
-    work is repeated on every rank, with the same result."""
+class ReferenceDEM(Kept):
+    """The protocol of `protocol.DEM` for ``scene`` and the time step ``dt`` [s]. ``comm`` is used for files
+    alone: the work is repeated on every rank, with the same result."""
+
+    kind = "DEM reference"
 
     def __init__(self, scene: SceneData, dt: float, comm: Any = None):
-        self.dt, self._steps, self._closed, self._chunks = float(dt), 0, False, Chunks()
+        self.dt, self.comm, self._steps, self._closed, self._chunks = float(dt), comm, 0, False, Chunks()
         self._fingerprint, self.origin = fingerprint(scene, self.dt), find_origin(scene)
         inside = translated(scene, -self.origin)
         self._all_spheres, self._all_clusters, self.scene = sphere_table(inside), cluster_table(inside), scene
@@ -175,8 +177,7 @@ class ReferenceDEM:
         self._build_lists(self._wall, 0.0)
 
     def particles(self) -> np.ndarray:
-        """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres
-        first."""
+        """See `protocol.DEM.particles`; ids count from 1 in the scene's order, single spheres first."""
         return self._outflow.all_particles(to_true_positions(self._own_particles(), self.origin))
 
     def _own_particles(self) -> np.ndarray:
@@ -215,8 +216,7 @@ class ReferenceDEM:
                     contact=energy_of_contacts(shapes, self._wall, self._laws))
 
     def get_state(self) -> Dict[str, np.ndarray]:
-        """See `protocol.DEM.get_state`. The neighbour lists belong to it: they hold the tangential
-        history."""
+        """See `protocol.DEM.get_state`. Neighbour lists belong to it, with the tangential history."""
         self._need_open()
         state = {name: getattr(self._spheres, name).copy() for name in MOVING}
         if self._clusters is not None:

@@ -198,10 +198,30 @@ class ActiveCells:
         self.values[len(self.values) - diagonal.size:] = diagonal.ravel()
         compat.set_coo_values(self.matrix, self.values)
 
+    def get_values(self):
+        """Copy of the values in this rank's rows of the matrix, row by row."""
+        return self.matrix.getValuesCSR()[2]
+
     def set_values(self, values):
-        """Matrix from ``values`` in the order of its pattern."""
-        self.values[:] = values
+        """Matrix from ``values`` of ``get_values``. Collective."""
+        self._empty_matrix()
+        start, columns, _ = self.matrix.getValuesCSR()
+        self._set_entries(start, columns, values)
+
+    def set_entries(self, start, columns, values):
+        """Matrix from entries of this rank's rows: those of row k are ``start[k]`` to ``start[k + 1]``, the
+        others are zero. Collective."""
+        self._empty_matrix()
+        self._set_entries(start, columns, values)
+
+    def _empty_matrix(self):
+        self.clear()
         compat.set_coo_values(self.matrix, self.values)
+
+    def _set_entries(self, start, columns, values):
+        kind = PETSc.IntType
+        self.matrix.setValuesCSR(start.astype(kind), columns.astype(kind), values)
+        self.matrix.assemble()
 
     def destroy(self):
         """Free matrix and vectors."""

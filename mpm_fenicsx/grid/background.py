@@ -3,6 +3,8 @@
 No function space is made: the mesh's geometry already has nodes, cells and their index maps, and the form
 compiler stays out of the start.
 """
+import zlib
+
 import numpy as np
 from mpi4py import MPI
 from scipy.sparse import coo_matrix
@@ -51,17 +53,15 @@ class Background:
     """
 
     def __init__(self, grid, comm, filling, averaged=False, origin=0.0, margin=None,
-                 basis=LINEAR):
+                 basis=LINEAR, owner=None):
         """grid: ``Grid`` or ``Mesh``; filling: positions [m], shape (n, D), of what makes a cell expensive;
         each rank may give its own share; averaged: whether F-bar needs patches, which then stay on one rank;
         margin: beyond the edge of a ``Grid`` [cells], shape (D, 2), see ``scene.margin``; basis: at the
-        material points."""
+        material points; owner: as that of an earlier distribution, which decides instead of ``filling``."""
         self.grid, self.comm, self.dim, self.basis = grid, comm, grid.box.dim, basis
         self.whole = vertices, cells = whole_mesh(grid)
-        centres = vertices[cells].mean(axis=1)
-        weights = EMPTY_CELL + self._points_per_cell(centres, filling)
         self.patch = patches(grid, vertices, cells) if averaged else None
-        self.owner = bisect(centres, weights, comm.size, self.patch)
+        self.owner = self._share_out(filling) if owner is None else owner
         self.mesh = self._distribute(vertices, cells)
         self.cell_numbering = compat.cell_numbering(self.mesh)
         self.node_numbering = compat.node_numbering(self.mesh)
@@ -80,6 +80,17 @@ class Background:
         self.margin = np.maximum(np.zeros((self.dim, 2)) if margin is None else margin, self.tolerance)
         self.search = LatticeSearch(grid, self) if isinstance(grid, Grid) else WalkSearch(self)
         self.neighbours = self._ranks_around()
+
+    def _share_out(self, filling):
+        vertices, cells = self.whole
+        centres = vertices[cells].mean(axis=1)
+        weights = EMPTY_CELL + self._points_per_cell(centres, filling)
+        return bisect(centres, weights, self.comm.size, self.patch)
+
+    @property
+    def checksum(self):
+        """Of the distribution: with the same one, numbers of this rank's cells and nodes are the same."""
+        return zlib.crc32(np.ascontiguousarray(self.owner))
 
     def _points_per_cell(self, centres, filling):
         """Number of points near the middle of each cell of the whole grid, over all ranks; shape (cells,)."""

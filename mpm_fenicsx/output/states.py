@@ -10,6 +10,7 @@ from ..grid.background import whole_mesh
 WHAT = ("number of ranks", "rank", "dimension", "number of material points", "grid", "material points",
         "laws", "supports", "interface, loads and walls", "kind of inertia", "basis", "outflow", "origin",
         "transfer")
+OF_RANKS = 2  # the first so many are about the ranks, and no part of a checkpoint's
 SHOWN = 4  # of the first so many the values say more than that they differ
 
 
@@ -43,12 +44,24 @@ def check_state(state, own):
     """Raise ValueError unless ``state`` belongs to the scene with the fingerprint ``own``."""
     if "scene" not in state:
         raise ValueError("this is no state of an MPM: give what get_state() has returned")
-    for k, (what, theirs, ours) in enumerate(zip(WHAT, np.asarray(state["scene"]), own)):
+    _compare(state["scene"], own, 0, "state")
+
+
+def check_checkpoint(tree, own):
+    """The same for a checkpoint, whose number of ranks may be another one."""
+    if "scene" not in tree or "step" not in tree:
+        raise ValueError("this is no checkpoint of an MPM: give what get_checkpoint() has returned")
+    _compare(tree["scene"], own[OF_RANKS:], OF_RANKS, "checkpoint")
+
+
+def _compare(scene, own, first, kind):
+    for k, (what, theirs, ours) in enumerate(zip(WHAT[first:], np.asarray(scene), own), first):
         if theirs != ours:
             differs = f"{what} differ from those here"
             if k < SHOWN:
                 differs = f"{what} is {theirs:g}, here it is {ours:g}"
-            raise ValueError(f"the state belongs to another scene: its {differs}; give a state of this scene")
+            raise ValueError(f"the {kind} belongs to another scene: its {differs}; give a {kind} of this "
+                             "scene")
 
 
 def while_open(method):

@@ -7,9 +7,12 @@ reaches no node.
 """
 import numpy as np
 
+from mpm_dem_store import Table
+
 from ..collective import somewhere, total
 from ..errors import MPMError
 from ..scene.bodies import AXES, Grid
+from .columns import columns, from_columns
 from .points import Points
 
 WAYS = ("stop", "hold", "remove")
@@ -84,8 +87,11 @@ class Outflow:
 
     def _hold(self, points, held, mask):
         """Add the points of the ``mask`` to those ``held``, on the edge and at rest."""
+        order = np.argsort(np.concatenate([held.gid, points.gid[mask]]))
         for name in held.names:
-            setattr(held, name, np.concatenate([getattr(held, name), getattr(points, name)[mask]]))
+            both = np.concatenate([getattr(held, name), getattr(points, name)[mask]])
+            setattr(held, name, both[order])
+        held.cell[:] = 0  # they are in none
         np.clip(held.x, self._box.lower, self._box.upper, out=held.x)
         for name in {"v", "a", "B", "C"} & set(held.names):
             getattr(held, name)[:] = 0.0
@@ -125,6 +131,17 @@ class Outflow:
         if count <= self._sums[0]:
             raise MPMError(f"all {count} material points have left the grid at t = {time:.6g} s: enlarge it, "
                            "or end the run earlier")
+
+    def get_checkpoint(self):
+        """The same as numbers, and a ``Table`` of those held of each body."""
+        return {"removed": self._sums.copy(),
+                "held": {str(n): Table(columns(points), points.gid) for n, points in enumerate(self.held)}}
+
+    def set_checkpoint(self, tree):
+        """Go back to what ``get_checkpoint`` gave; who is held is shared out as it comes."""
+        self._sums = tree["removed"].copy()
+        for n, points in enumerate(self.held):
+            points.restore(from_columns(points, tree["held"][str(n)].fields))
 
     def get_state(self):
         """As name → array copy."""

@@ -3,8 +3,9 @@ from typing import Callable, NamedTuple, Optional
 
 import numpy as np
 
-from ..collective import somewhere
+from ..collective import somewhere, total
 from ..errors import MPMError
+from .columns import columns, from_columns
 from .points import Points
 
 
@@ -65,8 +66,10 @@ class Sets:
                            "or look for the cause in an unstable step")
 
     def names(self):
-        """Name of each set, with the number of its points here."""
-        return [(s.name, len(s.points)) for s in self._sets]
+        """Name of each set, with the number of its points, while every rank still has all material points.
+        Collective."""
+        return [(s.name, len(s.points) if s.name.startswith("points") else
+                 int(total(self._comm, len(s.points)))) for s in self._sets]
 
     def filled(self):
         """Cells of this rank that make cells active: they and their neighbours take part in a step."""
@@ -77,6 +80,15 @@ class Sets:
         for s in self._sets:
             for name in {"v", "a", "B", "C"} & set(s.points.names):
                 getattr(s.points, name)[:] = 0.0
+
+    def get_checkpoint(self, numbered):
+        """A ``Table`` of each set by name. numbered: see ``numbered.Numbered``."""
+        return {s.name: numbered.points(columns(s.points)) for s in self._sets}
+
+    def set_checkpoint(self, tree, numbered):
+        """Go back to what ``get_checkpoint`` gave, on this distribution of the grid. Collective."""
+        for s in self._sets:
+            s.points.restore(from_columns(s.points, numbered.take_points(tree[s.name])))
 
     def get_state(self):
         """Fields of this rank's points as name → array copy."""

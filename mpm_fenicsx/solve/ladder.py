@@ -138,8 +138,24 @@ class Ladder:
             applied, *reactions = [np.mean(values, axis=0) for values in zip(*seen)]
             self.means = Means(applied, dict(zip(names, reactions)))
             solid.time, solid.iterations = begin + dt, iterations
+            solid.move_walls()
 
     # ---------------------------------------------------------------- state
+
+    def get_checkpoint(self) -> Dict[str, Any]:
+        """What ``get_state`` has, and what is told of the steps so far."""
+        means = self.means and {"applied": self.means.applied, "names": tuple(self.means.reactions),
+                                "reactions": np.array([*self.means.reactions.values()])}
+        return {**self.get_state(), "helped": tuple(self.helped), "steps": np.array([*self.helped.values()]),
+                "means": means}
+
+    def set_checkpoint(self, tree: Dict[str, Any]) -> None:
+        """Go back to what ``get_checkpoint`` gave."""
+        self.set_state(tree)
+        self.helped = {what: [time, int(count)] for what, (time, count) in zip(tree["helped"],
+                                                                               tree["steps"].tolist())}
+        means = tree["means"]
+        self.means = means and Means(means["applied"], dict(zip(means["names"], means["reactions"])))
 
     def get_state(self) -> Dict[str, np.ndarray]:
         """As name → array."""

@@ -47,6 +47,8 @@ def _first_line(error):
 class Newton:
     """One SNES over the active cells, for ``equations``, with tangents as the policy ``tangents`` has it.
 
+    ``preset``: name of the linear solver, "" until there is a tangent to choose it for.
+
     It keeps the trial of the last residual with the displacement that it belongs to. A tangent is made of the
     trial at the iterate, and a solve ends with the trial at the solution: where the SNES has evaluated the
     residual elsewhere since (some line searches, trust regions, quasi-Newton and accelerated methods do), it
@@ -77,7 +79,7 @@ class Newton:
         snes.getKSP().setOperators(active_cells.matrix)
         given = PETSc.Options(PREFIX).hasName
         self._user_atol, self._user_search = given("snes_atol"), given("snes_linesearch_type")
-        self._symmetric, self._solver, self._chosen, self._any_sign = symmetric, solver, False, False
+        self._symmetric, self._solver, self.preset, self._any_sign = symmetric, solver, "", False
         self._may_bear_any_sign = symmetric and not given("pc_type") and solver not in solvers.POSITIVE
         self.bears_any_sign, self.helped = True, []
         r.destroy()  # the SNES holds its own reference
@@ -91,7 +93,7 @@ class Newton:
     def choose_solver(self):
         """Defaults for the tangent that is in the matrix, then the user's options. Does nothing when called
         again."""
-        if self._chosen:
+        if self.preset:
             return
         name, tangents = self._solver, self._tangents
         if name == "auto":
@@ -99,14 +101,23 @@ class Newton:
             wide = solvers.is_wide(self.snes.getKSP().getOperators()[0])
             name = solvers.automatic(self.u.getSize(), self._shape[1], self._symmetric, fresh, stiffness,
                                      wide)
-        self._preset, self._chosen = name, True
+        self.preset = name
         self._configure(self._symmetric, self.snes)
+
+    def choose_again(self, preset):
+        """The ``preset`` that had been chosen in a state to go back to; "": it is to be chosen yet."""
+        if self._solver != "auto" and preset:
+            preset = self._solver
+        if preset != self.preset:
+            self.preset = preset
+            if preset:
+                self._configure(self._symmetric, self.snes)
 
     def _configure(self, symmetric, for_options):
         """The chosen solver for tangents that are ``symmetric``, and positive; what ``for_options`` (the SNES
         or its KSP) are told by the user's options comes after that."""
         try:
-            solvers.configure(self.snes.getKSP(), PREFIX, self._preset, self._coordinates, symmetric)
+            solvers.configure(self.snes.getKSP(), PREFIX, self.preset, self._coordinates, symmetric)
             for_options.setFromOptions()
         except PETSc.Error as error:
             raise MPMError(f"PETSc cannot take the options -{PREFIX}… ({_first_line(error)}): correct "

@@ -217,7 +217,8 @@ class Step:
     def get_state(self):
         """Active cells and nodes, and the kept tangent, as name → array copy."""
         state = dict(filled=self.filled.copy(), active=self.active.copy(), mass_then=self.mass_then.copy(),
-                     **self.tangents.get_state(self.active_cells.values))
+                     solver=np.array(self.newton.preset),
+                     **self.tangents.get_state(self.active_cells.get_values))
         if self.ghost:
             state.update(ghost=self.ghost.weight, ghost_stiffness=np.array([self.ghost.of_u]))
         return state
@@ -225,10 +226,8 @@ class Step:
     def set_state(self, state):
         """Go back; the factorisation is made again only if the tangent has changed since."""
         self.active, self.mass_then = state["active"].copy(), state["mass_then"].copy()
-        kept, other = self.tangents.set_state(state)
-        if kept:
-            self.newton.choose_solver()
-        if other:
+        self.newton.choose_again(str(state["solver"]))
+        if self.tangents.set_state(state):
             self.active_cells.set_values(state["matrix"])
         if self.ghost:
             self.ghost.weight, self.ghost.of_u = state["ghost"], float(state["ghost_stiffness"][0])

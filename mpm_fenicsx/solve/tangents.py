@@ -93,21 +93,28 @@ class Tangents:
     # ---------------------------------------------------------------- state
 
     def get_state(self, values):
-        """The kept tangent as name → array; values: of the matrix. The copy of these is the same one until
-        there is a new tangent: it may be most of the state."""
-        state = {"tangent": np.array([self._stamp, self._holds])}
+        """The tangent in the matrix as name → array, with the matrix where it is kept; values: gives a copy
+        of that. The copy is the same one until there is a new tangent: it may be most of the state."""
+        state = {"tangent": np.array([self._stamp, self._holds]), "tangent_data": np.array(self.now)}
         if self._holds:
             if self._copied != self._stamp:
-                self._copy, self._copied = values.copy(), self._stamp
-            state.update(matrix=self._copy, tangent_data=np.array(self.now))
+                self._copy, self._copied = values(), self._stamp
+            state.update(matrix=self._copy)
         return state
 
     def set_state(self, state):
-        """Go back. Returns whether a tangent is kept, and whether the matrix must be filled with that of the
-        state."""
+        """Go back. Returns whether the matrix must be filled with that of the state."""
         stamp, holds = int(state["tangent"][0]), bool(state["tangent"][1])
-        if holds:
-            self.now = Tangent(*map(float, state["tangent_data"]))
+        self.now = Tangent(*map(float, state["tangent_data"]))
         other = holds and (stamp != self._stamp or not self._holds)
         self._stamp, self._holds = stamp, holds
-        return holds, other
+        return other
+
+    @property
+    def holds(self):
+        """Whether the tangent in the matrix is kept for the next step."""
+        return self._holds
+
+    def take(self, tangent: Tangent, holds: bool) -> None:
+        """Go on with a ``tangent`` that comes from elsewhere, and is in the matrix if it ``holds``."""
+        self.now, self._holds, self._stamp = tangent, holds, time_ns()

@@ -127,26 +127,26 @@ class Facets:
 
 
 class Ghost:
-    """The penalty in the active cells as a term of a step, see ``grid_state``. After ``begin``,
-    ``consistent`` is a mask over the grid's cells with consistent inertia, and ``weight`` that of each facet,
-    shape (facets,), never changed in place."""
+    """The penalty in the active cells as a term of a step, see ``grid_state``. ``cells``: on both sides of
+    each facet, shape (facets, 2). After ``begin``, ``consistent`` is a mask over the grid's cells with
+    consistent inertia, and ``weight`` that of each facet, shape (facets,), never changed in place."""
 
     def __init__(self, facets, active_cells, h, per_volume, inertia=True):
         """h: size of a cell [m]; per_volume: density [kg/m^D] of the lightest body, modulus [N/m^(D-1)] of
         the softest; inertia: whether there is a penalty on that."""
         inside = facets.within(active_cells.active)
         self._nodes, self._facets, self._comm = active_cells.nodes_of_facets, facets, active_cells.comm
-        self._cells, self._matrix = facets.cells[inside], np.ascontiguousarray(facets.matrix[inside])
+        self.cells, self._matrix = facets.cells[inside], np.ascontiguousarray(facets.matrix[inside])
         density, modulus = per_volume
         self._scale = GAMMA * density * h**3
         self._of_a, self._stiffness = float(inertia), STIFF * modulus / (density * h**2)
-        self.weight, self.of_u = np.zeros(len(self._cells)), 0.0
+        self.weight, self.of_u = np.zeros(len(self.cells)), 0.0
 
     def begin(self, grid, load=None, stiff=False):
         """Find the facets to penalise, with stiffness where it is to be ``stiff``; returns whether the
         penalty is another than before. There is no load. Collective."""
         fill = self._facets.filling(grid.bodies)
-        beside = fill[self._cells]
+        beside = fill[self.cells]
         at_rim = (beside.min(axis=1) < FULL) & (beside > 0.0).all(axis=1)
         if self._facets.filling.smooth:  # the far corners of a cell that a domain just reaches have no mass
             at_rim &= grid.active[self._nodes].all(axis=1)

@@ -1,4 +1,10 @@
 """Where a window is cut into chunks, so that signals are heard, changes no bit of it."""
+import os
+import signal
+
+import pytest
+
+from coupling import signals
 from dem_liggghts.common import chunks
 
 
@@ -35,3 +41,24 @@ def test_chunks_follow_the_clock(monkeypatch):
             assert [begin for begin, _ in calls] == [sum(c for _, c in calls[:k]) for k in range(len(calls))]
         assert calls[-2][1] * pace <= at_most and len(calls) <= 8 + 500_000 * pace / 0.03
     assert cut.run(10, lambda begin, count: 2) == 2
+
+
+def test_a_deferred_signal_lets_a_window_end(dem, tumble, monkeypatch):
+    """It comes between two chunks; without ``deferred`` the window would be left there."""
+    scene, window = tumble(2)
+    monkeypatch.setattr(chunks.Chunks, "next", lambda self, left: min(left, 5))
+    whole = dem(scene, 2e-5).advance(100, *window(0.0, 2e-3))
+    done = chunks.Chunks.done
+
+    def interrupted(self, steps, code=0):
+        if signals.noted() is None:
+            os.kill(os.getpid(), signal.SIGUSR1)
+        return done(self, steps, code)
+
+    monkeypatch.setattr(chunks.Chunks, "done", interrupted)
+    with signals.deferred():
+        force = dem(scene, 2e-5).advance(100, *window(0.0, 2e-3))
+        assert signals.noted() == "SIGUSR1"
+    assert force.tobytes() == whole.tobytes()
+    with signals.like_interrupts(), pytest.raises(KeyboardInterrupt):
+        dem(scene, 2e-5).advance(100, *window(0.0, 2e-3))

@@ -12,20 +12,21 @@ import os
 import re
 import shutil
 import zlib
-from contextlib import suppress
-from io import BytesIO
+from contextlib import ExitStack, suppress
+from io import FileIO
 from typing import Union
 
 import numpy as np
 from mpi4py import MPI
 
-from mpm_dem_tree import Order, Plan, StoreError, Table, Tree, columns_of, decode, raw, size_of, stored
+from mpm_dem_tree import Plan, StoreError, Table, Tree, columns_of, decode, raw, size_of, stored
 
 __all__ = ["FORMAT", "StoreError", "Table", "Tree", "read", "read_head", "write"]
 
 FORMAT = 1
 BLOCK = 512  # bytes of text before HDF5, which looks for its own beginning at 0, 512, 1024, …
-PIECE = 1 << 24  # bytes that go at once to the disk, to another rank, or into a checksum
+PIECE = 1 << 24  # bytes that go at once to the disk or to another rank
+SUMMED = 1 << 24  # bytes of which a checksum is made at once
 OTHER = "take another checkpoint, or start the run anew"
 LINE = "checkpoint of mpm-dem, format {}, crc32 {:08x} of the {} bytes of HDF5 after byte 512\n"
 
@@ -39,16 +40,20 @@ def write(path: Path, tree: Tree, head: dict, comm: MPI.Comm = MPI.COMM_WORLD) -
     come from all ranks and are stored in the order of their numbers, all else comes from rank 0. The new file
     replaces what is at ``path`` once it is complete and on the disk. StoreError when something in the tree
     cannot be stored, OSError when the file cannot be written: both on all ranks, with the old file as it was.
+
+    >>> size = write("state.h5", {"points": Table({"v": np.ones((3, 2))}, np.arange(3))}, {"time": 0.5})
+    >>> read("state.h5")["points"].fields["v"].shape, read_head("state.h5")
+    ((3, 2), {'time': 0.5})
     """
-    path, first = os.fspath(path), comm.rank == 0
+    path, first = os.fsdecode(path), comm.rank == 0
     new = f"{path}.new"
     plan = _on_all(comm, path, lambda: Plan(tree, head))
-    plan.share(comm)
+    orders = plan.share(comm)
     try:
         _on_all(comm, path, lambda: first and _prepare(new, plan))
         sink = _Sink(new, comm)
-        for table, spec in zip(plan.tables, plan.specs):
-            sink.add(table, spec)
+        for spec, table, order in zip(plan.specs, plan.tables, orders):
+            sink.add(spec, table, order)
         _on_all(comm, path, sink.close)
         size = comm.bcast(first and os.path.getsize(new))
         block = _block(_checksum(new, path, size, comm), size)
@@ -77,12 +82,11 @@ def read_head(path: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> dict:
 def _read(path, comm, get):
     import h5py
 
-    path = os.fspath(path)
+    path = os.fsdecode(path)
     try:
         size, crc = comm.bcast(_on_all(comm, path, lambda: _look(path) if comm.rank == 0 else None))
         if _checksum(path, path, size, comm) != crc:
             raise StoreError(f"{path} is damaged (its checksum is wrong): {OTHER}")
-
         with _on_all(comm, path, lambda: h5py.File(path, "r")) as file:
             return _on_all(comm, path, lambda: get(file))
     except OSError as error:
@@ -100,14 +104,12 @@ def _look(path):
         raise StoreError(f"{path} is empty: {OTHER}")
     with open(path, "rb") as file:
         block = file.read(BLOCK)
-    version = re.match(rb"checkpoint of mpm-dem, format (\d+)", block)
-    if not version:
+    found = re.match(rb"checkpoint of mpm-dem, format (\d+)(, crc32 ([0-9a-f]{8}) of the (\d+))?", block)
+    if not found:
         raise StoreError(f"{path} is no checkpoint of mpm-dem: give a file that a run wrote as one")
-    if int(version[1]) > FORMAT:
-        raise StoreError(f"{path} is of format {int(version[1])}, this program reads up to {FORMAT}: update "
-                         "it")
-    rest = re.match(rb".{,20}, crc32 ([0-9a-f]{8}) of the (\d+) bytes", block[version.end() - 1:])
-    crc, whole = (int(rest[1], 16), int(rest[2]) + BLOCK) if rest else (0, size)
+    if int(found[1]) > FORMAT:
+        raise StoreError(f"{path} is of format {int(found[1])}, this program reads up to {FORMAT}: update it")
+    crc, whole = (int(found[3], 16), BLOCK + int(found[4])) if found[2] else (0, size)
     if size < max(whole, BLOCK):
         raise StoreError(f"{path} is truncated ({size} bytes of {max(whole, BLOCK)}): {OTHER}")
     if size > whole or block != _block(crc, size):
@@ -124,8 +126,8 @@ def _checksum(file_name, path, size, comm):
     """Checksum of all but the first block: of those of its pieces, which the ranks share out. Collective."""
     def own():
         with open(file_name, "rb") as file:
-            return [zlib.crc32(file.read(PIECE)) for start in range(BLOCK + comm.rank * PIECE, size,
-                                                                    comm.size * PIECE) if file.seek(start)]
+            starts = range(BLOCK + comm.rank * SUMMED, size, comm.size * SUMMED)
+            return [zlib.crc32(file.read(SUMMED)) for start in starts if file.seek(start)]
 
     parts = comm.allgather(_on_all(comm, path, own))
     sums = [parts[k % comm.size][k // comm.size] for k in range(sum(map(len, parts)))]
@@ -133,8 +135,8 @@ def _checksum(file_name, path, size, comm):
 
 
 def _prepare(new, plan):
-    """Make the file with all but the rows of tables, for which its space is taken. OSError when the disk is
-    too full: before HDF5 writes, which cannot recover from that."""
+    """Make the file, with all but the rows of tables, and take the space for these. OSError when the disk is
+    too full."""
     import h5py
 
     need = plan.need()
@@ -142,14 +144,9 @@ def _prepare(new, plan):
         os.unlink(new)
     if need > shutil.disk_usage(os.path.dirname(new) or ".").free:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-    empty = BytesIO()
-    h5py.File(empty, "w", userblock_size=BLOCK).close()
-    with open(new, "wb") as file:
-        file.write(empty.getvalue())
-        file.flush()
-        os.posix_fallocate(file.fileno(), 0, need)
-    with h5py.File(new, "r+") as file:  # shortens it to what it needs when it is closed
-        plan.fill(file)
+    with _Disk(new, "x+b") as disk, h5py.File(disk, "w", userblock_size=BLOCK) as file:
+        os.posix_fallocate(disk.fileno(), 0, need)
+        plan.fill(file)  # HDF5 shortens the file to what it needs when it is closed
 
 
 def _finish(new, path, block):
@@ -160,26 +157,47 @@ def _finish(new, path, block):
         os.fsync(file.fileno())
     os.replace(new, path)
     folder = os.open(os.path.dirname(path) or ".", os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
+    os.fsync(folder)
+    os.close(folder)
+
+
+class _Disk(FileIO):
+    """A file for HDF5, which crashes the process when it cannot write: the first error waits for the end and
+    what comes after it is dropped."""
+
+    error = None
+
+    def write(self, data):
+        left = memoryview(data)
+        try:
+            while left and self.error is None:
+                left = left[super().write(left):]
+        except OSError as error:
+            self.error = error
+
+    def __exit__(self, *raised):
+        self.close()
+        if self.error is not None:
+            raise self.error
 
 
 class _Sink:
-    """The file while rows go into it: each rank writes its own where h5py knows MPI, else rank 0 all.
-
-    An error of one rank is kept until ``close``, so that no other waits for this rank.
-    """
+    """The file while rows go into it: each rank writes its own where h5py knows MPI, else rank 0 all. An
+    error of one rank waits for ``close``, so that no other rank waits for this one."""
 
     def __init__(self, name, comm):
         import h5py
 
-        self.comm, self.error, self.file = comm, None, None
+        self.comm, self.error, self.open = comm, None, ExitStack()
         self.shared = comm.size > 1 and bool(h5py.get_config().mpi)
-        keys = dict(driver="mpio", comm=comm) if self.shared else {}
-        if self.shared or comm.rank == 0:
-            self.file = self._try(h5py.File, name, "r+", **keys)
+        if self.shared:
+            self.file = self._try(self._opened, h5py.File, name, "r+", "mpio", comm=comm)
+        elif comm.rank == 0:
+            disk = self._try(self._opened, _Disk, name, "r+b")
+            self.file = self._try(self._opened, h5py.File, disk, "r+")
+
+    def _opened(self, kind, *arguments, **keys):
+        return self.open.enter_context(kind(*arguments, **keys))
 
     def _try(self, work, *arguments, **keys):
         if self.error is None:
@@ -189,20 +207,14 @@ class _Sink:
                 self.error = error
 
     def close(self):
-        """Close the file; the first error of this rank."""
-        if self.file is not None:
-            error, self.error = self.error, None
-            self._try(self.file.close)
-            self.error = error or self.error
+        """Close the file, and raise the first error of this rank."""
+        self.open.close()
         if self.error is not None:
             raise self.error
 
-    def add(self, table, spec):
+    def add(self, spec, table, order):
         """The rows of all ranks. Collective."""
-        order, bounds = None, np.cumsum([0, *spec.get("counts", ())])
-        if table.number is not None:
-            order = Order(table.number, self.comm)
-            bounds = order.bounds
+        bounds = order.bounds if order else np.cumsum([0, *spec["counts"]])
         for (_, column), rows in zip(spec["columns"], columns_of(table).values()):
             if size_of(column):
                 self._put(column["place"], order(rows) if order else rows, bounds.tolist())

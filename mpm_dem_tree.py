@@ -25,6 +25,8 @@ class Table(NamedTuple):
 
     fields: name → rows of this rank, shape (n, …), the same names and types on all ranks; number: numbers of
     these rows in the whole, unique, gaps allowed, shape (n,), or None where the order means nothing.
+
+    >>> points = Table({"mass": np.ones(2)}, np.array([7, 3]))
     """
 
     fields: Dict[str, np.ndarray]
@@ -44,7 +46,8 @@ class Plan:
             raise StoreError(f"the head of a checkpoint is no data for JSON ({error})") from error
 
     def share(self, comm):
-        """Put the numbers of rows of all ranks in. Collective. StoreError when the tables differ in kind."""
+        """Note how many rows all ranks have; order of each table, None without numbers. Collective.
+        StoreError when the tables differ between the ranks, or numbers are not unique."""
         if not comm.allreduce(comm.bcast(self.specs) == self.specs, MPI.LAND):
             raise StoreError("the tables of a state differ between the ranks: give the same names, types and "
                              "shapes on all of them")
@@ -54,6 +57,7 @@ class Plan:
                 spec["counts"] = counts
             for _, column in spec["columns"]:
                 column["shape"][0] = sum(counts)
+        return [None if table.number is None else Order(table.number, comm) for table in self.tables]
 
     def columns(self):
         """Descriptions of all columns of tables."""
@@ -101,15 +105,13 @@ class Plan:
         _refuse(name, f"is of type {kind.__name__}")
 
     def _encode_table(self, table, place, name):
-        number = table.number
-        if number is not None and (number.ndim != 1 or number.dtype.kind not in "iu"
-                                   or not np.can_cast(number.dtype, np.int64)):
-            _refuse(name, f"has numbers of type {number.dtype} and shape {number.shape}")
-        columns = columns_of(table)
+        number, columns = table.number, columns_of(table)
         if any(type(rows) is not np.ndarray or rows.ndim == 0 for rows in columns.values()) or len(
                 {len(rows) for rows in columns.values()}) > 1:
             _refuse(name, "has fields that are no arrays of the same length")
-        places = [f"{place}/%number" if key is None else _inside(place, key, name) for key in columns]
+        if number is not None and (number.ndim != 1 or not np.can_cast(number.dtype, np.int64)):
+            _refuse(name, f"has numbers of type {number.dtype} and shape {number.shape}")
+        places = [*(_inside(place, key, name) for key in table.fields), f"{place}/%number"]
         spec = {"numbered": number is not None, "columns": [
             [key, _spec(rows[:0], at, f"{name}/{key}")] for at, (key, rows) in zip(places, columns.items())]}
         self.tables.append(table)
@@ -166,6 +168,11 @@ def raw(array):
     return np.ascontiguousarray(array).reshape(-1).view(np.uint8)
 
 
+def _ascending(number):
+    """Index that sorts them; of numbers that are sorted it copies nothing."""
+    return slice(None) if (number[1:] > number[:-1]).all() else np.argsort(number, kind="stable")
+
+
 def _starts(counts):
     return np.cumsum(counts) - counts
 
@@ -213,18 +220,17 @@ class Order:
     to bounds[r + 1] to rank r. Collective, as is each call."""
 
     def __init__(self, number, comm):
-        self.comm, size = comm, comm.size
-        total = comm.allreduce(len(number))
-        self.bounds = np.arange(size + 1) * total // size
-        self.order = slice(None) if (np.diff(number) > 0).all() else np.argsort(number, kind="stable")
-        ends = self._ends(number[self.order].astype(np.int64))
+        self.comm, self.order = comm, _ascending(number)
+        self.bounds = np.arange(comm.size + 1) * comm.allreduce(len(number)) // comm.size
+        ends = self._ends(number[self.order].astype(np.int64, copy=False))
         self.sent = np.diff(ends, prepend=0, append=len(number))
         self.received = np.empty_like(self.sent)
         comm.Alltoall(self.sent, self.received)
         self.back = slice(None)
         number = self(number)
-        self.back = np.argsort(number, kind="stable")
-        if not comm.allreduce(bool((np.diff(number[self.back]) > 0).all()), MPI.LAND):
+        self.back = _ascending(number)
+        number = number[self.back]
+        if not comm.allreduce(bool((number[1:] > number[:-1]).all()), MPI.LAND):
             raise StoreError("two rows of a table have the same number: give unique numbers")
 
     def _ends(self, number):

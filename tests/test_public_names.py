@@ -6,7 +6,7 @@ import inspect
 import numpy as np
 import pytest
 
-PACKAGES = ("mpm_fenicsx", "dem_liggghts", "coupling")
+PACKAGES = ("mpm_fenicsx", "dem_liggghts", "coupling", "mpm_dem_store")
 
 
 def public():

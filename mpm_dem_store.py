@@ -55,7 +55,7 @@ def write(path: Path, tree: Tree, head: dict, comm: MPI.Comm = MPI.COMM_WORLD) -
         for spec, table, order in zip(plan.specs, plan.tables, orders):
             sink.add(spec, table, order)
         _on_all(comm, path, sink.close)
-        size = comm.bcast(first and os.path.getsize(new))
+        size = comm.bcast(_on_all(comm, path, lambda: first and os.path.getsize(new)))
         block = _block(_checksum(new, path, size, comm), size)
         _on_all(comm, path, lambda: first and _finish(new, path, block))
     finally:
@@ -135,8 +135,7 @@ def _checksum(file_name, path, size, comm):
 
 
 def _prepare(new, plan):
-    """Make the file, with all but the rows of tables, and take the space for these. OSError when the disk is
-    too full."""
+    """Make the file with all but the rows of tables, and take the space for these, or OSError."""
     import h5py
 
     need = plan.need()
@@ -145,15 +144,18 @@ def _prepare(new, plan):
     if need > shutil.disk_usage(os.path.dirname(new) or ".").free:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     with _Disk(new, "x+b") as disk, h5py.File(disk, "w", userblock_size=BLOCK) as file:
-        os.posix_fallocate(disk.fileno(), 0, need)
+        try:
+            os.posix_fallocate(disk.fileno(), 0, need)
+        except OSError as error:
+            if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):  # others: not on this kind of disk
+                raise
         plan.fill(file)  # HDF5 shortens the file to what it needs when it is closed
 
 
 def _finish(new, path, block):
     """Put the first block in, see that all is on the disk, and give the file its name."""
-    with open(new, "r+b") as file:
+    with open(new, "r+b", buffering=0) as file:
         file.write(block)
-        file.flush()
         os.fsync(file.fileno())
     os.replace(new, path)
     folder = os.open(os.path.dirname(path) or ".", os.O_RDONLY)
@@ -249,9 +251,8 @@ def _on_all(comm, path, work):
     except (StoreError, MemoryError) as raised:
         error = caught = raised
     except Exception as raised:
-        caught, number = raised, getattr(raised, "errno", None)
         found = re.search(r"errno = (\d+)", str(raised))  # in the words of HDF5
-        number = int(found[1]) if found else number
+        caught, number = raised, int(found[1]) if found else getattr(raised, "errno", None)
         error = OSError(number, os.strerror(number), path) if number else OSError(f"{path}: {raised}")
     failed = [one for one in comm.allgather(error) if one is not None]
     if failed:

@@ -210,9 +210,13 @@ class ActiveCells:
 
     def set_entries(self, start, columns, values):
         """Matrix from entries of this rank's rows: those of row k are ``start[k]`` to ``start[k + 1]``, the
-        others are zero. Collective."""
+        others are zero. Returns whether the matrix has room for all of this rank's. Collective."""
         self._empty_matrix()
-        self._set_entries(start, columns, values)
+        try:
+            self._set_entries(start, columns, values)
+        except PETSc.Error:
+            return False
+        return True
 
     def _empty_matrix(self):
         self.clear()
@@ -220,8 +224,10 @@ class ActiveCells:
 
     def _set_entries(self, start, columns, values):
         kind = PETSc.IntType
-        self.matrix.setValuesCSR(start.astype(kind), columns.astype(kind), values)
-        self.matrix.assemble()
+        try:
+            self.matrix.setValuesCSR(start.astype(kind), columns.astype(kind), values)
+        finally:
+            self.matrix.assemble()
 
     def destroy(self):
         """Free matrix and vectors."""

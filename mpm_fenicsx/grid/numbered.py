@@ -5,6 +5,8 @@ from mpi4py import MPI
 
 from mpm_dem_store import Table
 
+from ..collective import somewhere
+
 
 class Numbered:
     """Numbers of the whole grid for one distribution, ``background``, of it. ``router``: of points between
@@ -65,7 +67,7 @@ class Numbered:
         wanted = self.facets(pairs).number
         number = table.fields["cell"] * len(self._cell) + table.fields["other"]
         rank = self._background.owner[table.fields["cell"]]
-        return _in_order(wanted, *self.send(number, rank, table.fields))
+        return self._in_order(wanted, *self.send(number, rank, table.fields))
 
     # ---------------------------------------------------------------- nodes and the matrix
 
@@ -79,7 +81,7 @@ class Numbered:
         """Fields, float of shape (nodes, 1), of all nodes of the ``active_cells``."""
         number = table.fields["node"]
         owned = self._background.vertex_of[active_cells.node[:active_cells.owned]]
-        fields = _in_order(owned, *self.send(number, self._rank_of_node[number], table.fields))
+        fields = self._in_order(owned, *self.send(number, self._rank_of_node[number], table.fields))
         return {name: active_cells.with_ghosts(np.array(values, float).reshape(active_cells.owned, -1))
                 for name, values in fields.items()}
 
@@ -110,13 +112,19 @@ class Numbered:
         rows, columns = place[number // whole] - first, place[number % whole]
         order = np.lexsort((columns, rows))
         start = np.searchsorted(rows[order], np.arange(last - first + 1))
-        active_cells.set_entries(start, columns[order], fields["value"][order])
+        fits = active_cells.set_entries(start, columns[order], fields["value"][order])
+        self._raise_if(not fits, "other nodes are held in")
 
 
-def _in_order(wanted, number, fields):
-    """Fields of the ``wanted`` numbers, out of those of ``number``, which is sorted."""
-    at = np.minimum(np.searchsorted(number, wanted), max(len(number) - 1, 0))
-    if len(number) != len(wanted) or not np.array_equal(number[at] if len(at) else at, wanted):
-        raise ValueError("the checkpoint does not have the cells and nodes that this scene needs: give one "
-                         "of this scene")
-    return {name: values[at] for name, values in fields.items()}
+    def _in_order(self, wanted, number, fields):
+        """Fields of the ``wanted`` numbers, which must be those that have come, ``number``."""
+        order = np.argsort(wanted)
+        self._raise_if(not np.array_equal(wanted[order], number), "other cells and nodes take part in")
+        place = np.argsort(order)
+        return {name: values[place] for name, values in fields.items()}
+
+    def _raise_if(self, wrong, what):
+        """ValueError on all ranks when it is so on any."""
+        if somewhere(self._background.comm, wrong)[0]:
+            raise ValueError(f"{what} the step of this checkpoint than here: give one of the same scene, "
+                             "with the same supports and walls")

@@ -18,6 +18,7 @@ def get_checkpoint(step, numbered):
                         "stiffness2": Table({"part": np.array([stiffness2])})}}
     if tangents.holds:
         tree["matrix"] = numbered.matrix(cells)
+    step.newton.forget_factors()  # as after ``set_checkpoint``, so that both go on alike
     if ghost:
         tree["ghost"] = {"facets": numbered.facets(ghost.cells, weight=ghost.weight), "of_u": ghost.of_u}
     return tree

@@ -106,12 +106,16 @@ class Newton:
 
     def choose_again(self, preset):
         """The ``preset`` that had been chosen in a state to go back to; "": it is to be chosen yet."""
-        if self._solver != "auto" and preset:
-            preset = self._solver
-        if preset != self.preset:
-            self.preset = preset
-            if preset:
-                self._configure(self._symmetric, self.snes)
+        preset = self._solver if preset and self._solver != "auto" else preset
+        before, self.preset = self.preset, preset
+        if preset and preset != before:
+            self._configure(self._symmetric, self.snes)
+
+    def forget_factors(self):
+        """The preconditioner is made anew: it may keep more of earlier matrices, as multigrid does."""
+        if self.preset:
+            self.snes.getKSP().getPC().setType("none")
+            self._configure(self._symmetric, self.snes.getKSP())
 
     def _configure(self, symmetric, for_options):
         """The chosen solver for tangents that are ``symmetric``, and positive; what ``for_options`` (the SNES

@@ -7,11 +7,13 @@ import time
 import traceback
 import typing
 import warnings
+from pathlib import Path
 from time import perf_counter
 
 from mpi4py import MPI
 
 from . import signals, words
+from .checkpoint import contradictions, found
 from .keys import REQUIRED, Key, keys_of, refuse_without_effect
 from .records.writing import silence, tell
 from .run import Run
@@ -37,8 +39,10 @@ class Case:
         self._main, self.presets = main, presets or {}
         self.keys, self._classes = keys_of(main)
         self._counts = dict(counts or {})
+        self._may_change: typing.Dict[str, typing.Any] = {}
         for kind in self._classes.values():
             self._counts.update(getattr(kind, "counts", {}))
+            self._may_change.update(getattr(kind, "may_change", {}))
         required = sorted(self.keys, key=lambda name: self.keys[name].default is not REQUIRED)
         self.__signature__ = inspect.Signature([
             inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=self.keys[name].default,
@@ -60,6 +64,8 @@ class Case:
         for name in given:
             if name not in self.keys:
                 raise TypeError(f"{self._main.__name__} has no key {name}: it has {', '.join(self.keys)}")
+        if given.get("restart") is not None:
+            given = self._restarted(given)
         values = {name: given.get(name, key.default) for name, key in self.keys.items()}
         for name, value in values.items():
             if value is REQUIRED:
@@ -67,6 +73,16 @@ class Case:
         refuse_without_effect(values, self.keys, self._counts)
         result = self._main(**self._arguments(values))
         return result.go(values, began) if isinstance(result, Run) else result
+
+    def _restarted(self, given: dict) -> dict:
+        """Keys of a run that goes on from ``given["restart"]``: those of its checkpoint, where they are not
+        given. ValueError for a key that contradicts it."""
+        saved = found(Path(given["restart"]))
+        old = {name: text for name, text in saved.head["parameters"].items() if name in self.keys}
+        contradictions(old, words.as_texts(given), self._may_change)
+        kept = {name: words.convert(name, text, self.keys[name].kind) for name, text in old.items()
+                if name != "restart"}
+        return {**kept, "out": saved.path.parent, **given}
 
     def _arguments(self, values: dict) -> dict:
         """Those of ``main``: keys of its own, and dataclasses of theirs."""

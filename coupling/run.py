@@ -1,21 +1,28 @@
 """A run of a scene from its start to its end, with all that belongs to it."""
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Union
 
 import numpy as np
 from mpi4py import MPI
 
+from . import signals
+from .checkpoint import Checkpoints, Parts, Stopped, contradictions, find, found
+from .durations import read_every, seconds
 from .loop.couple import couple
 from .maps.mapping import Mapping, copy, linear
 from .output import Output
 from .pictures.views import Animation, EndPicture
 from .records.record import Plan, Record
+from .records.results import labelled
+from .records.schedule import Schedule
+from .records.writing import tell
 from .scheme import Scheme, Steps
 from .started import IMPORTED
+from .words import as_texts
 
 ALONE = "solid"  # in the place of a back end's name, where there are no grains
 
@@ -36,8 +43,9 @@ class Run:
     An observer is called with each ``Window``. It may have ``begin()``, called before the first one,
     ``columns()``, as above, ``pictures()``: file name → function that draws it at a path, at the end, however
     the run ends, ``entries(history)``: more of report.json, and ``shapes()``: polygons [m], shape (m,
-    corners, 2), that the animation shows in the place of the particles. They are called in their order,
-    before the record is written.
+    corners, 2), that the animation shows in the place of the particles, and, where it remembers something
+    from window to window, ``get_state()`` and ``set_state(state)``, plain data for checkpoints. They are made
+    when both sides are at their start, and called in their order, before the record is written.
 
     >>> import tempfile
     >>> from coupling import Output, Run, Steps
@@ -62,6 +70,7 @@ class Run:
     errors: Optional[Callable] = None
     figure: Optional[Callable] = None
     closed: bool = False
+    _running: List[Checkpoints] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.grains is not None and not isinstance(self.scheme, Scheme):
@@ -77,43 +86,104 @@ class Run:
         histories: dict = {}
         coupled = self.scheme if isinstance(self.scheme, Scheme) and self.grains is not None else None
         back_ends = coupled.back_ends if coupled else (ALONE,)
+        place, goes_on = self.output.restart, ""
+        if place is not None:
+            head = found(place).head
+            goes_on = self._check(head, parameters)
         for backend in back_ends:
             solid = self.solid.anew() if histories else self.solid
             grains = self.grains.open(backend, coupled.inner) if coupled else None
             label = backend if len(back_ends) > 1 and backend == "liggghts" else ""
+            plan = Plan(self.name, self._parameters(parameters), self.output, self.scheme, {}, {}, label,
+                        self.closed, began, goes_on)
             with closing(solid, grains):
-                self._one(backend, label, solid, grains, histories, self._parameters(parameters), began)
+                why = self._one(plan, backend, solid, grains, histories)
+            if why:
+                break
             began = perf_counter()
         return histories
+
+    def save(self, path: Union[str, Path]) -> None:
+        """Write a checkpoint to ``path``; for observers, which are called between two windows. RuntimeError at
+        any other time: at its end a run writes one with ``checkpoint="end"``. Collective."""
+        if not self._running:
+            raise RuntimeError(f"the run {self.name} is not on its way: save it from an observer, or ask for a "
+                               "checkpoint at its end with Output(checkpoint=\"end\")")
+        self._running[-1].save(Path(path))
+
+    def load(self, path: Union[str, Path]) -> "Run":
+        """The same run, which goes on from the checkpoint, or the folder of results, at ``path``."""
+        return replace(self, output=replace(self.output, restart=Path(path)))
 
     def _parameters(self, given: Optional[dict]) -> dict:
         """All keys as the run has them: what a case leaves open, as its window, is in the scheme."""
         own = {**asdict(self.scheme), **asdict(self.output)}
         return own if given is None else {name: own.get(name, value) for name, value in given.items()}
 
-    def _one(self, backend: str, label: str, solid: Any, grains: Any, histories: dict, parameters: dict,
-             began: float) -> None:
-        """The run with one back end."""
+    def _check(self, head: dict, parameters: Optional[dict]) -> str:
+        """ValueError unless the run may go on from a checkpoint with this ``head``; returns the name of its
+        run. Keys of a case have been checked by the case."""
+        if head["case"] != self.name:
+            raise ValueError(f"restart={self.output.restart} is of {head['case']}, this is {self.name}: give a "
+                             "checkpoint of this case")
+        if parameters is None:
+            contradictions(head["parameters"], as_texts(self._parameters(None)),
+                           {**self.scheme.may_change, **self.output.may_change})
+        return str(head["run"])
+
+    def _one(self, plan: Plan, backend: str, solid: Any, grains: Any, histories: dict) -> str:
+        """The run with one back end; returns why it has been stopped, or "" at its end."""
+        mapping = None if grains is None else self._mapping(solid)
         observers = list(self.observe(solid, grains)) if self.observe else []
         views = self._views(solid, grains, observers)
         observers += views
         columns, pictures = dict(self.columns), {}
         for observer in observers:
             columns.update(getattr(observer, "columns", dict)())
-            pictures.update({labelled(name, label): draw for name, draw in getattr(observer, "pictures",
-                                                                                   dict)().items()})
-        plan = Plan(self.name, parameters, self.output, self.scheme, columns, pictures, label, self.closed,
-                    began)
-        with Record(plan, solid, grains) as record:
-            self._loop(solid, grains, [*observers, record])
+            pictures.update({labelled(name, plan.label): draw for name, draw in getattr(
+                observer, "pictures", dict)().items()})
+        plan = plan._replace(columns=columns, pictures=pictures)
+        record = Record(plan, solid, grains)
+        parts = Parts(solid, grains, tuple(observers), record)
+        saved = find(self.output.restart, plan.label) if self.output.restart else None
+        last = parts.load(saved, Path(self.output.out)) if saved else None
+        with record, self._saving(parts, plan) as checkpoints:
+            try:
+                with signals.deferred(checkpoints.active):
+                    couple(solid, grains, mapping, self.scheme, [*observers, record, checkpoints], last)
+            except Stopped as stop:
+                return self._stop(record, str(stop))
             histories[backend] = record.history
             for view in views:
                 getattr(view, "take", int)()
             more: Dict[str, Any] = {}
             for observer in observers:
                 more.update(getattr(observer, "entries", lambda history: {})(record.history))
+            if self.output.checkpoint is not None:
+                checkpoints.finish()
             record.finish(self.errors(histories) if self.errors else {},
                           partial(self.figure, histories=histories) if self.figure else None, **more)
+        return ""
+
+    @contextmanager
+    def _saving(self, parts: Parts, plan: Plan) -> Iterator[Checkpoints]:
+        """What writes the checkpoints of one back end's run, as long as it lasts."""
+        limit = None if self.output.walltime is None else seconds("walltime", self.output.walltime)
+        schedule = Schedule(read_every(self.output.checkpoint), limit, IMPORTED)
+        head = {"case": self.name, "parameters": as_texts(plan.parameters)}
+        self._running.append(Checkpoints(parts, schedule, head, plan.label))
+        try:
+            yield self._running[-1]
+        finally:
+            self._running.pop()
+
+    def _stop(self, record: Record, why: str) -> str:
+        """The end of a run that goes on later. KeyboardInterrupt where a signal has stopped it."""
+        record.interrupt(why)
+        if MPI.COMM_WORLD.rank == 0:
+            tell(f"{why}: go on with restart={self.output.out}")
+        signals.raise_again()
+        return why
 
     def _views(self, solid: Any, grains: Any, observers: list) -> list:
         """Observers that make the general pictures."""
@@ -125,26 +195,12 @@ class Run:
             views.append(Animation(self.name, self.output.animation, solid, grains, *shapes[:1]))
         return views
 
-    def _loop(self, solid: Any, grains: Any, on_window: list) -> None:
-        mapping = None if grains is None else self._mapping(solid)
-        couple(solid, grains, mapping, self.scheme, on_window)
-
     def _mapping(self, solid: Any) -> Mapping:
         if self.mapping is not None:
             return self.mapping
         interface, nodes = solid.interface, self.grains.wall.nodes
         return copy(nodes) if np.array_equal(interface.x, nodes) else linear(interface.x, interface.elements,
                                                                              nodes)
-
-
-def labelled(name: str, label: str) -> str:
-    """The name of a file with ``label`` behind its stem.
-
-    >>> labelled("blocks_flow.png", "liggghts")
-    'blocks_flow_liggghts.png'
-    """
-    path = Path(name)
-    return f"{path.stem}_{label}{path.suffix}" if label else name
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 """When a run takes its steps, and how its two sides are coupled: frozen data, whose fields are keys of every
 case."""
 from dataclasses import dataclass
-from typing import ClassVar, Literal, Optional
+from typing import Any, ClassVar, Dict, Literal, Optional
 
 import mpm_dem_checks as check
 
@@ -45,6 +45,7 @@ class Steps:
     adapt: Optional[float] = 0.0  # shorter windows; none: never, 0: where one fails, 0.01: for that error [-]
 
     substeps: ClassVar[int] = 1
+    may_change: ClassVar[Dict[str, Any]] = dict.fromkeys(("dt", "t_end", "adapt"))  # at a restart
 
     def __post_init__(self) -> None:
         count_windows(self.t_end, self.dt, self.substeps)
@@ -57,6 +58,16 @@ class Steps:
 
 def _repeats(keys: dict) -> bool:
     return keys["iterate"] != 0
+
+
+def _keeps_inner_step(old: Dict[str, str], new: Dict[str, str]) -> str:
+    before, now = (float(keys["dt"]) / int(keys["substeps"]) for keys in (old, {**old, **new}))
+    return "" if before == now else (f"the step of the DEM, dt/substeps, must stay {before:.10g} s, and would be "
+                                     f"{now:.10g} s")
+
+
+def _keeps_kind(old: Dict[str, str], new: Dict[str, str]) -> str:
+    return "" if old["iterate"] != "0" != new["iterate"] else "windows stay weak, or stay iterated"
 
 
 @dataclass(frozen=True)
@@ -78,6 +89,9 @@ class Scheme(Steps):
 
     counts: ClassVar[dict] = {name: (_repeats, "where windows are repeated, iterate=20")
                               for name in ("tol", "relax")}
+    may_change: ClassVar[Dict[str, Any]] = {  # at a restart, and where not always, the rule
+        "t_end": None, "adapt": None, "tol": None, "dt": _keeps_inner_step, "substeps": _keeps_inner_step,
+        "iterate": _keeps_kind}
 
     @property
     def inner(self) -> float:

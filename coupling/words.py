@@ -122,10 +122,15 @@ def _kind_name(kind: Any) -> str:
             Path: "a folder"}.get(kind, str(kind))
 
 
-def typed(value: Any) -> str:
-    """A value as it is typed on the command line."""
+def typed(value: Any, exact: bool = False) -> str:
+    """A value as it is typed on the command line; exact: to the last bit of its numbers."""
     if isinstance(value, tuple):
-        return ",".join(map(typed, value))
+        return ",".join(typed(one, exact) for one in value)
     if isinstance(value, float):
-        return f"{value:.12g}"
+        return repr(float(value)) if exact else f"{value:.12g}"
     return "none" if value is None else str(value)
+
+
+def as_texts(values: Dict[str, Any]) -> Dict[str, str]:
+    """Keys with their values as they are typed, to the last bit."""
+    return {name: typed(value, exact=True) for name, value in values.items()}

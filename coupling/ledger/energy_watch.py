@@ -31,7 +31,8 @@ class EnergyWatch:
 
     def __init__(self, solid: Any) -> None:
         self._solid, self._warned, self._work, self._spent, self._brought = solid, False, 0.0, 0.0, 0.0
-        self._looks = not getattr(solid, "driven", True)
+        self._least = self._potential = self._lowest = 0.0
+        self._count, self._looks = 0, not getattr(solid, "driven", True)
         if self._looks:
             self._restart()
 
@@ -40,6 +41,16 @@ class EnergyWatch:
         self._least = sum(energy.values()) - self._work
         self._potential = self._lowest = energy["potential"]
         self._spent = max(self._spent, energy["kinetic"] + energy["strain"])
+
+    def get_state(self) -> tuple:
+        """What has been seen so far, as numbers."""
+        return (self._warned, self._work, self._spent, self._brought, self._least, self._potential,
+                self._lowest, self._count)
+
+    def set_state(self, state: tuple) -> None:
+        """The counterpart."""
+        (self._warned, self._work, self._spent, self._brought, self._least, self._potential, self._lowest,
+         self._count) = state
 
     def __call__(self, window: Any) -> None:
         """Look at the energy after a ``Window``, every ``EVERY`` ones."""

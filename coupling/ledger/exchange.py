@@ -31,6 +31,7 @@ ANGULAR = {"grains": "impulse about the {} axis of the interface on the particle
            "solid": "the same on the solid; the sum with that of the grains falls with the square of the "
                     "window"}
 
+SUMS = "impulse", "angular", "work_wall", "work_solid", "scale"  # since the start
 MADE = 0.25  # energy out of nothing, relative to the largest so far, beyond which a closed system is stopped
 
 
@@ -95,10 +96,22 @@ class Ledger:
                 "interface_error": (self._work_solid - self._work_wall) / scale,
                 "energy_error": (grains + solid + gone - window.indentation_energy - self._start) / scale}
 
+    def get_state(self) -> dict:
+        """Everything that decides the entries to come, but for the last ``Window``, as name → numbers."""
+        return {**{name: getattr(self, f"_{name}") for name in SUMS}, "momentum": self._momentum.get_state()}
+
+    def set_state(self, state: dict, last: Any) -> None:
+        """Go on from there, after the ``last`` window."""
+        self._last = last
+        for name in SUMS:
+            setattr(self, f"_{name}", state[name])
+        self._momentum.set_state(state["momentum"])
+
     def _impulses(self, window: Any) -> Dict[str, float]:
         """Linear and angular, on both sides."""
-        self._impulse += self._solid.applied * window.dt
-        self._angular += turning(window.x - self._about - 0.5 * window.moved, window.force) * window.dt
+        turned = turning(window.x - self._about - 0.5 * window.moved, window.force)
+        self._impulse = self._impulse + self._solid.applied * window.dt
+        self._angular = self._angular + turned * window.dt
         linear, angular = self._momentum.gained(window.particles, window.time)
         found = {}
         for side, impulse, turned in (("grains", linear, angular), ("solid", self._impulse, self._angular)):

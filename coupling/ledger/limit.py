@@ -42,6 +42,16 @@ class LimitWatch:
         self._seen, self._count, self._judges = 0.0, 0, True
         self._made = self._exchanged = self._size = self._late = 0.0
 
+    def get_state(self) -> tuple:
+        """What has been seen so far, as numbers."""
+        return (self._seen, self._count, self._judges, self._looks, self._made, self._exchanged, self._size,
+                self._late)
+
+    def set_state(self, state: tuple) -> None:
+        """The counterpart."""
+        (self._seen, self._count, self._judges, self._looks, self._made, self._exchanged, self._size,
+         self._late) = state
+
     def look(self, time: float, dt: float, force: np.ndarray) -> None:
         """Is the contact under the largest of the forces [N] on the interface, shape (n, dim), beyond the
         limit of the window that ends at ``time`` [s]? Looks only when that force is twice what it has seen,

@@ -6,6 +6,7 @@ import numpy as np
 from .departures import left
 
 AXES = "xyz"
+CHANGING = "time", "without", "mass_left", "torque", "turned"  # from window to window
 
 
 def turning(x: np.ndarray, f: np.ndarray) -> np.ndarray:
@@ -42,13 +43,22 @@ class Momentum:
         """Linear [N s], (dim,), and angular impulse [N m s], (1,) or (3,), that was not gravity's, until
         ``time`` [s]."""
         torque, window = self._torque_of_gravity(particles), time - self._time
-        self._without += window * self._mass_left * self._gravity
+        self._without = self._without + window * self._mass_left * self._gravity
         self._mass_left = left(self._grains, "mass")
         self._turned = self._turned + 0.5 * window * (self._torque + torque)
         self._torque, self._time = torque, time
         linear, angular = (now - start for now, start in zip(self._now(particles), self._start))
         linear += left(self._grains, "momentum") + self._without
         return linear - self._weight * (time - self._begin), angular - self._turned
+
+    def get_state(self) -> dict:
+        """As name → numbers."""
+        return {name: getattr(self, f"_{name}") for name in CHANGING}
+
+    def set_state(self, state: dict) -> None:
+        """The counterpart."""
+        for name in CHANGING:
+            setattr(self, f"_{name}", state[name])
 
     def _parts(self, particles: np.ndarray) -> Iterator[tuple]:
         """Single spheres and clusters, components as in the scene: mass, x and v of each."""

@@ -21,13 +21,26 @@ __all__ = ["NotConvergedError", "Window", "couple", "march"]
 SHORTEST = 32  # the shortest step of a solid alone is this part of dt
 
 
+class Position(NamedTuple):
+    """How far a run has come: ``done`` of its shortest steps of ``dt`` / ``most`` since its ``start`` [s]; dt
+    [s]: the longest window."""
+
+    start: float
+    dt: float
+    most: int
+    done: int
+
+
 class LoopState(NamedTuple):
     """What goes over to the next window besides the states of the partitions: the trend of the force, what
-    the iterated scheme knows, and the state of the step control."""
+    the scheme knows, the state of the step control, where the run is, and what has been seen of the solid's
+    energy *before* the window."""
 
     trend: Optional[Trend]
     scheme: Any
     control: Tuple[int, int]
+    position: Position
+    energy: Any
 
 
 def march(solid: Solid, steps: Steps, on_window: Iterable[Observer] = (),
@@ -57,8 +70,8 @@ def couple(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], s
     it, and ``dt`` is the longest.
 
     ``on_window`` are called with each ``Window``; those with a method ``begin`` are told before the first
-    one, when the scheme has been checked. A run that stopped goes on bit for bit from the states of both
-    partitions and its ``last`` window. FloatingPointError when a number is no longer finite,
+    one, when the scheme has been checked. A run that stopped goes on bit for bit, and counts on, from the
+    states of both partitions and its ``last`` window. FloatingPointError when a number is no longer finite,
     NotConvergedError when a window needs more repetitions, UnstableError when the solid gains energy, see
     ``energy_watch``. Here a ball bounces off a block:
 
@@ -74,16 +87,16 @@ def couple(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], s
     >>> bool(grains.particles()["v"][0, 1] > 0.5)
     True
     """
-    start, most = solid.time, SHORTEST if grains is None else scheme.substeps
+    most = SHORTEST if grains is None else scheme.substeps
     control = StepControl(most, scheme.adapt)
-    total = _shortest_steps(scheme, control, start, last)
+    at, total = _positions(scheme, control, solid.time, last)
     method, ladder = _method(solid, grains, mapping, scheme, control, last)
-    on_window = _begin(solid, on_window)
+    on_window, watch = _begin(solid, on_window, last)
 
     def attempt(number: int, done: int, steps: int) -> Window:
-        return method(number, start + (done + steps) / most * scheme.dt, scheme.dt * (steps / most), steps)
+        return method(number, at.start + (done + steps) / most * at.dt, at.dt * (steps / most), steps)
 
-    number = done = 0
+    number, done = 0 if last is None else last.number, at.done
     while done < total:
         number += 1
         if grains is not None and mapping is not None:
@@ -94,16 +107,29 @@ def couple(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], s
         done += how.steps
         method.accept(window)
         window = window._replace(fraction=how.steps / most, failed=how.failed, refused=how.refused,
-                                 state=LoopState(method.trend, method.get_state(), control.get_state()))
+                                 state=LoopState(method.trend, method.get_state(), control.get_state(),
+                                                 at._replace(done=done), watch.get_state()))
         for report in on_window:
             report(window)
 
 
-def _shortest_steps(scheme: Steps, control: StepControl, start: float, last: Optional[Window]) -> int:
-    """Number of the shortest steps from ``start`` [s] to the end."""
+def _positions(scheme: Steps, control: StepControl, now: float,
+               last: Optional[Window]) -> Tuple[Position, int]:
+    """Where a run from ``now`` [s] on, or after its ``last`` window, begins, and the number of its shortest
+    steps at the end."""
+    at, most = Position(now, scheme.dt, control.most, 0), control.most
+    if last is not None and scheme.t_end < now * (1.0 - 1e-9):
+        raise ValueError(f"t_end is {scheme.t_end} s, and the run has already come to {now:.10g} s: give a "
+                         "later end")
+    if last is not None and last.state is not None:
+        before = last.state.position
+        if (before.dt, before.most) == (scheme.dt, most):
+            at = before
+            if before.done and abs(now - scheme.t_end) <= 1e-9 * scheme.t_end:
+                return at, at.done  # nothing is left to do
     if control.active and last is not None:  # shorter windows may have left any number of them
-        return count_windows(scheme.t_end, scheme.dt / control.most, 1, start)
-    return count_windows(scheme.t_end, scheme.dt, scheme.substeps, start) * control.most
+        return at, count_windows(scheme.t_end, scheme.dt / most, 1, at.start)
+    return at, count_windows(scheme.t_end, scheme.dt, scheme.substeps, at.start) * most
 
 
 def _method(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], scheme: Union[Scheme, Steps],
@@ -125,16 +151,21 @@ def _method(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], 
     sides = Sides(solid, grains, mapping, ladder)
     if scheme.iterate and trend is not None:
         return Iterated(sides, trend, scheme, state and state.scheme), ladder
-    return Weak(sides, trend, last), ladder
+    return Weak(sides, trend, last, state and state.scheme), ladder
 
 
-def _begin(solid: Solid, on_window: Iterable[Any]) -> Tuple[Any, ...]:
-    """Tell the observers that want to know it that the first window is about to begin; returns them and the
-    one that watches the energy of the solid."""
+def _begin(solid: Solid, on_window: Iterable[Any],
+           last: Optional[Window]) -> Tuple[Tuple[Any, ...], EnergyWatch]:
+    """Tell the observers that want to know it that the first window is about to begin; returns them with the
+    one that watches the energy of the solid, and that one, which goes on after the ``last`` window."""
+    watch = EnergyWatch(solid)
+    if last is not None and last.state is not None:
+        watch.set_state(last.state.energy)
+        watch(last)
     for report in on_window:
         if hasattr(report, "begin"):
             report.begin()
-    return *on_window, EnergyWatch(solid)
+    return (*on_window, watch), watch
 
 
 def _check(scheme: Scheme, inner: float, particles: int) -> None:

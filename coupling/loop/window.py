@@ -148,9 +148,12 @@ class Weak(Coupled):
     window to window around its mean (Newmark's method keeps these periods at full amplitude), which damping
     in the contact then feeds."""
 
-    def __init__(self, sides: Sides, trend: Optional[Trend] = None, last: Optional[Window] = None) -> None:
+    def __init__(self, sides: Sides, trend: Optional[Trend] = None, last: Optional[Window] = None,
+                 state: Any = None) -> None:
         super().__init__(sides, trend)
         self._last, self._watch = last, LimitWatch(sides.solid, sides.grains)
+        if state is not None:
+            self._watch.set_state(state)
 
     def __call__(self, number: int, time: float, dt: float, steps: int) -> Window:
         """The ``Window`` of ``dt`` [s] and ``steps`` DEM steps that ends at ``time`` [s]."""
@@ -181,8 +184,9 @@ class Weak(Coupled):
         super().accept(window)
         self._last = window
 
-    def get_state(self) -> None:
-        """Nothing goes over to the next window besides the last ``Window``."""
+    def get_state(self) -> Any:
+        """What goes over to the next window besides the last ``Window``."""
+        return self._watch.get_state()
 
     def _without_indentation(self, wall_x: np.ndarray) -> np.ndarray:
         """Places of the wall [m] without the indentation under the force that is extrapolated from the last

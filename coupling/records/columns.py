@@ -44,6 +44,17 @@ class RecordedColumns:
                 "retries": window.failed + window.refused, **self._last, **self._departures.entries(),
                 **{name: value() for name, (_, _, value) in self._of_solid.items()}}
 
+    def get_state(self) -> Dict[str, Any]:
+        """Sums since the start, as name → numbers."""
+        return {"newton": self.newton, "counts": self.counts.copy(),
+                "ledger": self.ledger and self.ledger.get_state()}
+
+    def set_state(self, state: Dict[str, Any], last: Any) -> None:
+        """Go on from there, after the ``last`` window."""
+        self.newton, self.counts = state["newton"], state["counts"].copy()
+        if self.ledger:
+            self.ledger.set_state(state["ledger"], last)
+
     def check(self, time: float) -> None:
         """``exchange.UnstableError`` when a closed system has gained energy until ``time`` [s]."""
         if self._closed:

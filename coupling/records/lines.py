@@ -7,12 +7,15 @@ MOST = 1 << 13  # bytes that wait in memory
 
 
 class Lines:
-    """Write to ``path``, anew. What cannot be written stays in memory, and is written by the next ``flush``
-    that can. Who renames the file tells its new ``path``."""
+    """Write to ``path``, anew, or after the first ``keep`` bytes of what is there. What cannot be written
+    stays in memory, and is written by the next ``flush`` that can. Who renames the file tells its new
+    ``path``."""
 
-    def __init__(self, path: Union[str, Path]) -> None:
+    def __init__(self, path: Union[str, Path], keep: int = 0) -> None:
         self.path, self._waiting = path, bytearray()
-        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT | (0 if keep else os.O_TRUNC), 0o666)
+        os.truncate(self._file, keep)
+        os.lseek(self._file, keep, os.SEEK_SET)
 
     def add(self, text: str) -> None:
         """Append ``text``, which waits in memory until there is enough of it."""
@@ -25,6 +28,13 @@ class Lines:
         while self._waiting:
             written = os.write(self._file, self._waiting)
             del self._waiting[:written]
+
+    def sync(self) -> int:
+        """Write all to the disk itself, so that it outlives the machine. Returns the size of the file
+        [bytes]."""
+        self.flush()
+        os.fsync(self._file)
+        return os.fstat(self._file).st_size
 
     def missing(self) -> bool:
         """Has somebody removed the file?"""

@@ -1,7 +1,8 @@
 """ParaView time series: VTU files, one per time and rank, and a PVD file that lists them, replaced so that it
 is always whole."""
+import re
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterable, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from mpi4py import MPI
@@ -13,6 +14,7 @@ from .sharing import on_each, on_first
 from .writing import replace_text, writing
 
 Piece = Tuple[Any, dict, dict]  # points, cells by type, data by name
+FILE = re.compile(r"(.+?)_\d{5,}(_\d{4,})?\.vtu")  # name of the series, number of the time, rank
 
 
 class ParaView:
@@ -48,6 +50,30 @@ class ParaView:
         on_first(comm, list_them)
         for name in ranks:
             self._of(name).count += 1
+
+    def get_state(self) -> Dict[str, Tuple[str, int]]:
+        """Of each series by name: the entries of its list so far, and the number of times. On rank 0."""
+        return {name: series.get_state() for name, series in self._series.items()}
+
+    def set_state(self, state: Dict[str, Tuple[str, int]]) -> None:
+        """Go on after these times."""
+        for name, of_series in state.items():
+            self._of(name).set_state(of_series)
+
+    def files(self) -> List[str]:
+        """Names of the files so far, without the lists."""
+        return [file for series in self._series.values() for file in series.written()]
+
+    def later(self, names: Iterable[str]) -> List[str]:
+        """Those of the ``names`` that are files of the series and not among ``files``."""
+        series, so_far = {name + self._suffix for name in self._series}, set(self.files())
+        numbered = ((name, FILE.fullmatch(name)) for name in names)
+        return [name for name, found in numbered if found and found[1] in series and name not in so_far]
+
+    def relist(self) -> None:
+        """Write the lists anew, of the times so far. On rank 0."""
+        for series in self._series.values():
+            series.write_list()
 
     def _of(self, name: str) -> "Series":
         return self._series.setdefault(name, Series(self._results, name + self._suffix))
@@ -92,9 +118,26 @@ class Series:
         for rank in ranks:
             part = "" if rank is None else f'part="{rank}" '
             self._entries.append(f'<DataSet timestep="{time:.12g}" {part}file="{self._file(rank)}"/>')
+        self.write_list()
+
+    def write_list(self) -> None:
+        """The PVD file, of the times so far."""
         text = "\n".join(['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">',
                           "<Collection>", *self._entries, "</Collection>", "</VTKFile>", ""])
         self._replace(f"{self._name}.pvd", text)
+
+    def get_state(self) -> Tuple[str, int]:
+        """Entries of the list so far, a line each, and the number of times."""
+        return "\n".join(self._entries), self.count
+
+    def set_state(self, state: Tuple[str, int]) -> None:
+        """Go on after these times."""
+        entries, self.count = state
+        self._entries = entries.splitlines()
+
+    def written(self) -> List[str]:
+        """Names of the files of the times so far."""
+        return [re.findall('file="([^"]*)"', entry)[0] for entry in self._entries]
 
     def _replace_alone(self, name: str, text: str) -> None:
         replace_text(self._path(name), text)

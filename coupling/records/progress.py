@@ -10,13 +10,15 @@ EVERY = 60.0  # [s] between two lines
 
 
 class Progress:
-    """Of ``total`` windows of full length; call it after each window, ``close`` it at the end. For rank 0."""
+    """Of ``total`` windows of full length, of which so many are ``done`` already, as window ``number``; call it
+    after each window, ``close`` it at the end. For rank 0."""
 
-    def __init__(self, total: float) -> None:
-        self._total, self._done, self._number, self._newton, self._bar = total, 0.0, 0, 0, None
+    def __init__(self, total: float, done: float = 0.0, number: int = 0) -> None:
+        self._total, self._done, self._number, self._newton, self._bar = total, done, number, 0, None
+        self._before, self._shown = done, number  # at the start; windows that the lines so far have told of
         self._begin = self._last = time.monotonic()
         if sys.stderr.isatty():
-            self._bar = tqdm(total=total, leave=False,
+            self._bar = tqdm(total=total, initial=done, leave=False,
                              bar_format="{desc} {percentage:3.0f}%|{bar}| {elapsed} gone, {remaining} to go")
 
     def __call__(self, now: float, length: float, newton: int) -> None:
@@ -29,13 +31,12 @@ class Progress:
             tell(self._line(now))
             self._last, self._newton, self._shown = time.monotonic(), 0, self._number
 
-    _shown = 0  # windows that the lines so far have told of
-
     def _line(self, now: float) -> str:
         gone, part = time.monotonic() - self._begin, self._done / self._total
+        left = gone * (self._total - self._done) / (self._done - self._before)
         return (f"step {self._number}, t = {now:.4g} s ({part:.1%}): "
                 f"{self._newton / (self._number - self._shown):.2f} Newton iterations per step, "
-                f"{tqdm.format_interval(gone)} gone, {tqdm.format_interval(gone / part - gone)} to go")
+                f"{tqdm.format_interval(gone)} gone, {tqdm.format_interval(left)} to go")
 
     def close(self) -> None:
         """The run is over."""

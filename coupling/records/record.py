@@ -3,7 +3,7 @@ summary."""
 import time
 import warnings
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NamedTuple, Optional
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
 from mpi4py import MPI
 
@@ -15,10 +15,11 @@ from ..scheme import Steps
 from ..started import IMPORTED
 from . import report
 from .columns import RecordedColumns
-from .history import History
+from .history import History, Kept
 from .paraview import ParaView, particles_and_wall
 from .progress import Progress
 from .results import Results
+from .resumed import Resumed, share_rows
 from .sharing import on_first
 from .writing import OutputError, tell, writing
 
@@ -29,9 +30,9 @@ class Plan(NamedTuple):
     """What is recorded of a run.
 
     case: its name; parameters: of the report; columns: name → (unit, meaning, function of the ``Window``);
-    pictures: file name → function that draws it at a path, at the end, however the run ends; label: goes into
-    the names of the other files when a case runs more than once; closed: see ``RecordedColumns``; began:
-    moment from which the start-up time counts.
+    pictures: file name → function that draws it at a path, at the end, unless the run is only interrupted;
+    label: goes into the names of the other files when a case runs more than once; closed: see
+    ``RecordedColumns``; began: moment from which the start-up time counts; goes_on: see ``Results``.
     """
 
     case: str
@@ -43,15 +44,17 @@ class Plan(NamedTuple):
     label: str = ""
     closed: bool = False
     began: float = IMPORTED
+    goes_on: str = ""
 
 
 class Record:
     """Observer of a run: ``with Record(…) as record: couple(…, on_window=[record]); record.finish(…)``.
 
-    grains: None for a solid alone, which has no ledger. Collective; files are written by rank 0, the ParaView
-    files of points and grid by every rank. An error inside leaves the history so far and a report that names
-    it; before the first window is done, it leaves the results of an earlier run as they were, see
-    ``results``. Raises OSError when the folder cannot be written.
+    grains: None for a solid alone, which has no ledger. Make it when both are at their start, also of a run
+    that is restarted, call ``resume`` then. Collective; files are written by rank 0, the ParaView files of
+    points and grid by every rank. An error inside leaves the history so far and a report that names it;
+    before the first window is done, it leaves the results of an earlier run as they were, see ``results``.
+    ``with`` raises OSError when the folder cannot be written.
     """
 
     def __init__(self, plan: Plan, solid: RecordedSolid, grains: Optional[RecordedGrains]) -> None:
@@ -60,37 +63,70 @@ class Record:
         self._columns = RecordedColumns(plan.columns, solid, grains, plan.closed)
         self._progress: Optional[Progress] = None
         self._looked, self._complete, self._begun = 0.0, False, False
-        self._pictures = plan.pictures
+        self._pictures, self._suffix = plan.pictures, suffix
         self._resolution: Dict[str, Any] = {}
         self._figure, self._history, self._report = (f"{name}{suffix}.{kind}" for name, kind in (
             (plan.case, "png"), ("history", "csv"), ("report", "json")))
-        names = [self._history, self._report, self._figure, *self._pictures]
-        self.results = Results(self.out, plan.case, repr(plan.parameters), names)
-        self._pieces = ParaView(self.results, suffix, MPI.COMM_WORLD)
-        try:
-            on_first(MPI.COMM_WORLD, self._open)
-        except OSError:
-            self.results.close()
-            raise
-        if not self._first:
-            self.history = History(None, self._columns.meanings)
+        self._resumed: Optional[Resumed] = None
+        self._restarts: Tuple[dict, ...] = ()
+
+    # ---------------------------------------------------------------- a run that goes on
+
+    def get_state(self) -> Dict[str, Any]:
+        """What the record goes on from, all rows of the history on the disk itself; as plain data, that of
+        rank 0. Collective."""
+        kept = on_first(MPI.COMM_WORLD, lambda: self.history.sync())
+        return {"columns": self._columns.get_state(), "rows": kept.rows, "size": kept.size,
+                "paraview": self._pieces.get_state(), "seconds": self._timing.sums(),
+                "restarts": self._restarts}
+
+    def resume(self, state: Dict[str, Any], last: Window, source: Path) -> None:
+        """Before ``with``: go on after the ``last`` window with what ``get_state`` gave; the files so far are in
+        the folder ``source``."""
+        self._columns.set_state(state["columns"], last)
+        self._resumed = Resumed(state, last, source)
+        self._restarts = (*state["restarts"], {"window": last.number, "time": last.time,
+                                               "ranks": MPI.COMM_WORLD.size})
+
+    # ---------------------------------------------------------------- begin
 
     def _open(self) -> None:
-        """The history, whose file is rank 0's."""
-        path = self.results.path(self._history)
+        """The history, whose file is rank 0's, and of a run that goes on what it has already."""
+        path, resumed = self.results.path(self._history), self._resumed
         notes = [self._plan.case, " ".join(f"{k}={v}" for k, v in self._plan.parameters.items())]
         with writing(path):
-            self.history = History(path, self._columns.meanings, notes)
+            at_end = self._report, self._figure, *self._pictures
+            kept = resumed and resumed.files(self.results, self._pieces, self._history, at_end)
+            self.history = History(path, self._columns.meanings, notes, kept)
+        if resumed:
+            self._pieces.relist()
 
     def __enter__(self) -> "Record":
+        names = [self._history, self._report, self._figure, *self._pictures]
+        self.results = Results(self.out, self._plan.case, repr(self._plan.parameters), names,
+                               goes_on=self._plan.goes_on)
+        self._pieces = ParaView(self.results, self._suffix, MPI.COMM_WORLD)
         self._timing = report.Timing(self.solid, began=self._plan.began)
+        if not self._first:
+            self.history = History(None, self._columns.meanings)
         try:
-            self._paraview(self.solid.time, None)
+            if self._resumed:
+                self._pieces.set_state(self._resumed.state["paraview"])
+            on_first(MPI.COMM_WORLD, self._open)
+            if self._resumed:
+                share_rows(self.history.rows, MPI.COMM_WORLD)
+            else:
+                self._paraview(self.solid.time, None)
         except BaseException as error:
-            self.__exit__(type(error), error, None)
+            if hasattr(self, "history"):
+                self.__exit__(type(error), error, None)
+            else:
+                self.results.close()
             raise
         self._timing = report.Timing(self.solid, self.results.folder if self._first else None,
                                      self._plan.began)
+        if self._resumed:
+            self._timing.earlier = self._resumed.state["seconds"]
         return self
 
     def begin(self) -> None:
@@ -102,7 +138,9 @@ class Record:
         if self._first:
             if self._resolution:
                 tell(report.resolution(**self._resolution))
-            self._progress = Progress(self._plan.scheme.windows)
+            number, total = len(self.history), self._plan.scheme.windows
+            done = total * self.solid.time / self._plan.scheme.t_end if number else 0.0
+            self._progress = Progress(total, done, number)
 
     def __call__(self, window: Window) -> None:
         """Record a window."""
@@ -208,16 +246,26 @@ class Record:
         if draw is not None:
             self._pictures = {**self._pictures, self._figure: draw}
         self._draw()
+        entries = self._end("complete", {"errors": errors, **more})
+        if self._first:
+            tell("\n".join(self._summary(entries)))
+        return entries
+
+    def interrupt(self, why: str) -> None:
+        """In the place of ``finish``: the run stops here, and is to go on from its checkpoint."""
+        self._end("stopped", {"errors": {}, "stopped": why})
+
+    def _end(self, state: str, more: Dict[str, Any]) -> dict:
+        """The report, and the end of the history."""
         entries = self._write_report(MPI.COMM_WORLD.allgather(report.peak_mb()),
-                                     {**self.solid.describe(), "errors": errors, **more})
+                                     {**self.solid.describe(), **more})
         if self._first:
             with writing(self.results.folder / self._history):
                 self.history.close()
-            self.results.end("complete")
+            self.results.end(state)
             self._complete = True
             if self._progress is not None:
                 self._progress.close()
-            tell("\n".join(self._summary(entries)))
         return entries
 
     def _draw(self) -> None:
@@ -233,6 +281,7 @@ class Record:
                    "versions": report.versions(), "ranks": MPI.COMM_WORLD.size, "points": self.solid.count,
                    "windows": windows, "substeps": self._plan.scheme.substeps, **self._timing.figures(),
                    **self._columns.means(windows), "peak_mb": peaks, **self._resolution,
+                   **({"restarts": self._restarts} if self._restarts else {}),
                    "options": getattr(self.solid, "options", dict)(), **more}
         if self._first:
             self.results.replace_text(self._report, report.text(entries))
@@ -240,18 +289,7 @@ class Record:
 
     def _summary(self, entries: dict) -> List[str]:
         """Five lines for the terminal."""
-        pace, coupled, figure = "steps", "", self.results.path(self._figure)
-        if self.grains is not None:
-            pace = f"windows of {entries['substeps']} DEM steps"
-            energy = self.history["energy_error"][-1]
-            coupled = f", {entries['coupling_mean']:.2f} of the coupling, energy {energy:+.2e}"
-        phases = ", ".join(f"{name} {ms:.2f}" for name, ms in entries["phases_ms"].items() if ms >= 0.005)
-        errors = ", ".join(f"{name} {value:.3g}" for name, value in entries["errors"].items())
-        return [f"{entries['case']}: {entries['points']} points, {entries['windows']} {pace}, "
-                f"{entries['ranks']} rank(s): {self._timing.spent:.2f} s "
-                f"(and {entries['startup_s']:.2f} s to start)",
-                f"window {entries['window_ms']['median']:.2f} ms (median): {phases}",
-                f"errors: {errors or 'nothing to compare with'}",
-                f"per window {entries['newton_mean']:.2f} Newton iterations{coupled}, memory "
-                f"{max(entries['peak_mb']):.0f} MB",
+        energy = None if self.grains is None else self.history["energy_error"][-1]
+        figure = self.results.path(self._figure)
+        return [*report.summary(entries, energy),
                 f"results in {self.out}" + (f", figure {figure}" if figure.exists() else "")]

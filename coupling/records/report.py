@@ -5,7 +5,7 @@ import resource
 import sys
 from pathlib import Path
 from time import perf_counter, process_time
-from typing import Any, Dict, Iterable, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterable, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -27,6 +27,7 @@ class Timing:
         self._before = dict(solid.phases)
         self.startup, self._cpu, self.cpu = self._last - self.began, process_time(), 0.0
         self.spent = 0.0
+        self.earlier: Dict[str, float] = {}  # seconds of the run before it was restarted
         self.names: Tuple[str, ...] = ()  # of the phases
         self.rows: Optional[Rows] = None  # of window and phases
 
@@ -47,11 +48,17 @@ class Timing:
         """Seconds of this run so far."""
         return perf_counter() - self.began
 
+    def sums(self) -> Dict[str, float]:
+        """Seconds of the whole run, with those before it was restarted."""
+        now = {"wall_s": self.total(), "startup_s": self.startup, "window_s": self.spent,
+               "window_cpu_s": self.cpu}
+        return {name: seconds + self.earlier.get(name, 0.0) for name, seconds in now.items()}
+
     def figures(self) -> Dict[str, Any]:
-        """The entries of report.json that are times."""
-        times: Dict[str, Any] = {"wall_s": round(self.total(), 3), "startup_s": round(self.startup, 3),
-                 "window_s": round(self.spent, 4), "window_cpu_s": round(self.cpu, 4),
-                 "window_ms": None, "phases_ms": {}}
+        """The entries of report.json that are times; of windows those since the last start."""
+        times: Dict[str, Any] = {name: round(seconds, 4 if name.startswith("window") else 3)
+                                 for name, seconds in self.sums().items()}
+        times.update(window_ms=None, phases_ms={})
         if self.rows:
             ms = 1e3 * self.rows.column(0)
             times["window_ms"] = {"median": round(float(np.median(ms)), 4),
@@ -68,6 +75,25 @@ def resolution(cell_size: Sequence[float], points_per_cell: Sequence[float],
     limit = "" if explicit_limit is None else f", explicit limit of the time step {explicit_limit:.3g} s"
     return (f"cells of {' x '.join(f'{size:.4g}' for size in cell_size)} m, {mean:.3g} points per filled "
             f"cell ({least} to {most}){limit}")
+
+
+def summary(entries: dict, energy: Optional[float]) -> List[str]:
+    """Lines for the terminal of the ``entries`` of a report; energy: error of the energy at the end, None for a
+    solid alone."""
+    pace, coupled = "steps", ""
+    if energy is not None:
+        pace = f"windows of {entries['substeps']} DEM steps"
+        coupled = f", {entries['coupling_mean']:.2f} of the coupling, energy {energy:+.2e}"
+    phases = ", ".join(f"{name} {ms:.2f}" for name, ms in entries["phases_ms"].items() if ms >= 0.005)
+    errors = ", ".join(f"{name} {value:.3g}" for name, value in entries["errors"].items())
+    median = f"{entries['window_ms']['median']:.2f} ms (median): {phases}" if phases else "none since then"
+    return [f"{entries['case']}: {entries['points']} points, {entries['windows']} {pace}, "
+            f"{entries['ranks']} rank(s): {entries['window_s']:.2f} s "
+            f"(and {entries['startup_s']:.2f} s to start)",
+            f"window {median}",
+            f"errors: {errors or 'nothing to compare with'}",
+            f"per window {entries['newton_mean']:.2f} Newton iterations{coupled}, memory "
+            f"{max(entries['peak_mb']):.0f} MB"]
 
 
 def versions() -> Dict[str, str]:

@@ -12,7 +12,7 @@ import uuid
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import ClassVar, Dict, Optional, Sequence, Tuple, Union
+from typing import ClassVar, Dict, List, Optional, Sequence, Tuple, Union
 
 from mpi4py import MPI
 
@@ -29,7 +29,8 @@ class Results:
     """The set of files of one run in ``folder``; make it when the scene has been checked, ``close`` it at the
     end.
 
-    case: goes into the manifest; key: tells one run of this process from another: a further one with the same
+    case: goes into the manifest; goes_on: name of a run (``run``) whose set is to go on, where that is the one
+    in the folder; key: tells one run of this process from another: a further one with the same
     case and key, and ``names`` that the set does not have, adds to the set. names: files that will be
     written. Collective; rank 0 does the work. OutputError when the folder cannot be written, belongs to a run
     that has not ended, or has files of these names that are not of a run.
@@ -38,14 +39,19 @@ class Results:
     _last: ClassVar[dict] = {}  # folder → (id, key, names) of the last set of this process there
 
     def __init__(self, folder: Union[str, Path], case: str, key: str = "", names: Sequence[str] = (),
-                 comm: MPI.Comm = MPI.COMM_WORLD) -> None:
-        self.folder, self._comm, self._key = Path(folder), comm, f"{case} {key}"
+                 comm: MPI.Comm = MPI.COMM_WORLD, goes_on: str = "") -> None:
+        self.folder, self._comm, self._key, self._before = Path(folder), comm, f"{case} {key}", goes_on
         self._hidden = self.folder / HIDDEN
         self._names: Dict[str, None] = {}
         self._lock: Optional[Lock] = None
         now = time.strftime("%Y-%m-%d %H:%M:%S")
         self._run = f"{case}, {now}, process {os.getpid()}, {uuid.uuid4().hex[:12]}"
         self._run, self.started = on_first(comm, partial(self._take, names))
+
+    @property
+    def run(self) -> str:
+        """Name of the run: its case, when and as which process it began, and a number of its own."""
+        return self._run
 
     def _take(self, names: Sequence[str]) -> Tuple[str, bool]:
         with writing(f"out={self.folder}"):
@@ -65,11 +71,13 @@ class Results:
         return self._run, continued
 
     def _continues(self, before: Optional[manifest.Manifest], names: Sequence[str]) -> bool:
-        """Does this run add to a set of the same run of this process? Then that is the one to go on with."""
+        """Is the set in the folder the one that goes on, or does this run add to one of the same run of this
+        process? Then that is the one to go on with."""
         run, key, others = self._last.get(self.folder.resolve(), (None, None, ()))
-        if before is None or (before.run, self._key) != (run, key) or set(names) & set(others):
+        adds = before and (before.run, self._key) == (run, key) and not set(names) & set(others)
+        if before is None or not (adds or before.run == self._before):
             return False
-        self._run, self._names, self._earlier = run, dict.fromkeys(before.files), []
+        self._run, self._names, self._earlier = before.run, dict.fromkeys(before.files), []
         manifest.append(self.folder, state="running")
         return True
 
@@ -101,6 +109,28 @@ class Results:
         if self._comm.rank == 0:
             self.add(name)
         return (self.folder if self.started else self._hidden / "new") / name
+
+    def remove(self, *names: str) -> None:
+        """Files of the set that are those of a time after the one from which the run goes on. On rank 0."""
+        for name in set(names) & set(self._names):
+            (self.folder / name).unlink(missing_ok=True)
+
+    def files(self) -> List[str]:
+        """Names of the files that the set may have."""
+        return list(self._names)
+
+    def keep_two(self, name: str, before: str) -> None:
+        """The new file ``name``, which lies complete in ``scratch(name)``, takes its place, and that of the last
+        time becomes ``before``; at any moment at least one of them is there. On rank 0."""
+        self.add(name, before)
+        with writing(self.folder / name):
+            if (self.folder / name).exists():
+                os.replace(self.folder / name, self.folder / before)
+            os.replace(self.scratch(name), self.folder / name)
+
+    def scratch(self, name: str) -> Path:
+        """A place on the same disk for a file that is not complete yet."""
+        return self._hidden / "new" / name
 
     def replace_text(self, name: str, text: str) -> None:
         """Write ``text`` into the file ``name`` so that it is always whole. On rank 0."""
@@ -180,3 +210,13 @@ class Results:
             with suppress(OSError):  # the next run has just come
                 self._hidden.rmdir()
         self._lock = None
+
+
+def labelled(name: str, label: str) -> str:
+    """The name of a file with ``label`` behind its stem.
+
+    >>> labelled("blocks_flow.png", "liggghts")
+    'blocks_flow_liggghts.png'
+    """
+    path = Path(name)
+    return f"{path.stem}_{label}{path.suffix}" if label else name

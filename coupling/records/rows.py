@@ -1,7 +1,7 @@
 """Rows of numbers on disk, so that the memory of a run does not grow with its length."""
 import tempfile
 from pathlib import Path
-from typing import Any, Optional, Sequence
+from typing import Any, Iterator, Optional, Sequence
 
 import numpy as np
 
@@ -37,18 +37,20 @@ class Rows:
             self._file.truncate(end)
             raise
 
+    def parts(self) -> Iterator[np.ndarray]:
+        """All rows in pieces, shape (some, width) each."""
+        done, width, on_disk = 0, self._block.shape[1], self._count - self._count % BLOCK
+        some = max(1, PART // (8 * max(width, 1)))
+        while done < on_disk:
+            self._file.seek(8 * width * done)
+            count = min(some, on_disk - done)
+            yield np.frombuffer(self._file.read(8 * width * count)).reshape(-1, width)
+            done += count
+        yield self._block[:self._count - done]
+
     def column(self, number: int) -> np.ndarray:
         """Shape (rows,)."""
-        out, done, width = np.empty(self._count), 0, self._block.shape[1]
-        some = max(1, PART // (8 * width))
-        while done < self._count - self._count % BLOCK:
-            self._file.seek(8 * width * done)
-            count = min(some, self._count - self._count % BLOCK - done)
-            part = np.frombuffer(self._file.read(8 * width * count)).reshape(-1, width)
-            out[done:done + len(part)] = part[:, number]
-            done += len(part)
-        out[done:] = self._block[:self._count - done, number]
-        return out
+        return np.concatenate([part[:, number].copy() for part in self.parts()])
 
     def __len__(self) -> int:
         return self._count

@@ -1,6 +1,6 @@
 """How a scene is computed, apart from what it is: frozen data, checked when made."""
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import ClassVar, Dict, Literal, get_args
 
 import mpm_dem_checks as check
 
@@ -30,6 +30,8 @@ class Numerics:
     transfer: Transfer = "newmark"  # between points and grid, and the rule of time; see docs/transfers.md
     losses: bool = False  # book what the transfers lose, in history and report
     settle: int = 0  # load steps to equilibrium without inertia before the first step; 0: none [-]
+
+    may_change: ClassVar[Dict[str, None]] = dict.fromkeys(("solver", "rebalance"))  # where a run is restarted
 
     def __post_init__(self) -> None:
         check.choice("basis", self.basis, BASES)

@@ -75,9 +75,9 @@ def found(place: Path) -> Saved:
         saved = find(place, label)
         if saved is not None:
             return saved
-    kind = "is no folder of results" if place.is_dir() else "does not exist"
-    raise ValueError(f"restart={place} {kind} with a {NAME}: give the folder of a run that had checkpoint=, or "
-                     "one of its checkpoints")
+    what = f"has no {NAME}" if place.is_dir() else "does not exist"
+    raise ValueError(f"restart={place} {what}: give the folder of a run that had checkpoint=, or one of its "
+                     "checkpoints")
 
 
 def _of_a_run(path: Path, head: Dict[str, Any]) -> Dict[str, Any]:
@@ -150,11 +150,15 @@ class Checkpoints:
     def __call__(self, window: Window) -> None:
         """A window has ended."""
         self._last = window
-        due, why = self._schedule(window)
-        if due or why:
-            self._keep(window, must=bool(why))
-        if why:
-            raise Stopped(f"stopped by {why} after window {window.number}, t = {window.time:.6g} s")
+        due = self._schedule(window.number)
+        if due.checkpoint:
+            self._keep(window, must=due.stop is not None)
+        if due.stop is not None:
+            raise Stopped(f"stopped by the {due.stop} after window {window.number}, t = {window.time:.6g} s")
+
+    def begin(self) -> None:
+        """The first window is about to begin."""
+        self._schedule.begin()
 
     def finish(self) -> None:
         """The run has come to its end."""

@@ -80,8 +80,12 @@ class Case:
         saved = found(Path(given["restart"]))
         old = {name: text for name, text in saved.head["parameters"].items() if name in self.keys}
         contradictions(old, words.as_texts(given), self._may_change)
-        kept = {name: words.convert(name, text, self.keys[name].kind) for name, text in old.items()
-                if name != "restart"}
+        try:
+            kept = {name: words.convert(name, text, self.keys[name].kind) for name, text in old.items()
+                    if name != "restart"}
+        except UsageError as problem:
+            raise ValueError(f"restart={given['restart']} is of {saved.head['case']}, whose keys are others "
+                             f"({problem}): give a checkpoint of this case") from None
         return {**kept, "out": saved.path.parent, **given}
 
     def _arguments(self, values: dict) -> dict:

@@ -1,5 +1,5 @@
 """A run of a scene from its start to its end, with all that belongs to it."""
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -149,7 +149,7 @@ class Run:
         last = parts.load(saved, Path(self.output.out)) if saved else None
         with record, self._saving(parts, plan) as checkpoints:
             try:
-                with signals.deferred(checkpoints.active):
+                with signals.deferred() if self._is_kept else nullcontext():
                     couple(solid, grains, mapping, self.scheme, [*observers, record, checkpoints], last)
             except Stopped as stop:
                 return self._stop(record, str(stop))
@@ -164,6 +164,11 @@ class Run:
             record.finish(self.errors(histories) if self.errors else {},
                           partial(self.figure, histories=histories) if self.figure else None, **more)
         return ""
+
+    @property
+    def _is_kept(self) -> bool:
+        """Whether it writes a checkpoint when it is stopped."""
+        return self.output.checkpoint is not None or self.output.walltime is not None
 
     @contextmanager
     def _saving(self, parts: Parts, plan: Plan) -> Iterator[Checkpoints]:
@@ -182,7 +187,8 @@ class Run:
         record.interrupt(why)
         if MPI.COMM_WORLD.rank == 0:
             tell(f"{why}: go on with restart={self.output.out}")
-        signals.raise_again()
+        if signals.noted() is not None:
+            raise KeyboardInterrupt(why)
         return why
 
     def _views(self, solid: Any, grains: Any, observers: list) -> list:

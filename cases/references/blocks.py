@@ -63,6 +63,14 @@ class BlockGauges:
                          f"low{k + 1}": (own["x"][:, 1] - own["radius"]).min()}
         self.now["deepest"], self.now["inside"] = self._intruders()
 
+    def get_state(self) -> np.ndarray:
+        """Rotation of the blocks so far [degrees], shape (blocks,), for checkpoints."""
+        return self._angle.copy()
+
+    def set_state(self, state: np.ndarray) -> None:
+        """The counterpart."""
+        self._angle, self._bodies = state.copy(), self._grains.bodies()
+
     def shapes(self) -> np.ndarray:
         """Corners of all blocks [m], shape (blocks, 4, 2), for pictures."""
         angle = -np.radians(self._angle)

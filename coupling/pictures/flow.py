@@ -3,6 +3,7 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence
 
 import numpy as np
+from mpi4py import MPI
 
 from . import frames
 from .views import gathered
@@ -44,6 +45,16 @@ class FlowPictures:
             speed = np.sqrt(np.einsum("pi,pi->p", data["velocity"], data["velocity"]))
             self._frames.append((f"t = {time:.2f} s", x.copy(), speed))
             self._drawn += [] if shapes is None else [shapes]
+
+    def get_state(self) -> tuple:
+        """What has been taken so far, for checkpoints, on rank 0."""
+        return tuple(self._times), tuple(self._frames), tuple(self._drawn)
+
+    def set_state(self, state: tuple) -> None:
+        """The counterpart."""
+        times, frames, drawn = state
+        self._times, first = list(times), MPI.COMM_WORLD.rank == 0
+        self._frames, self._drawn = list(frames) if first else [], list(drawn) if first else []
 
     def pictures(self) -> Dict[str, Callable]:
         """For the record of the run."""

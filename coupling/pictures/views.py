@@ -98,6 +98,14 @@ class Animation:
                                                                       data["velocity"]))
             self._frames.append((f"t = {window.time:.3f} s", x[order, :2].copy(), speed[order], shapes))
 
+    def get_state(self) -> tuple:
+        """The pictures so far, for checkpoints, on rank 0."""
+        return tuple(self._frames)
+
+    def set_state(self, state: tuple) -> None:
+        """The counterpart."""
+        self._frames = list(state) if MPI.COMM_WORLD.rank == 0 else []
+
     def _particles(self) -> np.ndarray:
         """Each as a polygon."""
         centre, radius = particles_of(self._grains, 2)

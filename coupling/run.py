@@ -12,7 +12,7 @@ from mpi4py import MPI
 from . import signals
 from .checkpoint import Checkpoints, Parts, Stopped, contradictions, find, found
 from .durations import read_every, seconds
-from .loop.couple import couple
+from .loop.couple import check_end, couple
 from .maps.mapping import Mapping, copy, linear
 from .output import Output
 from .pictures.views import Animation, EndPicture
@@ -147,6 +147,8 @@ class Run:
         parts = Parts(solid, grains, tuple(observers), record)
         saved = find(self.output.restart, plan.label) if self.output.restart else None
         last = parts.load(saved, Path(self.output.out)) if saved else None
+        if last is not None:
+            check_end(self.scheme, solid.time, last)
         with record, self._saving(parts, plan) as checkpoints:
             try:
                 with signals.deferred() if self._is_kept else nullcontext():
@@ -183,12 +185,10 @@ class Run:
             self._running.pop()
 
     def _stop(self, record: Record, why: str) -> str:
-        """The end of a run that goes on later. KeyboardInterrupt where a signal has stopped it."""
+        """The end of a run that goes on later."""
         record.interrupt(why)
         if MPI.COMM_WORLD.rank == 0:
             tell(f"{why}: go on with restart={self.output.out}")
-        if signals.noted() is not None:
-            raise KeyboardInterrupt(why)
         return why
 
     def _views(self, solid: Any, grains: Any, observers: list) -> list:

@@ -87,9 +87,8 @@ def couple(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], s
     >>> bool(grains.particles()["v"][0, 1] > 0.5)
     True
     """
-    most = SHORTEST if grains is None else scheme.substeps
-    control = StepControl(most, scheme.adapt)
-    at, total = _positions(scheme, control, solid.time, last)
+    control = StepControl(SHORTEST if grains is None else scheme.substeps, scheme.adapt)
+    most, (at, total) = control.most, _positions(scheme, control, solid.time, last)
     method, ladder = _method(solid, grains, mapping, scheme, control, last)
     on_window, watch = _begin(solid, on_window, last)
 
@@ -111,6 +110,12 @@ def couple(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], s
                                                  at._replace(done=done), watch.get_state()))
         for report in on_window:
             report(window)
+
+
+def check_end(scheme: Steps, now: float, last: Window) -> None:
+    """ValueError unless a run that is at ``now`` [s] after its ``last`` window can go on by the ``scheme``."""
+    most = scheme.substeps if isinstance(scheme, Scheme) else SHORTEST
+    _positions(scheme, StepControl(most, scheme.adapt), now, last)
 
 
 def _positions(scheme: Steps, control: StepControl, now: float,
@@ -137,7 +142,7 @@ def _method(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], 
     """How a window is computed, and its ``Ladder``, going on from the ``last`` window. The trend of the force
     is kept only where it is needed."""
     state = None if last is None else last.state
-    if state is not None:
+    if state is not None and (state.position.dt, state.position.most) == (scheme.dt, control.most):
         control.set_state(state.control)
     if grains is None:
         ladder = Ladder(solid, None, control, scheme.dt, keep_solid=False)

@@ -68,6 +68,12 @@ def run(case, tmp_path):
 
 
 @pytest.fixture
+def coarse_keys():
+    """Keys of the coarse beam."""
+    return dict(COARSE)
+
+
+@pytest.fixture
 def words(tmp_path):
     """``words("key=value …")``: the coarse beam as words of a command line, but for the keys that are given;
     of a key given twice the last value counts."""

@@ -137,7 +137,7 @@ def test_restored_and_restarted_runs_go_on_bit_for_bit(run, case, monkeypatch, b
     straight = only(run(dem=backend, **scheme))
     kept = {}
 
-    def rolled_back(solid, grains, mapping, scheme, on_window):
+    def rolled_back(solid, grains, mapping, scheme, on_window, last):
         windows = []
         until = replace(scheme, t_end=6e-5)
         coupling.couple(solid, grains, mapping, until, on_window=[*on_window, windows.append])
@@ -146,7 +146,7 @@ def test_restored_and_restarted_runs_go_on_bit_for_bit(run, case, monkeypatch, b
         coupling.couple(solid, grains, mapping, replace(scheme, t_end=1e-4))
         goes_on(solid, grains, mapping, scheme, on_window)
 
-    def goes_on(solid, grains, mapping, scheme, on_window):
+    def goes_on(solid, grains, mapping, scheme, on_window, last=None):
         solid.set_state(kept["solid"]), grains.set_state(kept["grains"])
         coupling.couple(solid, grains, mapping, scheme, on_window, last=kept["last"])
 

@@ -1,7 +1,7 @@
 """Checkpoints of a run: everything from which it goes on, written to a file on the way and read again.
 
-``checkpoint.h5`` in the folder of a run is the newest one, ``checkpoint_before.h5`` the one before. A run that
-is killed leaves at least one of them whole, at any moment.
+``checkpoint.h5`` in the folder of a run is the newest one, ``checkpoint_before.h5`` the one before. A run
+that is killed leaves at least one of them whole, at any moment.
 """
 import warnings
 from pathlib import Path
@@ -37,15 +37,15 @@ class Saved(NamedTuple):
     head: Dict[str, Any]
 
     def source(self, out: Path) -> Path:
-        """The folder with the files of the run: that of its results, or where the checkpoint lies. OutputError
-        when they are in neither. Collective."""
+        """The folder with the files of the run: that of its results, or where the checkpoint lies.
+        OutputError when they are in neither. Collective."""
         def find() -> Path:
             for folder in (out, self.path.parent):
                 found = manifest.read(folder)
                 if found is not None and found.run == self.head["run"]:
                     return folder
-            raise OutputError(f"the history of {self.path} is neither in {out} nor in {self.path.parent}: put "
-                              "the checkpoint back among the files of its run")
+            raise OutputError(f"the history of {self.path} is neither in {out} nor in {self.path.parent}: "
+                              "put the checkpoint back among the files of its run")
 
         return on_first(MPI.COMM_WORLD, find)
 
@@ -107,8 +107,8 @@ class Parts(NamedTuple):
         last = memory.from_tree(tree["last"])
         for side, name in ((self.solid, "solid"), (self.grains, "grains")):
             if (side is None) != (tree[name] is None):
-                raise ValueError(f"{saved.path} is of a run {'without' if side else 'with'} grains: restart it "
-                                 "with the scene that it had")
+                raise ValueError(f"{saved.path} is of a run {'without' if side else 'with'} grains: restart "
+                                 "it with the scene that it had")
             if side is not None:
                 getattr(side, "set_checkpoint", side.set_state)(tree[name])
         for name, one in self._with_state().items():
@@ -138,8 +138,8 @@ def state_of(side: Any) -> Any:
 
 
 class Checkpoints:
-    """Observer of a run, the last one: writes a checkpoint when one is due and raises ``Stopped`` when the run
-    is to stop. head: what is always in it; label: goes into the names of the files. Collective."""
+    """Observer of a run, the last one: writes a checkpoint when one is due and raises ``Stopped`` when the
+    run is to stop. head: what is always in it; label: goes into the names of the files. Collective."""
 
     def __init__(self, parts: Parts, schedule: Schedule, head: Dict[str, Any], label: str = "") -> None:
         self._parts, self._schedule, self._head = parts, schedule, head

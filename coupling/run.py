@@ -104,11 +104,11 @@ class Run:
         return histories
 
     def save(self, path: Union[str, Path]) -> None:
-        """Write a checkpoint to ``path``; for observers, which are called between two windows. RuntimeError at
-        any other time: at its end a run writes one with ``checkpoint="end"``. Collective."""
+        """Write a checkpoint to ``path``; for observers, which are called between two windows. RuntimeError
+        at any other time: at its end a run writes one with ``checkpoint="end"``. Collective."""
         if not self._running:
-            raise RuntimeError(f"the run {self.name} is not on its way: save it from an observer, or ask for a "
-                               "checkpoint at its end with Output(checkpoint=\"end\")")
+            raise RuntimeError(f"the run {self.name} is not on its way: save it from an observer, or ask "
+                               "for a checkpoint at its end with Output(checkpoint=\"end\")")
         self._running[-1].save(Path(path))
 
     def load(self, path: Union[str, Path]) -> "Run":
@@ -124,8 +124,8 @@ class Run:
         """ValueError unless the run may go on from a checkpoint with this ``head``; returns the name of its
         run. Keys of a case have been checked by the case."""
         if head["case"] != self.name:
-            raise ValueError(f"restart={self.output.restart} is of {head['case']}, this is {self.name}: give a "
-                             "checkpoint of this case")
+            raise ValueError(f"restart={self.output.restart} is of {head['case']}, this is {self.name}: give "
+                             "a checkpoint of this case")
         if parameters is None:
             contradictions(head["parameters"], as_texts(self._parameters(None)),
                            {**self.scheme.may_change, **self.output.may_change})

@@ -62,8 +62,8 @@ def _repeats(keys: dict) -> bool:
 
 def _keeps_inner_step(old: Dict[str, str], new: Dict[str, str]) -> str:
     before, now = (float(keys["dt"]) / int(keys["substeps"]) for keys in (old, {**old, **new}))
-    return "" if before == now else (f"the step of the DEM, dt/substeps, must stay {before:.10g} s, and would be "
-                                     f"{now:.10g} s")
+    step = f"the step of the DEM, dt/substeps, must stay {before:.10g} s, and would be {now:.10g} s"
+    return "" if before == now else step
 
 
 def _keeps_kind(old: Dict[str, str], new: Dict[str, str]) -> str:

@@ -113,7 +113,8 @@ def couple(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], s
 
 
 def check_end(scheme: Steps, now: float, last: Window) -> None:
-    """ValueError unless a run that is at ``now`` [s] after its ``last`` window can go on by the ``scheme``."""
+    """ValueError unless a run that is at ``now`` [s] after its ``last`` window can go on by the
+    ``scheme``."""
     most = scheme.substeps if isinstance(scheme, Scheme) else SHORTEST
     _positions(scheme, StepControl(most, scheme.adapt), now, last)
 

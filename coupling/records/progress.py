@@ -10,8 +10,8 @@ EVERY = 60.0  # [s] between two lines
 
 
 class Progress:
-    """Of ``total`` windows of full length, of which so many are ``done`` already, as window ``number``; call it
-    after each window, ``close`` it at the end. For rank 0."""
+    """Of ``total`` windows of full length, of which so many are ``done`` already, as window ``number``; call
+    it after each window, ``close`` it at the end. For rank 0."""
 
     def __init__(self, total: float, done: float = 0.0, number: int = 0) -> None:
         self._total, self._done, self._number, self._newton, self._bar = total, done, number, 0, None

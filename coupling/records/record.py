@@ -1,6 +1,5 @@
 """What a run leaves in its folder, history.csv, report.json, ParaView files, and shows: progress and
 summary."""
-import time
 import warnings
 from pathlib import Path
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
@@ -15,15 +14,13 @@ from ..scheme import Steps
 from ..started import IMPORTED
 from . import report
 from .columns import RecordedColumns
-from .history import History, Kept
-from .paraview import ParaView, particles_and_wall
+from .files import Files, Names
+from .history import History
+from .paraview import particles_and_wall
 from .progress import Progress
 from .results import Results
-from .resumed import Resumed, share_rows
-from .sharing import on_first
+from .resumed import Resumed
 from .writing import OutputError, tell, writing
-
-LOOK = 1.0  # [s] between two looks at whether the files are still there
 
 
 class Plan(NamedTuple):
@@ -62,69 +59,53 @@ class Record:
         self._first, suffix = MPI.COMM_WORLD.rank == 0, f"_{plan.label}" if plan.label else ""
         self._columns = RecordedColumns(plan.columns, solid, grains, plan.closed)
         self._progress: Optional[Progress] = None
-        self._looked, self._complete, self._begun = 0.0, False, False
-        self._pictures, self._suffix = plan.pictures, suffix
+        self._complete, self._begun, self._pictures = False, False, plan.pictures
         self._resolution: Dict[str, Any] = {}
-        self._figure, self._history, self._report = (f"{name}{suffix}.{kind}" for name, kind in (
-            (plan.case, "png"), ("history", "csv"), ("report", "json")))
+        self._figure, self._report = f"{plan.case}{suffix}.png", f"report{suffix}.json"
         self._resumed: Optional[Resumed] = None
         self._restarts: Tuple[dict, ...] = ()
+
+    @property
+    def results(self) -> Results:
+        """The set of files, inside the ``with``."""
+        return self._files.results
+
+    @property
+    def history(self) -> History:
+        """Rows of the windows so far, inside the ``with`` and after it."""
+        return self._files.history
 
     # ---------------------------------------------------------------- a run that goes on
 
     def get_state(self) -> Dict[str, Any]:
-        """What the record goes on from, all rows of the history on the disk itself; as plain data, that of
-        rank 0. Collective."""
-        kept = on_first(MPI.COMM_WORLD, lambda: self.history.sync())
-        return {"columns": self._columns.get_state(), "rows": kept.rows, "size": kept.size,
-                "paraview": self._pieces.get_state(), "seconds": self._timing.sums(),
-                "restarts": self._restarts}
+        """What the record goes on from, as plain data, that of rank 0. Collective."""
+        return {"columns": self._columns.get_state(), "seconds": self._timing.sums(),
+                "restarts": self._restarts, **self._files.get_state()}
 
     def resume(self, state: Dict[str, Any], last: Window, source: Path) -> None:
-        """Before ``with``: go on after the ``last`` window with what ``get_state`` gave; the files so far are in
-        the folder ``source``."""
+        """Before ``with``: go on after the ``last`` window with what ``get_state`` gave; the files so far are
+        in the folder ``source``."""
         self._columns.set_state(state["columns"], last)
-        self._resumed = Resumed(state, last, source)
+        self._resumed = Resumed(state, source)
         self._restarts = (*state["restarts"], {"window": last.number, "time": last.time,
                                                "ranks": MPI.COMM_WORLD.size})
 
     # ---------------------------------------------------------------- begin
 
-    def _open(self) -> None:
-        """The history, whose file is rank 0's, and of a run that goes on what it has already."""
-        path, resumed = self.results.path(self._history), self._resumed
-        notes = [self._plan.case, " ".join(f"{k}={v}" for k, v in self._plan.parameters.items())]
-        with writing(path):
-            at_end = self._report, self._figure, *self._pictures
-            kept = resumed and resumed.files(self.results, self._pieces, self._history, at_end)
-            self.history = History(path, self._columns.meanings, notes, kept)
-        if resumed:
-            self._pieces.relist()
-
     def __enter__(self) -> "Record":
-        names = [self._history, self._report, self._figure, *self._pictures]
-        self.results = Results(self.out, self._plan.case, repr(self._plan.parameters), names,
-                               goes_on=self._plan.goes_on)
-        self._pieces = ParaView(self.results, self._suffix, MPI.COMM_WORLD)
-        self._timing = report.Timing(self.solid, began=self._plan.began)
-        if not self._first:
-            self.history = History(None, self._columns.meanings)
+        plan = self._plan
+        names = Names(self.out, plan.case, repr(plan.parameters), plan.label,
+                      (self._report, self._figure, *self._pictures), plan.goes_on)
+        notes = [plan.case, " ".join(f"{k}={v}" for k, v in plan.parameters.items())]
+        self._files = Files(names, self._columns.meanings, notes, self._resumed)
+        self._timing = report.Timing(self.solid, began=plan.began)
         try:
-            if self._resumed:
-                self._pieces.set_state(self._resumed.state["paraview"])
-            on_first(MPI.COMM_WORLD, self._open)
-            if self._resumed:
-                share_rows(self.history.rows, MPI.COMM_WORLD)
-            else:
+            if self._resumed is None:
                 self._paraview(self.solid.time, None)
         except BaseException as error:
-            if hasattr(self, "history"):
-                self.__exit__(type(error), error, None)
-            else:
-                self.results.close()
+            self.__exit__(type(error), error, None)
             raise
-        self._timing = report.Timing(self.solid, self.results.folder if self._first else None,
-                                     self._plan.began)
+        self._timing = report.Timing(self.solid, self.results.folder if self._first else None, plan.began)
         if self._resumed:
             self._timing.earlier = self._resumed.state["seconds"]
         return self
@@ -144,47 +125,18 @@ class Record:
 
     def __call__(self, window: Window) -> None:
         """Record a window."""
-        self._add(self._columns(window))
+        self._files.add(self._columns(window))
         self._columns.check(window.time)
-        self._start()
+        self._files.start()
         if self._plan.output.paraview and window.number % self._plan.output.paraview == 0:
             self._paraview(window.time, window)
         self.begin()
         if self._progress is not None:
             self._progress(window.time, window.fraction, self.solid.iterations)
-            self._look()
+            self._files.look()
         with writing(self.results.folder):
             self._timing(window)
         signals.raise_again()
-
-    def _add(self, row: Dict[str, float]) -> None:
-        """A row of the history."""
-        try:
-            with writing(self.results.folder / self._history):
-                self.history.add(row)
-        except OutputError:
-            if self._first:
-                self._looked = -LOOK  # which knows better why
-                self._look()
-            raise
-
-    def _start(self) -> None:
-        """After the first window: the files become those of the folder."""
-        if not self.results.started:
-            self.results.start()
-            if self.history.file:
-                self.history.file.path = self.results.path(self._history)
-
-    def _look(self) -> None:
-        """OutputError when somebody has removed what this run writes: it would write into nothing until its
-        end."""
-        if time.monotonic() - self._looked > LOOK:
-            file = self.history.file
-            lost = self.results.lost() or (file and file.missing() and f"the file {file.path} has been "
-                                           "deleted while the run wrote into it")
-            if lost:
-                raise OutputError(f"{lost}: leave the results in place until the run has ended")
-            self._looked = time.monotonic()
 
     def _paraview(self, time: float, window: Optional[Window]) -> None:
         """Points, grid and interface by the ranks that have them, wall and particles by rank 0, at one time
@@ -195,7 +147,7 @@ class Record:
         if self.grains is not None:
             more = particles_and_wall(self.grains, window)  # collective
             parts.update(more if self._first else {})
-        self._pieces.add(time, parts)
+        self._files.add_pieces(time, parts)
 
     def __exit__(self, kind: Optional[type], error: Optional[BaseException], trace: Any) -> None:
         if self._progress is not None:
@@ -213,23 +165,13 @@ class Record:
 
     def _leave(self, error: str) -> None:
         """What there is of a run that failed."""
-        with writing(self.out):
-            there = self.results.make_room()
-        if not there:
+        if not self._files.prepare_end():
             warnings.warn(f"the results in {self.out} are those of another run, which have been left as they "
                           "were", stacklevel=2)
             return
-        if self.history.file:
-            self.history.file.path = self.results.path(self._history)
-            if self.history.file.missing():
-                self.history.file.restore()
         # first: the history may need all the room
         self._write_report([report.peak_mb()], {"errors": {}, "error": error})
-        try:
-            with writing(self.results.folder / self._history):
-                self.history.close()
-        finally:
-            self.results.end("stopped")
+        self._files.end("stopped")
         try:
             self._draw()
         # such as a flow that has not begun: the error that ended the run says more
@@ -242,7 +184,7 @@ class Record:
         ``with``."""
         for option in self.solid.unused_options():
             warnings.warn(f"nobody used the option {option}: is it spelt right?", stacklevel=2)
-        self._start()
+        self._files.start()
         if draw is not None:
             self._pictures = {**self._pictures, self._figure: draw}
         self._draw()
@@ -260,9 +202,7 @@ class Record:
         entries = self._write_report(MPI.COMM_WORLD.allgather(report.peak_mb()),
                                      {**self.solid.describe(), **more})
         if self._first:
-            with writing(self.results.folder / self._history):
-                self.history.close()
-            self.results.end(state)
+            self._files.end(state)
             self._complete = True
             if self._progress is not None:
                 self._progress.close()

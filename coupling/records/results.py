@@ -29,8 +29,8 @@ class Results:
     """The set of files of one run in ``folder``; make it when the scene has been checked, ``close`` it at the
     end.
 
-    case: goes into the manifest; goes_on: name of a run (``run``) whose set is to go on, where that is the one
-    in the folder; key: tells one run of this process from another: a further one with the same
+    case: goes into the manifest; goes_on: name of a run (``run``) whose set is to go on, where that is the
+    one in the folder; key: tells one run of this process from another: a further one with the same
     case and key, and ``names`` that the set does not have, adds to the set. names: files that will be
     written. Collective; rank 0 does the work. OutputError when the folder cannot be written, belongs to a run
     that has not ended, or has files of these names that are not of a run.
@@ -120,8 +120,8 @@ class Results:
         return list(self._names)
 
     def keep_two(self, name: str, before: str) -> None:
-        """The new file ``name``, which lies complete in ``scratch(name)``, takes its place, and that of the last
-        time becomes ``before``; at any moment at least one of them is there. On rank 0."""
+        """The new file ``name``, which lies complete in ``scratch(name)``, takes its place, and that of the
+        last time becomes ``before``; at any moment at least one of them is there. On rank 0."""
         self.add(name, before)
         with writing(self.folder / name):
             if (self.folder / name).exists():

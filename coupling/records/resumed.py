@@ -6,7 +6,6 @@ from typing import Any, Dict, Iterable, NamedTuple
 import numpy as np
 from mpi4py import MPI
 
-from ..loop.window import Window
 from .history import Kept
 from .paraview import ParaView
 from .results import Results
@@ -14,16 +13,14 @@ from .rows import Rows
 
 
 class Resumed(NamedTuple):
-    """From where a record goes on. state: of ``Record.get_state``; last: the window before; source: folder
-    with the files so far."""
+    """From where a record goes on. state: of ``Record.get_state``; source: folder with the files so far."""
 
     state: Dict[str, Any]
-    last: Window
     source: Path
 
     def files(self, results: Results, pieces: ParaView, history: str, last: Iterable[str]) -> Kept:
-        """Bring the files of the set to where they were, in another folder as copies. Returns what stays of the
-        file ``history``; last: files that are written at the end. On rank 0."""
+        """Bring the files of the set to where they were, in another folder as copies. Returns what stays of
+        the file ``history``; last: files that are written at the end. On rank 0."""
         if results.started:
             results.remove(*last, *pieces.later(results.files()))
         else:

@@ -18,14 +18,14 @@ COLUMN = dict(h=0.025, dt=1e-3, t_end=0.05)
 
 @pytest.fixture
 def restarted(tmp_path):
-    """``restarted(main, keys, more)``: runs the case with checkpoints, then again from the one before the last,
-    with ``more`` keys, in a copy of its folder; checks that both leave the same rows; returns the folders."""
-    def both(main, keys, more=None):
+    """``restarted(main, keys)``: runs the case with checkpoints, then again from the one before the last, in
+    a copy of its folder; checks that both leave the same rows; returns the folders."""
+    def both(main, keys):
         first, again = tmp_path / "first", tmp_path / "again"
         main(out=first, **keys)
         shutil.copytree(first, again)
         (again / "checkpoint.h5").unlink()
-        main(restart=again, **(more or {}))
+        main(restart=again)
         assert (first / "history.csv").read_bytes() == (again / "history.csv").read_bytes()
         return first, again
 
@@ -58,7 +58,8 @@ def test_the_beam_in_space_goes_on_bit_for_bit(restarted, case):
                          ids=["outline", "points"])
 def test_soil_and_blocks_go_on_bit_for_bit(restarted, blocks, keys, backend):
     """A resampled outline, clusters that lie on each other, pictures at given times, an animation."""
-    first, again = restarted(blocks.main, {**BLOCKS, "dem": backend, "checkpoint": 40, "animation": 30, **keys})
+    keys = {**BLOCKS, "dem": backend, "checkpoint": 40, "animation": 30, **keys}
+    first, again = restarted(blocks.main, keys)
     push = read(first / "history.csv")["push"]
     assert np.abs(push[:80]).max() > 0.0
     for name in ("granular_blocks_flow.gif", "granular_blocks_flow.png", "granular_blocks.png"):
@@ -66,7 +67,8 @@ def test_soil_and_blocks_go_on_bit_for_bit(restarted, blocks, keys, backend):
 
 
 def test_a_solid_alone_goes_on_bit_for_bit(restarted, column):
-    restarted(column.main, {**COLUMN, "checkpoint": "20", "losses": True, "transfer": "tpic", "basis": "gimp"})
+    more = dict(checkpoint="20", losses=True, transfer="tpic", basis="gimp")
+    restarted(column.main, {**COLUMN, **more})
 
 
 def test_paraview_series_are_those_of_one_run(restarted, case, coarse_keys, pieces):
@@ -115,8 +117,8 @@ def test_a_run_goes_on_beyond_its_end(case, coarse_keys, tmp_path):
 @pytest.mark.parametrize("keys, words", [
     (dict(v0=0.02), "v0=0.02 contradicts the checkpoint, where it is 0.01: leave it out, or begin a new run"),
     (dict(dem="liggghts"), "dem=liggghts contradicts the checkpoint, where it is reference: leave it out"),
-    (dict(dt=8e-6), "dt=8e-06 contradicts the checkpoint, where it is 4e-06: the step of the DEM, dt/substeps, "
-                    "must stay 5e-08 s, and would be 1e-07 s"),
+    (dict(dt=8e-6), "dt=8e-06 contradicts the checkpoint, where it is 4e-06: the step of the DEM, "
+                    "dt/substeps, must stay 5e-08 s, and would be 1e-07 s"),
     (dict(iterate=20), "iterate=20 contradicts the checkpoint, where it is 0: windows stay weak, or stay"),
     (dict(t_end=4e-5), "t_end is 4e-05 s, and the run has already come to 6e-05 s: give a later end"),
     (dict(t_end=6.1e-5), "t_end is 6.1e-05 s, which is not a multiple of dt")])
@@ -145,7 +147,7 @@ def test_files_that_are_no_checkpoint_are_refused(case, column, coarse_keys, tmp
         with pytest.raises(StoreError, match=str(newest)):
             case.main(restart=newest)
     newest.unlink(), before.unlink()
-    with pytest.raises(ValueError, match=f"restart={tmp_path} has no checkpoint.h5: give the folder of a run"):
+    with pytest.raises(ValueError, match=f"restart={tmp_path} has no checkpoint.h5: give the folder of a"):
         case.main(restart=tmp_path)
     with pytest.raises(ValueError, match="nowhere does not exist: give the folder of a run"):
         case.main(restart=tmp_path / "nowhere")
@@ -156,7 +158,7 @@ def test_a_checkpoint_without_its_history_is_refused(case, coarse_keys, tmp_path
     case.main(out=tmp_path / "run", **keys)
     lone = tmp_path / "lone.h5"
     shutil.copy(tmp_path / "run/checkpoint.h5", lone)
-    with pytest.raises(OutputError, match=f"the history of {lone} is neither in .* nor in {tmp_path}: put the"):
+    with pytest.raises(OutputError, match=f"the history of {lone} is neither in .* nor in {tmp_path}: put"):
         case.main(restart=lone, out=tmp_path / "other")
     (history,) = case.main(restart=lone, out=tmp_path / "run").values()
     assert len(history) == 15

@@ -30,15 +30,15 @@ restart=()
 if compgen -G "$out/checkpoint*.h5" >/dev/null; then
     restart=("restart=$out")
 fi
-begin=$(mktemp)  # older than every checkpoint of this job
 srun --mpi=pmix --cpu-bind=cores "${project[@]}" python "$@" "out=$out" checkpoint=10min "${restart[@]}"
+status=$?
 
-if [[ $(sed -n 's/^state: //p' "$out/manifest.txt" 2>/dev/null | tail -n 1) == complete ]]; then
+if (( status )); then
+    echo "job.sh: the run has failed, look above for the reason" >&2
+    exit $status
+elif [[ $(sed -n 's/^state: //p' "$out/manifest.txt" | tail -n 1) == complete ]]; then
     echo "job.sh: the run is complete"
-elif [[ $out/checkpoint.h5 -nt $begin ]]; then
+else
     echo "job.sh: the run goes on in the next job"
     scontrol requeue "$SLURM_JOB_ID"
-else
-    echo "job.sh: no checkpoint was written, look above for the reason" >&2
-    exit 1
 fi

@@ -86,10 +86,12 @@ class Numbered:
                 for name, values in fields.items()}
 
     def _unknowns(self, active_cells):
-        """Number in the whole grid, node times D plus direction, of every row of the matrix; all ranks'."""
-        owned = self._background.vertex_of[active_cells.node[:active_cells.owned]].astype(np.int64)
+        """Number in the whole grid, node times D plus direction, of every row of the matrix; all ranks'. Of
+        half the size where that will do: matrices are most of a checkpoint."""
+        owned = self._background.vertex_of[active_cells.node[:active_cells.owned]]
         nodes, D = np.concatenate(self._background.comm.allgather(owned)), active_cells.dim
-        return (nodes[:, None] * D + np.arange(D)).ravel()
+        small = len(self._rank_of_node) * D < np.iinfo(np.int32).max
+        return (nodes[:, None] * D + np.arange(D)).ravel().astype(np.int32 if small else np.int64)
 
     def matrix(self, active_cells):
         """Table of the entries of its own rows of the matrix that are not zero. Collective."""
@@ -103,9 +105,10 @@ class Numbered:
     def take_matrix(self, active_cells, table):
         """Fill the matrix of the ``active_cells``."""
         unknown, matrix, D = self._unknowns(active_cells), active_cells.matrix, active_cells.dim
-        whole = len(self._rank_of_node) * D
+        whole = np.int64(len(self._rank_of_node) * D)
         row, column, value = (table.fields[name] for name in ("row", "column", "value"))
-        number, fields = self.send(row * whole + column, self._rank_of_node[row // D], {"value": value})
+        rank = self._rank_of_node[row // D]
+        number, fields = self.send(row * whole + column, rank, {"value": value})
         place = np.full(whole, -1, np.int64)
         place[unknown] = np.arange(len(unknown))
         first, last = matrix.getOwnershipRange()

@@ -3,12 +3,12 @@ import numpy as np
 
 
 def columns(points):
-    """Fields of ``points`` as name → array; of a structured one "field.part"."""
+    """Copies of the fields of ``points`` as name → array; of a structured one "field.part"."""
     found = {}
     for name in points.names:
         values = getattr(points, name)
-        parts = values.dtype.names
-        found |= {f"{name}.{part}": values[part] for part in parts} if parts else {name: values}
+        for part in values.dtype.names or ("",):
+            found[f"{name}.{part}" if part else name] = (values[part] if part else values).copy()
     return found
 
 

@@ -3,20 +3,26 @@ import numpy as np
 import pytest
 
 import mpm_dem_store as store
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Load, Numerics, Penalty, Support
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Load, Mesh, Numerics, Penalty, Support
+from mpm_fenicsx.grid.background import whole_mesh
 
 SOFT, BENDS = LAWS["linear"](1e3, 0.3), LAWS["neo_hooke"](1e3, 0.3)
 SOIL = LAWS["mohr_coulomb"](1e5, 0.3, friction_angle=30.0, cohesion=10.0)
 
 
 def scene(box=((0.0, 0.0), (2.0, 1.0)), h=0.5, cell="quadrilateral", law=SOFT, rho=1.0, velocity=0.0,
-          f_bar=False, margin=2, points=2, **others):
-    """A block, ``margin`` cells away from the edges of its grid."""
+          f_bar=False, margin=2, points=2, mesh=False, **others):
+    """A block, ``margin`` cells away from the edges of its grid, or of a mesh of its cells shuffled."""
     box = Box(*box)
     lower, upper = np.subtract(box.lower, margin * h), np.add(box.upper, margin * h)
     grid = Grid(Box(tuple(lower), tuple(upper)), Grid.counts(upper - lower, h), cell)
+    if mesh:
+        vertices, cells = whole_mesh(grid)
+        grid = Mesh(vertices, np.random.default_rng(1).permutation(cells), cell)
     body = Body(box, Grid.counts(box.size, h), points, law, rho, cell=cell, velocity=velocity, f_bar=f_bar)
-    return MPM(grid, body, **others)
+    beside = Body(Box(np.add(box.lower, 3.0), np.add(box.lower, 4.0)), Grid.counts(np.ones(box.dim), h),
+                  points, SOFT, 1.0, cell=cell)
+    return MPM(grid, [body, beside] if mesh else body, **others)
 
 
 def floor(**more):
@@ -44,13 +50,15 @@ SCENES = {
     "gimp": dict(FLIES, inertia="consistent", basis="gimp", interface=TOP),
     "apic": dict(FLIES, numerics=Numerics(transfer="apic", basis="gimp", losses=True)),
     "tpic in space": dict(CUBE, cell="hexahedron", numerics=Numerics(transfer="tpic")),
-    "sliding": dict(SLIDES, penalties=[floor(motion=lambda t: (0.0, swing(t)))]),
+    "sliding": dict(SLIDES, steps=40, penalties=[floor(motion=lambda t: (0.0, swing(t)))]),
     "surface": dict(SLIDES, penalties=[floor(contact="surface")]),
     "hinges": dict(FALLS, penalties=[Penalty(Interface.line((0.1, 0.1), (0.1, 0.9), 4), follows=True)]),
     "hold": dict(LEAVES, outflow={"+x": "hold"}),
     "remove": dict(LEAVES, outflow={"+x": "remove"}),
     "settled": dict(FALLS, supports=[Support(lambda x: x[:, 1] < 1e-9, "xy")], numerics=Numerics(settle=2)),
     "ghost": dict(FLIES, inertia="ghost"),
+    "two on a mesh": dict(FLIES, margin=8, cell="triangle", points=3, mesh=True, interface=TOP),
+    "far from zero": dict({**FLIES, "box": ((4.5e5, 0.0), (4.5e5 + 2.0, 1.0))}),
     "moving support": dict(supports=[Support(lambda x: x[:, 0] < 1e-9, "x", lambda t: (swing(t),))]),
 }
 

@@ -105,10 +105,10 @@ class Numbered:
     def take_matrix(self, active_cells, table):
         """Fill the matrix of the ``active_cells``."""
         unknown, matrix, D = self._unknowns(active_cells), active_cells.matrix, active_cells.dim
-        whole = np.int64(len(self._rank_of_node) * D)
+        whole = len(self._rank_of_node) * D
         row, column, value = (table.fields[name] for name in ("row", "column", "value"))
         rank = self._rank_of_node[row // D]
-        number, fields = self.send(row * whole + column, rank, {"value": value})
+        number, fields = self.send(row.astype(np.int64) * whole + column, rank, {"value": value})
         place = np.full(whole, -1, np.int64)
         place[unknown] = np.arange(len(unknown))
         first, last = matrix.getOwnershipRange()

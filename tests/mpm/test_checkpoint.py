@@ -58,6 +58,7 @@ SCENES = {
     "settled": dict(FALLS, supports=[Support(lambda x: x[:, 1] < 1e-9, "xy")], numerics=Numerics(settle=2)),
     "ghost": dict(FLIES, inertia="ghost"),
     "two on a mesh": dict(FLIES, margin=8, cell="triangle", points=3, mesh=True, interface=TOP),
+    "in a large grid": dict(interface=TOP, margin=120, steps=4),
     "far from zero": dict({**FLIES, "box": ((4.5e5, 0.0), (4.5e5 + 2.0, 1.0))}),
     "moving support": dict(supports=[Support(lambda x: x[:, 0] < 1e-9, "x", lambda t: (swing(t),))]),
 }

@@ -1,6 +1,7 @@
 """The state of an MPM that does not depend on the number of ranks, and files of it."""
 import platform
 import sys
+from importlib.metadata import distributions
 from typing import Any, Dict
 
 import numpy as np
@@ -13,6 +14,7 @@ from .solve import kept
 from .stepped import Stepped
 
 KIND, RUN = "MPM", "run"  # of files: of an MPM, and of a coupled run with one
+PROJECT = "mpm-dem"
 
 
 class Restarting(Stepped):
@@ -85,7 +87,8 @@ class Restarting(Stepped):
 
 
 def versions() -> Dict[str, str]:
-    """Of Python and the libraries that compute."""
-    loaded = {name: sys.modules[name].__version__ for name in ("numpy", "dolfinx", "petsc4py", "mpi4py")
+    """Of the project, Python and the libraries that compute."""
+    loaded = {name: sys.modules[name].__version__ for name in ("numpy", "dolfinx", "petsc4py")
               if name in sys.modules}
-    return {"python": platform.python_version(), **loaded}
+    own = next((one.version for one in distributions(name=PROJECT)), "not installed")
+    return {PROJECT: own, "python": platform.python_version(), **loaded}

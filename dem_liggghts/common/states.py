@@ -48,6 +48,7 @@ def check_state(state: Dict[str, Any], names: Sequence[str], own: np.ndarray) ->
                              "this scene")
 
 
+PROJECT = "mpm-dem"
 RUN = "run"  # kind of the files of a coupled run, which have the state of its DEM as "grains"
 
 
@@ -59,10 +60,12 @@ class Kept:
 
     def save(self, path: Any) -> None:
         """See `protocol.DEM.save`."""
-        state = self.get_state()
-        head = {"kind": self.kind, "time": self.time,
-                "versions": {"python": platform.python_version(), "numpy": np.__version__}}
-        store.write(path, state, head, self._ranks())
+        from importlib.metadata import distributions  # takes time to import
+
+        own = next((one.version for one in distributions(name=PROJECT)), "not installed")
+        head = {"kind": self.kind, "time": self.time, "versions": {
+            PROJECT: own, "python": platform.python_version(), "numpy": np.__version__}}
+        store.write(path, self.get_state(), head, self._ranks())
 
     def load(self, path: Any) -> None:
         """See `protocol.DEM.load`."""

@@ -73,7 +73,7 @@ def _name(spheres: SphereTable, i: int) -> str:
 def _check_one_piece(cluster: Cluster, number: int) -> None:
     x, n = cluster.arms(), len(cluster.radii)
     gap = CONNECTED * cluster.radii.min()
-    near = near_spheres(x, np.array(cluster.radii), np.full(n, -1), gap, no_neighbours(n), False)
+    near = near_spheres(x, np.array(cluster.radii), np.full(n, -1), gap, no_neighbours(n), 0)
     reached, follow = {0}, [0]
     neighbours: Dict[int, List[int]] = {i: [] for i in range(n)}
     for i in range(n):
@@ -93,7 +93,7 @@ def _check_one_piece(cluster: Cluster, number: int) -> None:
 
 
 def _check_apart(spheres: SphereTable, slack: float) -> None:
-    near = near_spheres(spheres.x, spheres.radius, spheres.cluster, 0.0, no_neighbours(len(spheres.x)), False)
+    near = near_spheres(spheres.x, spheres.radius, spheres.cluster, 0.0, no_neighbours(len(spheres.x)), 0)
     for i in range(len(spheres.x)):
         for j in near.partner[near.start[i]:near.start[i + 1]]:
             distance = np.sqrt(((spheres.x[j] - spheres.x[i]) ** 2).sum())

@@ -70,11 +70,11 @@ def _of_all(shapes, walls, tables):
     """Both sums [J]; the groups are plain tuples."""
     spheres, wall, laws = Shapes(*shapes), MovingWall(*walls), Laws(*tables)
     x, radius, none, energy = spheres.x, spheres.radius, no_neighbours(len(spheres.x)), 0.0
-    history = len(x) < 0  # no; for the word False numba would compile the searches once more
+    springs = 0 * len(x)  # none; for a plain 0 numba would compile the searches once more
     if len(x) > 1:
-        pairs = near_spheres(x, radius, spheres.cluster, 0.0, none, history)
+        pairs = near_spheres(x, radius, spheres.cluster, 0.0, none, springs)
         energy += _of_pairs(spheres, pairs, laws.between)
-    near = near_elements(x, radius, 0.0, wall, 0.0, none, history)
+    near = near_elements(x, radius, 0.0, wall, 0.0, none, springs)
     return energy + _at_walls(spheres, near, wall, laws.at_wall)
 
 

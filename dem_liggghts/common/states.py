@@ -21,14 +21,14 @@ def fingerprint(scene: SceneData, dt: float) -> np.ndarray:
     since it may be replaced, nor is what a state itself holds."""
     spheres, clusters = sphere_table(scene), cluster_table(scene)
     fixed = [array for wall in scene.walls for array in (wall.nodes, wall.elements)]
-    rough = [any(scene.interaction(*pair).friction > 0 for pair in pairs)
-             for pairs in (scene.pairs(), scene.wall_pairs())]
+    springs = [max((scene.interaction(*pair).springs for pair in pairs), default=0)
+               for pairs in (scene.pairs(), scene.wall_pairs())]
     domain = np.zeros(0) if scene.domain is None else scene.domain
     ways = np.array(read_ways(scene.outflow, scene.dim)), domain
     return np.array([scene.dim, dt, len(spheres.x), len(clusters.mass), _checksum(spheres.radius),
                      _checksum(spheres.mass, clusters.mass), _checksum(spheres.material),
                      _checksum(spheres.cluster, spheres.arm, clusters.inertia, clusters.turn, clusters.free),
-                     _checksum(*fixed), _checksum(np.array(rough)), _checksum(*ways)], float)
+                     _checksum(*fixed), _checksum(np.array(springs, np.int8)), _checksum(*ways)], float)
 
 
 def _checksum(*arrays: Any) -> int:

@@ -43,7 +43,7 @@ def commands(scene: SceneData, dt: float) -> List[str]:
         *(["fix bins all neighbor/bins"] if len(radius) > FEW else []),
         # LIGGGHTS forgets the tangential spring of two spheres only in a gap it looks at, which by default is
         # none
-        "neigh_modify delay 0" + (" contact_distance_factor 1.01" if _any(between, "friction") else "") +
+        "neigh_modify delay 0" + (" contact_distance_factor 1.01" if _any(between, "springs") else "") +
         _room(radius),
         *_materials(scene),
         f"pair_style gran {_model(between)}",
@@ -61,8 +61,9 @@ def _any(interactions, name):
 
 def _model(interactions):
     """Without friction there is no tangential history to keep."""
-    return (f"model hertz/damped tangential {'coulomb' if _any(interactions, 'friction') else 'off'}" +
-            (" cohesion sjkr" if _any(interactions, "adhesion") else ""))
+    return (f"model hertz/damped tangential {'coulomb' if _any(interactions, 'springs') else 'off'}" +
+            (" cohesion sjkr" if _any(interactions, "adhesion") else "") +
+            (" rolling_friction coulomb" if _any(interactions, "rolling") else ""))
 
 
 def _motion(scene):
@@ -109,6 +110,8 @@ def _materials(scene):
         per_pair("coefficientFriction", (i.friction for i in table)),
         *([per_pair("cohesionEnergyDensity", (i.adhesion for i in table))]
           if _any(table, "adhesion") else []),
+        *([per_pair("coefficientRollingFriction", (i.rolling for i in table))]
+          if _any(table, "rolling") else []),
     ]
 
 

@@ -13,7 +13,7 @@ from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy
 from ..common.outflow import Outflow
 from ..common.states import Kept, check_state, fingerprint
 from ..common.wall_change import redistribute, with_wall
-from ..contact.law import constant, laws_of
+from ..contact.law import count_springs, laws_of
 from ..contact.window import contact_at_wall
 from ..protocol import BODY, PARTICLE
 from ..scene.arrays import in_space
@@ -27,9 +27,8 @@ from ..search.neighbours import NeighbourList, NeighbourLists, no_neighbours
 from .forces import Moment, SphereState, WallForce, forces, new_scratch
 from .rigid import cluster_state
 from .selection import select_clusters, select_neighbours, select_spheres
-from .verlet import Span, build_lists, run
+from .verlet import Span, build_lists, choose_skin, run
 
-LARGE = 2000  # elements of a wall
 MOVING = ("x", "v", "omega", "force", "torque")  # what changes of the spheres, and of the clusters
 CLUSTER_MOVING = ("x", "v", "omega", "spin", "force", "torque", "q", "axes")
 LISTS = [(f"near_{of}_{name}", of, name) for of in ("spheres", "elements") for name in NeighbourList._fields]
@@ -51,7 +50,7 @@ class ReferenceDEM(Kept):
         self._outflow = Outflow(scene, self._all_spheres.cluster)
         self._populate(np.ones(len(self._all_spheres.x), np.bool_), np.ones(len(scene.clusters), np.bool_))
         self._laws, self._steps_of = laws_of(scene), direct(run)
-        self._keep = tuple(constant(table, "friction").any() for table in self._laws)
+        self._springs = tuple(count_springs(table) for table in self._laws)
         self._use(scene)
         none = no_neighbours(len(self._table.x))
         self._lists = NeighbourLists(none, none, self._spheres.x, self._wall.x, 0.0)
@@ -92,12 +91,9 @@ class ReferenceDEM(Kept):
         return np.concatenate([fixed, in_space(own)]) if self._fixed else in_space(own)
 
     def _build_lists(self, wall: MovingWall, t: float) -> None:
-        """The skin is a tenth of the smallest radius, or what lasts some ten steps at the speeds of now, some
-        fifty where the wall is large and new lists are dear."""
-        speed = sum(np.sqrt((v**2).sum(axis=1).max(initial=0.0)) for v in (self._spheres.v, wall.v))
-        steps = 20.0 if len(wall.elements) < LARGE else 100.0
-        skin = max(0.1 * self._spheres.radius.min(initial=np.inf), steps * self.dt * speed)
-        self._lists = build_lists(self._spheres, self._table.cluster, wall, t, skin, self._lists, self._keep)
+        skin = choose_skin(self._spheres, wall, self.dt)
+        self._lists = build_lists(self._spheres, self._table.cluster, wall, t, skin, self._lists,
+                                  self._springs)
 
     def advance(self, steps: int, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
@@ -216,7 +212,7 @@ class ReferenceDEM(Kept):
                     contact=energy_of_contacts(shapes, self._wall, self._laws))
 
     def get_state(self) -> Dict[str, np.ndarray]:
-        """See `protocol.DEM.get_state`. Neighbour lists belong to it, with the tangential history."""
+        """See `protocol.DEM.get_state`. Neighbour lists belong to it, with the springs of contacts."""
         self._need_open()
         state = {name: getattr(self._spheres, name).copy() for name in MOVING}
         if self._clusters is not None:

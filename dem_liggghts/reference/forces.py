@@ -10,15 +10,17 @@ from ..contact.law import (
     area_at_wall,
     area_of_spheres,
     contact_force,
+    new_vectors,
     pair_law,
     radius_at_wall,
 )
 from ..scene.tables import DEPTH, MATERIAL, RADIUS
 from ..search.elements import COLUMNS, DISTANCE, NEAREST, PAIR, POINT, SHARE, WEIGHT
 from ..search.history import transfer_history
-from ..search.neighbours import Query
+from ..search.neighbours import Query, springs_in
 from ..search.wall_contacts import find_contacts
 from .rigid import gather_forces
+from .rolling import add_couple, relative_turn
 
 # Distance of a centre from a wall with two sides, as a fraction of the radius, at which the force of now must
 # be enough to stop it before the wall
@@ -57,7 +59,7 @@ class Scratch(NamedTuple):
 
 def new_scratch(elements: int) -> Scratch:
     """Room for walls of so many elements."""
-    return Scratch(np.empty((elements + 1, COLUMNS)), np.empty((3, 3)), Vectors(*np.zeros((6, 3))))
+    return Scratch(np.empty((elements + 1, COLUMNS)), np.empty((3, 3)), new_vectors())
 
 
 class Moment(NamedTuple):
@@ -72,18 +74,18 @@ class Moment(NamedTuple):
 @compiled
 def add_sphere_forces(spheres, near, laws, dt, vectors):
     """Add force and torque of all contacts between spheres at the velocities of the half step."""
-    b, n, v, spin, force, shear = spheres, vectors.n, vectors.v, vectors.spin, vectors.force, vectors.unused
-    history = len(near.shear) > 0
+    b, n, v, spin, force, spring = spheres, vectors.n, vectors.v, vectors.spin, vectors.force, vectors.unused
+    springs = springs_in(near)
     for i in range(len(b.x)):
         for q in range(near.start[i], near.start[i + 1]):
             j = near.partner[q]
             r = np.sqrt((b.x[i, 0] - b.x[j, 0])**2 + (b.x[i, 1] - b.x[j, 1])**2 + (b.x[i, 2] - b.x[j, 2])**2)
             overlap = b.radius[i] + b.radius[j] - r
-            if history:
+            if springs:
                 near.active[q] = overlap > 0.0
-                shear = near.shear[q]
+                spring = near.shear[q]
                 if overlap <= 0.0:
-                    shear[:] = 0.0
+                    spring[:] = 0.0
             if overlap <= 0.0:
                 continue
             arm_i, arm_j = b.radius[i] - 0.5 * overlap, b.radius[j] - 0.5 * overlap
@@ -91,17 +93,23 @@ def add_sphere_forces(spheres, near, laws, dt, vectors):
                 n[k] = (b.x[i, k] - b.x[j, k]) / r
                 v[k] = b.v[i, k] - b.v[j, k]
                 spin[k] = arm_i * b.omega[i, k] + arm_j * b.omega[j, k]
+                if springs > 1:
+                    vectors.turn[k] = b.omega[i, k] - b.omega[j, k]
             touch = Touch(overlap, b.radius[i] * b.radius[j] / (b.radius[i] + b.radius[j]),
                           b.mass[i] * b.mass[j] / (b.mass[i] + b.mass[j]),
                           area_of_spheres(r, b.radius[i], b.radius[j]))
             law = pair_law(laws.between, b.material[i], b.material[j])
-            contact_force(vectors, shear, touch, law, dt, history)
+            contact_force(vectors, spring, touch, law, dt, springs)
             for k in range(3):
                 torque = n[(k + 1) % 3] * force[(k + 2) % 3] - n[(k + 2) % 3] * force[(k + 1) % 3]
                 b.force[i, k] += force[k]
                 b.force[j, k] -= force[k]
                 b.torque[i, k] -= arm_i * torque
                 b.torque[j, k] -= arm_j * torque
+            if springs > 1:
+                for k in range(3):
+                    b.torque[i, k] += vectors.couple[k]
+                    b.torque[j, k] -= vectors.couple[k]
 
 
 @compiled
@@ -110,13 +118,13 @@ def add_wall_forces(spheres, query, laws, moment, on_wall, vectors):
     ``on_wall.impulse``, and in the last step minus the force itself. Returns the number of a sphere, from 1,
     whose centre is about to go through a wall, or 0."""
     b, near, wall, found, through = spheres, query.near, query.wall, query.found, 0
-    n, v, spin, force, shear = vectors.n, vectors.v, vectors.spin, vectors.force, vectors.unused
-    history = len(near.shear) > 0
+    n, v, spin, force, spring = vectors.n, vectors.v, vectors.spin, vectors.force, vectors.unused
+    springs = springs_in(near)
     for i in range(len(b.x)):
         if near.start[i] == near.start[i + 1]:
             continue
         kept = find_contacts(query, i, b.x[i], b.radius[i])
-        if history:
+        if springs:
             transfer_history(query, i, b.x[i], b.radius[i], kept)
         for c in range(kept):
             q, r = int(found[c, PAIR]), found[c, DISTANCE]
@@ -124,8 +132,10 @@ def add_wall_forces(spheres, query, laws, moment, on_wall, vectors):
             nodes, radius = wall.elements[e], radius_at_wall(b.radius[i], wall.traits[e, RADIUS])
             # a wall takes the force at its surface; a disc does not turn: there the middle of the overlap
             arm = r if wall.traits[e, RADIUS] == 0.0 else b.radius[i] - 0.5 * overlap
-            if history:
-                shear = near.shear[q]
+            if springs:
+                spring = near.shear[q]
+            if springs > 1:
+                relative_turn(query, e, b.omega[i], vectors)
             for k in range(3):
                 n[k] = -found[c, POINT + k] / r
                 v[k] = b.v[i, k]
@@ -134,7 +144,7 @@ def add_wall_forces(spheres, query, laws, moment, on_wall, vectors):
                     v[k] -= found[c, WEIGHT + a] * wall.v[nodes[a], k]
             law = pair_law(laws.at_wall, b.material[i], int(wall.traits[e, MATERIAL]))
             touch = Touch(overlap, radius, b.mass[i], area_at_wall(radius - overlap, radius))
-            contact_force(vectors, shear, touch, law, moment.dt, history)
+            contact_force(vectors, spring, touch, law, moment.dt, springs)
             if r < THROUGH * b.radius[i] and wall.traits[e, DEPTH] < 0.0 and wall.traits[e, RADIUS] == 0.0:
                 vn = min(v[0] * n[0] + v[1] * n[1] + v[2] * n[2], 0.0)
                 if 0.5 * b.mass[i] * vn**2 > (force[0] * n[0] + force[1] * n[1] + force[2] * n[2]) * r:
@@ -149,6 +159,8 @@ def add_wall_forces(spheres, query, laws, moment, on_wall, vectors):
                     on_wall.impulse[nodes[a], k] -= moment.weight * found[c, WEIGHT + a] * force[k]
                     if moment.last:
                         on_wall.force[nodes[a], k] -= found[c, WEIGHT + a] * force[k]
+            if springs > 1:
+                add_couple(vectors, found[c, SHARE], b.torque[i], nodes, moment, on_wall)
     return through
 
 

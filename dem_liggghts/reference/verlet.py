@@ -1,12 +1,15 @@
-"""The steps of the built-in DEM: velocity Verlet, and when neighbour lists are due; all compiled."""
+"""The steps of the built-in DEM: velocity Verlet, and when neighbour lists are due."""
 from typing import NamedTuple
 
 import numpy as np
 
 from ..compiled import compiled
+from ..search.elements import MovingWall
 from ..search.neighbours import NeighbourLists, near_elements, near_spheres
-from .forces import Moment, forces
+from .forces import Moment, SphereState, forces
 from .rigid import drift_clusters, kick_clusters, move_spheres, speed_bound
+
+LARGE = 2000  # elements of a wall
 
 
 class Span(NamedTuple):
@@ -116,14 +119,22 @@ def run(span, spheres, clusters, wall, lists, laws, on_wall, scratch):
     return span.end
 
 
+def choose_skin(spheres: SphereState, wall: MovingWall, dt: float) -> float:
+    """Skin of new neighbour lists [m]: a tenth of the smallest radius, or what lasts some ten steps of dt [s]
+    at the speeds of now, some fifty where the wall is large and new lists are dear."""
+    speed = sum(np.sqrt((v**2).sum(axis=1).max(initial=0.0)) for v in (spheres.v, wall.v))
+    steps = 20.0 if len(wall.elements) < LARGE else 100.0
+    return float(max(0.1 * spheres.radius.min(initial=np.inf), steps * dt * speed))
+
+
 @compiled
-def build_lists(spheres, cluster, wall, t, skin, old, keep):
+def build_lists(spheres, cluster, wall, t, skin, old, springs):
     """Neighbour lists for spheres of different ``cluster`` and walls as they are at time t [s] of the window.
-    keep: whether those of spheres, of walls remember the history of the ``old`` ones."""
+    springs: how many of each contact of spheres, at walls those of the ``old`` lists hand on."""
     x, radius, nodes = spheres.x, spheres.radius, np.empty_like(wall.x)
     for i in range(len(nodes)):
         for k in range(3):
             nodes[i, k] = wall.x[i, k] + wall.v[i, k] * t
-    among_spheres = near_spheres(x, radius, cluster, skin, old.spheres, keep[0])
-    elements = near_elements(x, radius, skin, wall, t, old.elements, keep[1])
+    among_spheres = near_spheres(x, radius, cluster, skin, old.spheres, springs[0])
+    elements = near_elements(x, radius, skin, wall, t, old.elements, springs[1])
     return NeighbourLists(among_spheres, elements, x.copy(), nodes, skin)

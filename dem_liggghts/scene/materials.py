@@ -34,7 +34,11 @@ class Interaction:
     and a restitution below 0.01 is met as 0.01. Friction and damping along the surface together never exceed
     ``friction`` times the normal force.
 
-    >>> Interaction(restitution=0.8, friction=0.3).pulls
+    rolling: coefficient of rolling friction (0 to 1), the tangent of the slope on which a sphere stays that
+    would roll down: it keeps two bodies from rolling on each other with a torque of at most ``rolling`` times
+    effective radius and normal force, see `contact.law.contact_force`.
+
+    >>> Interaction(restitution=0.8, friction=0.3, rolling=0.1).pulls
     False
     """
 
@@ -42,13 +46,22 @@ class Interaction:
     friction: float = 0.0
     adhesion: float = 0.0
     attraction: Optional[bool] = None
+    rolling: float = 0.0
 
     def __post_init__(self) -> None:
         check.between("restitution", self.restitution, 0.0, 1.0, rule="give a value from 0 to 1")
         for name, unit in (("friction", ""), ("adhesion", "Pa")):
             check.not_negative(name, getattr(self, name), unit, "it must not be negative")
+        check.between("rolling", self.rolling, 0.0, 1.0, rule="give a value from 0 to 1, the tangent of the "
+                      "slope on which a sphere does not roll")
         if self.attraction not in (None, False, True):
             raise ValueError(f"attraction is {self.attraction!r}: give True, False or None")
+
+    @property
+    def springs(self) -> int:
+        """How many springs a contact has: none, one along the surface with friction, two with rolling
+        friction."""
+        return 2 if self.rolling > 0 else int(self.friction > 0)
 
     @property
     def pulls(self) -> bool:

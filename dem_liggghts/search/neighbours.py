@@ -16,7 +16,7 @@ class NeighbourList(NamedTuple):
     start: np.ndarray  # (n + 1,)
     partner: np.ndarray  # (p,)
     active: np.ndarray  # whether they touched in the last step, (p,); (0,) without friction
-    shear: np.ndarray  # tangential displacement [m], (p, 3); (0, 3) without friction
+    shear: np.ndarray  # displacements of the springs [m], three of each, (p, 3), (p, 6); (0, 3) without
 
 
 class NeighbourLists(NamedTuple):
@@ -44,6 +44,12 @@ def no_neighbours(spheres):
     """A list without partners."""
     return NeighbourList(np.zeros(spheres + 1, np.int64), np.zeros(0, np.int64), np.zeros(0, np.bool_),
                          np.zeros((0, 3)))
+
+
+@compiled
+def springs_in(near):
+    """How many springs each contact of a list has, see `Interaction.springs`; 0 for an empty list."""
+    return near.shear.shape[1] // 3 if len(near.shear) else 0
 
 
 @compiled
@@ -77,9 +83,9 @@ def _sort(partner, first, end):
 
 
 @compiled
-def near_spheres(x, radius, cluster, skin, old, history):
+def near_spheres(x, radius, cluster, skin, old, springs):
     """List of the partners j > i of each sphere whose gap is less than ``skin`` [m], none of the same
-    ``cluster``; history: whether it keeps that of the ``old`` list."""
+    ``cluster``; springs: how many of each contact it keeps, see `with_history`."""
     n, count = len(x), 0
     start, partner = np.zeros(n + 1, np.int64), np.empty(64, np.int64)
     if n > 1:
@@ -100,11 +106,11 @@ def near_spheres(x, radius, cluster, skin, old, history):
                         j = following[j]
         _sort(partner, start[i], count)
         start[i + 1] = count
-    return with_history(start, partner[:count], old, history)
+    return with_history(start, partner[:count], old, springs)
 
 
 @compiled
-def near_elements(x, radius, skin, wall, t, old, history):
+def near_elements(x, radius, skin, wall, t, old, springs):
     """List of the elements that each sphere (centres x [m], shape (n, 3)) may touch after a way of ``skin``
     [m]: those nearer than its radius, or than the depth of a one-sided wall."""
     low, high = boxes(wall, t)
@@ -134,7 +140,7 @@ def near_elements(x, radius, skin, wall, t, old, history):
                 count += 1
         _sort(partner, start[i], count)
         start[i + 1] = count
-    return with_history(start, partner[:count], old, history)
+    return with_history(start, partner[:count], old, springs)
 
 
 @compiled
@@ -182,11 +188,11 @@ def boxes(wall, t):
 
 
 @compiled
-def with_history(start, partner, old, history):
-    """A new list that remembers what the ``old`` one knew of the pairs in both."""
-    size = len(partner) if history else 0
-    near = NeighbourList(start, partner, np.zeros(size, np.bool_), np.zeros((size, 3)))
-    if history:
+def with_history(start, partner, old, springs):
+    """A new list that remembers what the ``old`` one knew of the pairs in both: ``springs`` of each."""
+    size = len(partner) if springs else 0
+    near = NeighbourList(start, partner, np.zeros(size, np.bool_), np.zeros((size, 3 * max(springs, 1))))
+    if springs:
         for i in range(len(old.start) - 1):
             for o in range(old.start[i], old.start[i + 1]):
                 for q in range(start[i], start[i + 1]):

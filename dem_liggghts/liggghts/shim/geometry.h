@@ -71,6 +71,28 @@ inline int nearest_on_triangle(const Vec *node, const Vec &p, double *w)
     return result(1 - v - u, v, u, 0);
 }
 
+// How an element turns with its nodes: angular velocity sum_a lever_a (area . v_a), as in rolling.py; zero for a disc.
+struct Levers {
+    Vec lever[3], area;
+};
+
+inline Levers levers_of(const Vec *node, int corners, bool disc)
+{
+    Levers out;
+    if (disc) return out;
+    const Vec ab = node[1] - node[0], ac = node[2] - node[0];
+    if (corners == 2) {
+        out.area = {-ab.y, ab.x, 0};
+        out.lever[0].z = -1, out.lever[1].z = 1;
+    } else {
+        out.area = {ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x};
+        for (int a = 0; a < 3; a++) out.lever[a] = node[(a + 2) % 3] - node[(a + 1) % 3];
+    }
+    const double size2 = dot(out.area, out.area);
+    for (Vec &lever : out.lever) lever = size2 > 0 ? 1 / size2 * lever : Vec();
+    return out;
+}
+
 inline bool before(const Contact &a, const Contact &b, double radius)
 {
     if (std::fabs(a.distance - b.distance) < 1e-12 * radius && a.feature != b.feature) return a.feature < b.feature;

@@ -1,5 +1,6 @@
-// The contact law of contact/law.py where it differs from LIGGGHTS': two contact models that stand on LIGGGHTS' own, and
-// what it takes to make them known to it, as `model hertz/damped` and `tangential coulomb`.
+// The contact law of contact/law.py where it differs from LIGGGHTS': two contact models that stand on LIGGGHTS' own,
+// one for rolling friction, and what it takes to make them known to it, as `model hertz/damped`, `tangential coulomb` and
+// `rolling_friction coulomb`.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -11,7 +12,7 @@
 namespace LIGGGHTS {
 namespace ContactModels {
 
-static const int HERTZ_DAMPED = 60, TANGENTIAL_COULOMB = 60;  // numbers of models, below 64; LIGGGHTS' are small
+static const int HERTZ_DAMPED = 60, TANGENTIAL_COULOMB = 60, ROLLING_COULOMB = 60;  // numbers of models, below 64; LIGGGHTS' are small
 
 inline MatrixProperty *minus_damping_ratio(PropertyRegistry &registry, const char *caller, bool)
 {
@@ -95,6 +96,76 @@ private:
     double **friction_ = nullptr;
 };
 
+// Torque of rolling friction [N m], of a spring and a damper with a limit: law.py. turn: angular velocity relative to the
+// partner; history: displacement of the spring.
+inline void rolling_torque(const SurfacesIntersectData &contact, double radius, double friction, double dt,
+                           const double *turn, double *history, double *torque)
+{
+    const bool grows = contact.computeflag && contact.shearupdate;
+    const double *n = contact.en, along = vectorDot3D(turn, n), limit = friction * std::max(contact.Fn, 0.0);
+    double rate[3], spring[3];
+    for (int k = 0; k < 3; k++) {
+        rate[k] = radius * (turn[k] - along * n[k]);
+        spring[k] = history[k] + (grows ? rate[k] * dt : 0);
+    }
+    const double normal = vectorDot3D(spring, n);
+    for (int k = 0; k < 3; k++) spring[k] -= normal * n[k];
+    const double elastic = contact.kt * vectorMag3D(spring);
+    const bool slides = elastic > limit;
+    for (int k = 0; k < 3; k++) {
+        if (slides) spring[k] *= limit / elastic;
+        torque[k] = -contact.kt * spring[k] - (slides ? 0 : contact.gammat * rate[k]);
+    }
+    const double size = vectorMag3D(torque), share = size > limit && !slides ? limit / size : 1.0;
+    for (int k = 0; k < 3; k++) torque[k] *= share * radius;
+    if (grows) std::copy(spring, spring + 3, history);
+}
+
+// Between spheres; at walls it keeps the history alone, and wall.h, which knows how they turn, does the rest.
+template <> class RollingModel<ROLLING_COULOMB> : public RollingModelBase {
+public:
+    RollingModel(LAMMPS *lmp, IContactHistorySetup *history, ContactModelBase *model)
+        : RollingModelBase(lmp, history, model)
+    {
+        first_ = history->add_history_value("rolling_x", "1");
+        history->add_history_value("rolling_y", "1");
+        history->add_history_value("rolling_z", "1");
+    }
+
+    void connectToProperties(PropertyRegistry &registry) override
+    {
+        registry.registerProperty("coeffRollFrict", &MODEL_PARAMS::createCoeffRollFrict);
+        registry.connect("coeffRollFrict", friction_, "rolling_model coulomb");
+    }
+
+    void surfacesIntersect(SurfacesIntersectData &contact, ForceData &on_i, ForceData &on_j) override
+    {
+        if (contact.is_wall) return;
+        double turn[3], torque[3];
+        vectorSubtract3D(contact.omega_i, contact.omega_j, turn);
+        rolling_torque(contact, contact.radi * contact.radj / (contact.radi + contact.radj),
+                       friction_[contact.itype][contact.jtype], update->dt, turn, contact.contact_history + first_, torque);
+        for (int k = 0; k < 3; k++) {
+            on_i.delta_torque[k] += torque[k];
+            on_j.delta_torque[k] -= torque[k];
+        }
+    }
+
+    void surfacesClose(SurfacesCloseData &gap, ForceData &, ForceData &) override
+    {
+        std::fill_n(gap.contact_history + first_, 3, 0.0);
+    }
+
+    void registerSettings(Settings &) override {}
+    void postSettings(IContactHistorySetup *, ContactModelBase *) override {}
+    void beginPass(SurfacesIntersectData &, ForceData &, ForceData &) override {}
+    void endPass(SurfacesIntersectData &, ForceData &, ForceData &) override {}
+
+private:
+    double **friction_ = nullptr;
+    int first_ = 0;  // of the history values
+};
+
 template <class Style> struct Registered {
     static PairStyles::IGranularPairStyle *pair(LAMMPS *lmp, PairGran *parent, int64_t hash)
     {
@@ -119,10 +190,13 @@ inline void register_models()
     done = true;
     Factory::instance().addNormalModel("hertz/damped", HERTZ_DAMPED);
     Factory::instance().addTangentialModel("coulomb", TANGENTIAL_COULOMB);
+    Factory::instance().addRollingModel("coulomb", ROLLING_COULOMB);
     Registered<GranStyle<HERTZ_DAMPED, TANGENTIAL_OFF, COHESION_OFF>>::add();
     Registered<GranStyle<HERTZ_DAMPED, TANGENTIAL_OFF, COHESION_SJKR>>::add();
     Registered<GranStyle<HERTZ_DAMPED, TANGENTIAL_COULOMB, COHESION_OFF>>::add();
     Registered<GranStyle<HERTZ_DAMPED, TANGENTIAL_COULOMB, COHESION_SJKR>>::add();
+    Registered<GranStyle<HERTZ_DAMPED, TANGENTIAL_COULOMB, COHESION_OFF, ROLLING_COULOMB>>::add();
+    Registered<GranStyle<HERTZ_DAMPED, TANGENTIAL_COULOMB, COHESION_SJKR, ROLLING_COULOMB>>::add();
 }
 
 }  // namespace ContactModels

@@ -16,7 +16,9 @@
 #include "error.h"
 #include "fix_property_atom.h"
 #include "fix_wall_gran.h"
+#include "force.h"
 #include "geometry.h"
+#include "models.h"
 #include "modify.h"
 #include "neighbor.h"
 #include "update.h"
@@ -52,6 +54,13 @@ public:
     // LIGGGHTS makes its tables of materials for the types it sees here and on particles, and reads beyond them else.
     int min_type() override { return 1; }
     int max_type() override { return atom->ntypes; }
+
+    void init() override
+    {
+        FixWallGran::init();
+        if (impl->contact_match("rolling_friction", "coulomb"))
+            force->registry.connect("coeffRollFrict", rolling_, "fix wall/gran/nodal");
+    }
 
     int setmask() override
     {
@@ -134,6 +143,7 @@ private:
     std::vector<Contact> found_;          // of one particle with one wall
     std::vector<double> old_springs_;
     FixPropertyAtom *springs_ = nullptr;
+    double **rolling_ = nullptr;  // coefficients of rolling friction by types, or none
 
     Vec position(int node, double t) const { return x_[node] + t * v_[node]; }
 
@@ -467,5 +477,26 @@ private:
             force_[n[j]] = force_[n[j]] - c.weight[j] * force;
             loaded_.push_back(n[j]);
         }
+        if (rolling_) roll(i, contact, data);
+    }
+
+    // Rolling friction as in rolling.py: a torque on the particle, and the opposite one on the nodes as forces.
+    void roll(int i, int contact, const LCM::SurfacesIntersectData &data)
+    {
+        const Contact &c = contacts_[contact];
+        const Element &e = elements_[c.element];
+        const double t = step_ * update->dt;
+        const Vec node[3] = {position(e.node[0], t), position(e.node[1], t), position(e.node[2], t)};
+        const Levers levers = levers_of(node, corners_, e.disc > 0);
+        Vec turn(atom->omega[i]);
+        for (int a = 0; a < corners_; a++) turn = turn - dot(levers.area, v_[e.node[a]]) * levers.lever[a];
+        double relative[3], torque[3];
+        turn.copy_to(relative);
+        LCM::rolling_torque(data, data.radi, rolling_[data.itype][data.jtype], update->dt, relative,
+                            spring(i, contact) + 1 + dnum_ - 3, torque);
+        const Vec couple = c.share * Vec(torque);
+        (Vec(atom->torque[i]) + couple).copy_to(atom->torque[i]);
+        for (int a = 0; a < corners_; a++)
+            force_[e.node[a]] = force_[e.node[a]] - dot(levers.lever[a], couple) * levers.area;
     }
 };

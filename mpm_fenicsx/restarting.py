@@ -8,6 +8,7 @@ import numpy as np
 
 import mpm_dem_store as store
 
+from .errors import MPMError
 from .grid.numbered import Numbered
 from .output.states import OF_RANKS, check_checkpoint, while_open
 from .solve import kept
@@ -23,7 +24,10 @@ class Restarting(Stepped):
     @while_open
     def get_checkpoint(self) -> Dict[str, Any]:
         """Everything that decides the future, as a tree for ``mpm_dem_store``: values that are the same on
-        every rank, and a ``Table`` of what this rank has of the points and of the grid. Collective."""
+        every rank, and a ``Table`` of what this rank has of the points and of the grid. MPMError between the
+        load steps of ``settle``. Collective."""
+        if self._settling is not None:
+            raise MPMError("there are no checkpoints between the load steps of settle: save before or after")
         numbered = Numbered(self.background, self._router)
         applied = getattr(self._forces, "applied", None)
         return {"scene": self._fingerprint[OF_RANKS:].copy(), "time": self.time, "steps": self.steps,
@@ -38,7 +42,7 @@ class Restarting(Stepped):
     def set_checkpoint(self, tree: Dict[str, Any]) -> None:
         """Go on from ``tree``, of an MPM of the same scene: on as many ranks as it was made on bit for bit,
         on others to round-off, with the grid distributed for the points as they are. ValueError for another
-        scene. Collective."""
+        scene; where that shows in supports and walls alone, the MPM is then of no more use. Collective."""
         check_checkpoint(tree, self._fingerprint)
         self.time, self.steps = tree["time"], tree["steps"]
         self.rebalances[:] = [(int(step), *ratios) for step, *ratios in tree["rebalances"].tolist()]

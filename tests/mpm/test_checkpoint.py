@@ -3,7 +3,20 @@ import numpy as np
 import pytest
 
 import mpm_dem_store as store
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Load, Mesh, Numerics, Penalty, Support
+from mpm_fenicsx import (
+    LAWS,
+    MPM,
+    Body,
+    Box,
+    Grid,
+    Interface,
+    Load,
+    Mesh,
+    MPMError,
+    Numerics,
+    Penalty,
+    Support,
+)
 from mpm_fenicsx.grid.background import whole_mesh
 
 SOFT, BENDS = LAWS["linear"](1e3, 0.3), LAWS["neo_hooke"](1e3, 0.3)
@@ -235,6 +248,14 @@ def test_files_of_others(tmp_path):
     assert_same(solid, other)
     solid.close()
     other.close()
+
+
+def test_no_checkpoint_between_load_steps(tmp_path):
+    solid = scene(**{**SCENES["settled"], "numerics": Numerics()})
+    with pytest.raises(MPMError, match="no checkpoints between the load steps of settle: save before"):
+        solid.settle(2, on_step=lambda factor: solid.save(tmp_path / "state.h5"))
+    solid.save(tmp_path / "state.h5")
+    solid.close()
 
 
 # ---------------------------------------------------------------- several ranks

@@ -61,6 +61,19 @@ def in_space(array: Any) -> np.ndarray:
     return out
 
 
+def same_place(nodes: np.ndarray) -> np.ndarray:
+    """For each of the ``nodes`` [m] of a surface the first one that lies in the same place, up to 1e-9 of its
+    size: elements are neighbours where they meet, whether or not they name the same nodes there (as those of
+    an STL file)."""
+    if not len(nodes):
+        return np.zeros(0, np.int64)
+    # places are seldom multiples of it
+    cell = 1.2345e-9 * max(np.ptp(nodes, axis=0).max(), np.finfo(float).tiny)
+    _, first, number = np.unique(np.rint((nodes - nodes.min(axis=0)) / cell), axis=0, return_index=True,
+                                 return_inverse=True)
+    return first[number.ravel()]
+
+
 def pair(key: Any, known: Set[str]) -> FrozenSet[str]:
     """A key of ``Scene.interactions``, two names of materials out of ``known`` or a set of them, as
     frozenset."""

@@ -1,8 +1,7 @@
 """Rigid bodies made of spheres: where their spheres sit, how heavy they are, how they may move. Data only."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from itertools import product
-from typing import Any, Optional, Tuple
+from typing import Any, Iterable, Optional, Tuple
 
 import numpy as np
 
@@ -10,8 +9,10 @@ import mpm_dem_checks as check
 
 from .. import quaternion
 from .arrays import Array, finite, per_sphere
+from .filling import Filling, check_box, inscribed, lattice
 from .materials import SPHERES
-from .sizes import check_size
+from .packing import pack
+from .surface import closed_surface, read_surface
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,7 @@ class Cluster:
     omega: Array = 0.0
     free: Any = True
     material: str = SPHERES
+    filling: Optional[Filling] = None  # how well the spheres fill a solid: of `from_surface` and `read`
 
     def __post_init__(self) -> None:
         put = partial(object.__setattr__, self)  # the class is frozen
@@ -168,13 +170,13 @@ class Cluster:
         "spheres" (their balls). rim: only spheres at the faces. radius [m]: else half of the widest spacing,
         so that neighbours touch. ``more``: as in ``of_spheres``.
         """
-        size, n = _check_box(size, n)
+        size, n = check_box(size, n)
         rho, rim = check.positive("rho", rho, "kg/m^3"), check.truth("rim", rim)
         radius = 0.5 * (size / n).max() if radius is None else check.positive("radius", radius, "m")
         if not 0 < 2 * radius <= size.min():
             raise ValueError(f"spheres of radius {radius} m do not fit into a box of {size} m: use more or "
                              "smaller ones")
-        centres = _lattice(size, n, radius, rim)
+        centres = lattice(size, n, radius, rim)
         if check.choice("mass_of", mass_of, ("solid", "spheres")) == "spheres":
             return cls.of_spheres(centres, radius, rho, x, **more)
         if len(size) == 2:
@@ -184,23 +186,72 @@ class Cluster:
         inertia = mass / 12.0 * (squares.sum() if len(size) == 2 else squares.sum() - squares)
         return cls(centres, radius, x, mass, inertia, **more)
 
+    @classmethod
+    def from_surface(cls, vertices: Array, triangles: Array, rho: float, x: Array = None,
+                     spheres: Optional[int] = None, coverage: Optional[float] = None,
+                     smallest: Optional[float] = None, **more: Any) -> "Cluster":
+        """A rock inside a closed surface: ``triangles``, shape (m, 3), over ``vertices`` [m], shape (n, 3).
 
-def _check_box(size: Array, n: Array) -> Tuple[np.ndarray, np.ndarray]:
-    """Size [m] and numbers of spheres along each side of a box, (dim,) each. Raises ValueError."""
-    size = check.array("size of the cluster", size, (2,), (3,), unit="m")
-    n = check.array("n of the cluster", n, (2,), (3,))
-    if size.shape not in ((2,), (3,)) or n.shape != size.shape or not ((n >= 2) & (n % 1 == 0)).all() or \
-            not ((size > 0) & (size < np.inf)).all():
-        raise ValueError(f"a box of size {size} m with {n} spheres: give 2 or 3 positive lengths and at "
-                         "least two spheres along each")
-    check_size(float(n.prod()), f"{check.shown(n)} in a cluster")
-    return size, n.astype(int)
+        Mass of density rho [kg/m^3], centre and inertia are exactly those of the solid. x: none, and the rock
+        is where the surface is. ``more``: scale, or size (longest side of the box around it [m]), or volume
+        [m^3]; and as in ``of_spheres``.
 
+        Its spheres are inscribed: each point of a grid, of some 64,000 in the box around it, may be the
+        centre of one that touches the surface, if its radius is at least ``smallest`` [m] (the spacing of the
+        grid). The one comes next that covers most points that none has covered, until there are ``spheres``
+        of them (20, or 1000 with a coverage), or they cover the part ``coverage`` of the points inside, or
+        nothing is left. ``filling`` tells what came out: number, part covered, largest gap between surface
+        and spheres. They overlap, and where several touch a wall, each pushes. Raises ValueError, too, when
+        the coverage is not reached.
 
-def _lattice(size: np.ndarray, n: np.ndarray, radius: float, rim: bool) -> np.ndarray:
-    """Centres [m] of n spheres along each side of a box around zero; with ``rim`` only those at its faces."""
-    axes = [np.linspace(radius - s / 2, s / 2 - radius, k) for s, k in zip(size, n)]
-    index = np.array(list(product(*(range(k) for k in n))))
-    if rim:
-        index = index[((index == 0) | (index == n - 1)).any(axis=1)]
-    return np.column_stack([axis[i] for axis, i in zip(axes, index.T)])
+        >>> x = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        >>> rock = Cluster.from_surface(x, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], rho=2600.0, size=0.3)
+        >>> round(rock.mass, 9), rock.centre, len(rock.radii), round(rock.filling.covered, 2)
+        (11.7, array([0.075, 0.075, 0.075]), 20, 0.62)
+        """
+        sizes = {name: more.pop(name) for name in ("scale", "size", "volume") if name in more}
+        solid = closed_surface(vertices, triangles, **sizes)
+        rho = check.positive("rho", rho, "kg/m^3")
+        centres, radii, filling = inscribed(solid, spheres, coverage, smallest)
+        return cls(centres, radii, solid.centre if x is None else x, rho * solid.volume, rho * solid.inertia,
+                   solid.centre, filling=filling, **more)
+
+    @classmethod
+    def read(cls, path: Any, rho: float, x: Array = None, **more: Any) -> "Cluster":
+        """A rock from a surface in a file that meshio reads (STL, OBJ, PLY, …); ``more``: as in
+        ``from_surface``, such as scale=1e-3 for a file in millimetres."""
+        return cls.from_surface(*read_surface(path), rho, x, **more)
+
+    def scaled(self, factor: float, **changes: Any) -> "Cluster":
+        """The same body with all lengths times ``factor``, of the same density; ``changes``: other fields."""
+        f = check.positive("factor", factor)
+        filling = self.filling and self.filling._replace(gap=f * self.filling.gap,
+                                                         spacing=f * self.filling.spacing)
+        return self._with(**{**dict(centres=f * self.centres, radii=f * self.radii, centre=f * self.centre,
+                                    mass=f**3 * self.mass, inertia=f**5 * self.inertia, filling=filling),
+                             **changes})
+
+    def _with(self, **changes: Any) -> "Cluster":
+        """The same with other fields, checked."""
+        if self.dim == 2:  # where numbers are given, which the fields hold as arrays in space
+            inertia = np.asarray(changes.get("inertia", self.inertia))
+            changes["inertia"] = inertia if inertia.ndim == 0 else inertia[2, 2]
+            changes = {"angle": quaternion.angle(self.quaternion), "quaternion": None, **changes}
+        return replace(self, **changes)
+
+    @classmethod
+    def packed(cls, clusters: Iterable["Cluster"], inside: Any, seed: int,
+               gap: float = 0.0) -> Tuple["Cluster", ...]:
+        """The ``clusters`` anywhere in a box, turned anyhow, at least ``gap`` [m] apart: as `Spheres.packed`.
+
+        >>> from types import SimpleNamespace
+        >>> brick = Cluster.box((0.02, 0.01, 0.01), (4, 2, 2), (0, 0, 0), rho=2600.0)
+        >>> box = SimpleNamespace(lower=(0, 0, 0), upper=(0.1, 0.1, 0.1))  # or a Box of `mpm_fenicsx`
+        >>> bricks = Cluster.packed([brick, brick.scaled(1.5)], inside=box, seed=3)
+        >>> [round(b.mass, 6) for b in bricks], bool(bricks[0].places.min() > 0.0)
+        ([0.0052, 0.01755], True)
+        """
+        given = check.records("clusters to pack", clusters, cls)
+        x, turns = pack([c.arms()[:, :c.dim] for c in given], [c.radii for c in given], inside, seed, gap)
+        return tuple(c._with(x=at[:c.dim], angle=quaternion.angle(q)) if c.dim == 2 else
+                     c._with(x=at, quaternion=q) for c, at, q in zip(given, x, turns))

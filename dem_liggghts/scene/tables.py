@@ -6,7 +6,7 @@ from typing import Dict, NamedTuple, Tuple
 import numpy as np
 
 from .. import quaternion
-from .arrays import in_space
+from .arrays import in_space, same_place
 from .scene import SceneData
 
 # Columns of WallTable.traits: number of the material, of the wall; depth as in `walls.Wall` or -1 [m]; radius
@@ -100,25 +100,12 @@ def wall_table(scene: SceneData) -> WallTable:
     per_wall = np.column_stack([material, range(len(walls)), depth, radius])
     counts = [len(w.elements) for w in walls]
     traits[:, [MATERIAL, GROUP, DEPTH, RADIUS]] = np.repeat(per_wall, counts, axis=0)
-    joint = [w.elements if w.radius else _same_place(w.nodes)[w.elements] for w in walls]
+    joint = [w.elements if w.radius else same_place(w.nodes)[w.elements] for w in walls]
     traits[:, RIM:RIM + scene.dim] = np.concatenate([_rim(e, scene.dim) for e in joint])
     traits[:, JOINT:JOINT + scene.dim] = np.concatenate([np.repeat(e, scene.dim // e.shape[1], axis=1) + start
                                                          for e, start in zip(joint, nodes)])
     return WallTable(in_space(np.concatenate([w.nodes for w in walls])), elements, traits,
                      (int(nodes[-2]), len(elements) - len(scene.wall.elements)))
-
-
-def _same_place(nodes: np.ndarray) -> np.ndarray:
-    """For each of the ``nodes`` [m] of a wall the first one that lies in the same place, up to 1e-9 of the
-    wall's size: elements are neighbours where they meet, whether or not they name the same nodes there (as
-    those of an STL file)."""
-    if not len(nodes):
-        return np.zeros(0, np.int64)
-    # places are seldom multiples of it
-    cell = 1.2345e-9 * max(np.ptp(nodes, axis=0).max(), np.finfo(float).tiny)
-    _, first, number = np.unique(np.rint((nodes - nodes.min(axis=0)) / cell), axis=0, return_index=True,
-                                 return_inverse=True)
-    return first[number.ravel()]
 
 
 def _rim(elements: np.ndarray, dim: int) -> np.ndarray:

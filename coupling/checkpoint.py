@@ -145,11 +145,15 @@ class Checkpoints:
         self._parts, self._schedule, self._head = parts, schedule, head
         self._name, self._before = labelled(NAME, label), labelled(BEFORE, label)
         self._last: Optional[Window] = None
+        self.wanted: List[Path] = []  # of further ones, at the end of this window
         self._written = self._told = 0
 
     def __call__(self, window: Window) -> None:
         """A window has ended."""
         self._last = window
+        for path in self.wanted:
+            self._save(path, window)
+        self.wanted.clear()
         due = self._schedule(window.number)
         if due.checkpoint:
             self._keep(window, must=due.stop is not None)
@@ -170,7 +174,7 @@ class Checkpoints:
         first one in a row, and the run goes on."""
         begin, results = perf_counter(), self._parts.record.results
         try:
-            self.save(results.scratch(self._name), window)
+            self._save(results.scratch(self._name), window)
             on_first(MPI.COMM_WORLD, lambda: results.keep_two(self._name, self._before))
         except OSError as problem:
             if must:
@@ -184,12 +188,8 @@ class Checkpoints:
             self._written, self._told = window.number, 0
         self._schedule.wrote(perf_counter() - begin)
 
-    def save(self, path: Path, window: Optional[Window] = None) -> None:
-        """Write the state after the last window to ``path``."""
-        window = window or self._last
-        if window is None:
-            raise RuntimeError("a run can be saved between its windows, from an observer, and not before the "
-                               "first one: its scene is its start")
+    def _save(self, path: Path, window: Window) -> None:
+        """Write the state after the last ``window`` to ``path``."""
         store.write(path, self._parts.get_state(window), {
             "kind": KIND, **self._head, "run": self._parts.record.results.run, "window": window.number,
             "time": window.time, "versions": versions(), "ranks": MPI.COMM_WORLD.size})

@@ -23,6 +23,8 @@ class Solid(Protocol):
         text of what that is, "" when nothing remains
     ``resample()``: between two steps, renews the points of the interface; returns an ``InterfaceChange`` or
         None, see ``resampling``
+    ``get_checkpoint()``, ``set_checkpoint(tree)``: a state that does not depend on the ranks, as a tree for
+        ``mpm_dem_store``; without them that of ``get_state`` goes into checkpoints
     ``window_mass()``: of each interface point, the mass [kg] of a free body that a force would have moved
         as far over the last step, shape (n,); with it and with that of the grains the loop checks the
         length of weak windows

@@ -104,12 +104,12 @@ class Run:
         return histories
 
     def save(self, path: Union[str, Path]) -> None:
-        """Write a checkpoint to ``path``; for observers, which are called between two windows. RuntimeError
-        at any other time: at its end a run writes one with ``checkpoint="end"``. Collective."""
+        """Write a checkpoint to ``path`` as soon as the window in progress is recorded; for observers.
+        RuntimeError at any other time: at its end a run writes one with ``checkpoint="end"``. Collective."""
         if not self._running:
             raise RuntimeError(f"the run {self.name} is not on its way: save it from an observer, or ask "
                                "for a checkpoint at its end with Output(checkpoint=\"end\")")
-        self._running[-1].save(Path(path))
+        self._running[-1].wanted.append(Path(path))
 
     def load(self, path: Union[str, Path]) -> "Run":
         """The same run, which goes on from the checkpoint, or the folder of results, at ``path``."""

@@ -6,6 +6,7 @@
 After each kill history and ParaView series must be readable, and a run that has come to its end must have
 left the same bytes as one that nobody killed. ``tests/cases/test_killed.py`` does a few of them.
 """
+import json
 import os
 import random
 import signal
@@ -41,10 +42,9 @@ class Killed:
         (self.script, keys), more = RUNS[name]
         self.keys = keys + more
         self._straight, self._folder = folder / "straight", folder / "killed"
-        begin = time.monotonic()
         assert self._start(self._straight, self.keys).wait() == 0
-        self._lasts = time.monotonic() - begin
-        self.restarts = 0
+        report = json.loads((self._straight / "report.json").read_text())
+        self._windows, self._seconds, self.restarts = report["windows"], report["window_s"], 0
 
     def _start(self, out, keys):
         env = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
@@ -53,9 +53,14 @@ class Killed:
                                 stdout=subprocess.DEVNULL)
 
     def kill(self, chance):
-        """Start it, or let it go on, and kill it after a random time. Returns how many windows there are."""
-        process = self._go_on()
-        time.sleep(chance.uniform(0.3, 0.9) * self._lasts)
+        """Start it, or let it go on, and kill it at a random moment after its first window. Returns how many
+        windows there are."""
+        path = self._folder / "history.csv"
+        before = path.stat().st_mtime if path.exists() else 0.0
+        done, process = check_readable(self._folder), self._go_on()
+        while process.poll() is None and not (path.exists() and path.stat().st_mtime > before):
+            time.sleep(0.005)
+        time.sleep(chance.random() * self._seconds * (1.0 - done / self._windows))
         process.send_signal(signal.SIGKILL)
         process.wait()
         return check_readable(self._folder)

@@ -62,8 +62,8 @@ def test_the_beam_goes_on_on_other_ranks(go, words, tmp_path, more, liggghts):
 def test_the_beam_in_space_goes_on_on_other_ranks(go, tmp_path, more, ranks):
     """MUMPS, the default, adds on several ranks in the order in which messages arrive: no two runs have the
     same bits. How far conjugate gradients come, on the other hand, depends on the ranks."""
-    check(go, tmp_path, "beam_impact", BEAM, *"dim=3 h=4e-3 points=2 dt=4e-6 substeps=40 t_end=8e-5 "
-          "checkpoint=8".split(), *more.split(), ranks=ranks)
+    keys = f"dim=3 h=4e-3 points=2 dt=4e-6 substeps=40 t_end=8e-5 checkpoint=8 {more}"
+    check(go, tmp_path, "beam_impact", BEAM, *keys.split(), ranks=ranks)
 
 
 @pytest.mark.mpi
@@ -81,4 +81,4 @@ def test_soil_and_blocks_go_on_on_other_ranks(go, tmp_path, more, liggghts):
 def test_a_flow_on_a_new_distribution_goes_on_on_other_ranks(go, tmp_path):
     """The column has spread, and its points are on other ranks than at the start."""
     check(go, tmp_path, "column_collapse", ["front", "kinetic", "height"],
-          *"h=0.025 dt=2e-3 t_end=0.2 rebalance=1.01 checkpoint=40".split())
+          "h=0.025", "dt=2e-3", "t_end=0.2", "rebalance=1.01", "checkpoint=40")

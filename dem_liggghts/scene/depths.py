@@ -64,19 +64,21 @@ def blocks(corners: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
 def depths(x: np.ndarray, corners: np.ndarray, centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
     """Distance from each of the points x [m], (n, 3), to the nearest triangle of ``blocks`` [m], (n,)."""
     out = np.empty(len(x))
-    best = np.inf
+    nearest = 0  # the triangle nearest to one point is a good guess for the next one: most others are further
     for n in range(len(x)):
-        if n:  # the last point and its distance bound the next one's
-            best = (best + np.sqrt(((x[n] - x[n - 1])**2).sum())) * (1.0 + 1e-12)
-        squared = best * best
+        squared = squared_distance(x[n], corners[nearest])
+        distance = np.sqrt(squared)
         for b in range(len(radii)):
-            away = np.sqrt(((x[n] - centres[b])**2).sum()) - radii[b]
-            if away > 0.0 and away * away > squared:
+            reach, away = distance + radii[b], 0.0
+            for k in range(3):
+                away += (x[n, k] - centres[b, k])**2
+            if away > reach * reach:
                 continue
             for t in range(b * BLOCK, min(len(corners), (b + 1) * BLOCK)):
-                squared = min(squared, squared_distance(x[n], corners[t]))
-        best = np.sqrt(squared)
-        out[n] = best
+                found = squared_distance(x[n], corners[t])
+                if found < squared:
+                    squared, distance, nearest = found, np.sqrt(found), t
+        out[n] = distance
     return out
 
 

@@ -60,7 +60,7 @@ def _inside(solid: Solid) -> Tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     half = np.ceil((high - low) / (2.0 * spacing) - 0.5).astype(int)
     middle = 0.5 * (low + high)
     check.check_work(f"{len(solid.triangles)} triangles of a surface to fill",
-                     float(len(solid.triangles)) * POINTS * 100, "give a coarser surface")
+                     float(len(solid.triangles)) * POINTS, "give a coarser surface")
     around = windings((solid.x[solid.triangles] - middle) / spacing + half, 2 * half + 1)
     if around.min() < 0 or around.max() > 1:
         raise ValueError("the surface crosses itself, or parts of it lie in each other or are inside out: "

@@ -27,13 +27,18 @@ class Bodies(NamedTuple):
 
 
 class Room(NamedTuple):
-    """The box, in cells that name the spheres in them."""
+    """The box, in cells that name the spheres in them: a grid of its own for each level of radii, halved from
+    one to the next, so that neither few large spheres nor many small ones make long lists."""
 
     lower: np.ndarray  # corners [m], (3,); third coordinate zero in a plane
     upper: np.ndarray
     dim: int
     gap: float  # least distance between surfaces of bodies [m]
-    width: np.ndarray  # of the cells, at least the distance at which two spheres may touch [m], (3,)
+    level: np.ndarray  # of each sphere, (m,)
+    radius: np.ndarray  # largest of each level [m], (l,)
+    shape: np.ndarray  # number of cells along each axis, (l, 3)
+    width: np.ndarray  # of the cells [m], (l, 3)
+    first: np.ndarray  # number of the first cell of each level, (l,)
     head: np.ndarray  # number of the last sphere in each cell, or -1
     following: np.ndarray  # number of the one before it in its cell, or -1, (m,)
 
@@ -92,14 +97,18 @@ def read_box(inside: Any) -> Tuple[np.ndarray, np.ndarray]:
 
 
 def _room(lower: np.ndarray, upper: np.ndarray, gap: float, radius: np.ndarray) -> Room:
-    size, dim = upper - lower, len(lower)
-    most = np.ceil((4.0 * len(radius))**(1.0 / dim))  # more cells than spheres are of no use
-    shape = np.clip(np.floor(size / (2.0 * radius.max() + gap)), 1, most).astype(np.int64)
-    width = np.ones(3)
-    width[:dim] = size / shape
-    corner = lambda x: np.concatenate([x, np.zeros(3 - dim)])  # noqa: E731
-    head = np.full((*shape,) + (1,) * (3 - dim), -1, np.int64)
-    return Room(corner(lower), corner(upper), dim, gap, width, head, np.full(len(radius), -1, np.int64))
+    dim, none = len(lower), np.zeros(3 - len(lower))
+    octave, level, times = np.unique(np.floor(np.log2(radius.max() / radius)), return_inverse=True,
+                                     return_counts=True)
+    largest = radius.max() / 2.0**octave
+    # at least as wide as two spheres that touch; more cells than spheres are of no use
+    shape = np.ones((len(largest), 3), np.int64)
+    shape[:, :dim] = np.clip((upper - lower) / (2.0 * largest + gap)[:, None], 1,
+                             np.ceil((4.0 * times)**(1.0 / dim))[:, None])
+    lower, upper = np.concatenate([lower, none]), np.concatenate([upper, none])
+    cells = np.concatenate([[0], np.cumsum(shape.prod(axis=1))])
+    return Room(lower, upper, dim, gap, level.ravel(), largest, shape, (upper - lower) / shape, cells[:-1],
+                np.full(cells[-1], -1), np.full(len(radius), -1))
 
 
 def _place_all(bodies: Bodies, room: Room, places: Places, random: np.random.Generator) -> None:
@@ -145,15 +154,17 @@ def _place(numbers: np.ndarray, done: int, tries: int, bodies: Bodies, room: Roo
             spheres[:, k] += places.x[done, k]
         n = start
         while fits and n < end:
-            fits = _is_free(places.spheres, n, start, bodies.radius, room)
+            fits = _is_free(places.spheres[n], bodies.radius[n], places.spheres, bodies.radius, room)
             n += 1
         if not fits:
             tries += 1
             continue
         for n in range(start, end):
-            i, j, k = _cell(places.spheres[n], room)
-            room.following[n] = room.head[i, j, k]
-            room.head[i, j, k] = n
+            level, x = room.level[n], places.spheres[n]
+            cell = _cell(_row(x[0], 0, level, room), _row(x[1], 1, level, room), _row(x[2], 2, level, room),
+                         level, room)
+            room.following[n] = room.head[cell]
+            room.head[cell] = n
         done, tries = done + 1, 0
     return done, tries
 
@@ -181,24 +192,34 @@ def _turn(q: np.ndarray, arms: np.ndarray, out: np.ndarray) -> None:
 
 
 @compiled
-def _cell(x: np.ndarray, room: Room) -> Tuple[int, int, int]:
-    i = min(room.head.shape[0] - 1, max(0, int((x[0] - room.lower[0]) / room.width[0])))
-    j = min(room.head.shape[1] - 1, max(0, int((x[1] - room.lower[1]) / room.width[1])))
-    k = min(room.head.shape[2] - 1, max(0, int((x[2] - room.lower[2]) / room.width[2])))
-    return i, j, k
+def _row(x: float, axis: int, level: int, room: Room) -> int:
+    """In which row of cells a coordinate lies, the nearest one outside the box."""
+    width, most = room.width[level, axis], room.shape[level, axis] - 1
+    return min(most, max(0, int((x - room.lower[axis]) / width))) if most else 0
 
 
 @compiled
-def _is_free(x: np.ndarray, n: int, placed: int, radius: np.ndarray, room: Room) -> bool:
-    """Whether sphere n overlaps none of the first ``placed`` ones."""
-    middle = _cell(x[n], room)
-    for i in range(max(0, middle[0] - 1), min(room.head.shape[0], middle[0] + 2)):
-        for j in range(max(0, middle[1] - 1), min(room.head.shape[1], middle[1] + 2)):
-            for k in range(max(0, middle[2] - 1), min(room.head.shape[2], middle[2] + 2)):
-                other = room.head[i, j, k]
-                while other >= 0:
-                    apart = radius[n] + radius[other] + room.gap
-                    if ((x[n] - x[other])**2).sum() < apart * apart:
-                        return False
-                    other = room.following[other]
+def _cell(i: int, j: int, k: int, level: int, room: Room) -> int:
+    return room.first[level] + (i * room.shape[level, 1] + j) * room.shape[level, 2] + k
+
+
+@compiled
+def _is_free(x: np.ndarray, radius: float, spheres: np.ndarray, radii: np.ndarray, room: Room) -> bool:
+    """Whether a sphere overlaps none of those that are placed."""
+    for level in range(len(room.radius)):
+        reach = radius + room.radius[level] + room.gap
+        low_k, high_k = _row(x[2] - reach, 2, level, room), _row(x[2] + reach, 2, level, room)
+        low_j, high_j = _row(x[1] - reach, 1, level, room), _row(x[1] + reach, 1, level, room)
+        for i in range(_row(x[0] - reach, 0, level, room), _row(x[0] + reach, 0, level, room) + 1):
+            for j in range(low_j, high_j + 1):
+                for k in range(low_k, high_k + 1):
+                    other = room.head[_cell(i, j, k, level, room)]
+                    while other >= 0:
+                        apart = radius + radii[other] + room.gap
+                        away = 0.0
+                        for axis in range(3):
+                            away += (x[axis] - spheres[other, axis])**2
+                        if away < apart * apart:
+                            return False
+                        other = room.following[other]
     return True

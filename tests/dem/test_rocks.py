@@ -119,7 +119,7 @@ def test_the_same_from_files(tmp_path):
 
 def test_the_spheres_of_a_cube_are_known():
     """The first one is the inscribed one and covers pi / 6, its gap is that of the corners. The next eight
-    sit in the corners."""
+    sit in the corners, and all touch the nearest side."""
     x, t, *_ = box((0, 0, 0), (1, 1, 1))
     cube = Cluster.from_surface(x, t, RHO, spheres=1)
     assert cube.centres[0] == pytest.approx(np.full(3, 0.5)) and cube.radii[0] == pytest.approx(0.5)
@@ -127,6 +127,7 @@ def test_the_spheres_of_a_cube_are_known():
     assert cube.filling.gap == pytest.approx(0.5 * (np.sqrt(3.0) - 1.0), rel=1e-12)
     cube = Cluster.from_surface(x, t, RHO, spheres=9)
     assert len(np.unique(cube.centres[1:] > 0.5, axis=0)) == 8
+    assert cube.radii == pytest.approx(np.minimum(cube.centres, 1.0 - cube.centres).min(axis=1), rel=1e-14)
 
 
 def test_spheres_touch_the_surface_from_inside():

@@ -15,6 +15,7 @@ from .surface import Solid
 POINTS = 64000  # about so many of the grid in the box around a solid,
 ACROSS = 400  # and in a row, when it is thin
 USUAL, MOST = 20, 1000  # spheres when nothing is said, and when only a coverage is
+LOT = 2048  # triangles whose points are looked at together
 FINEST = 40  # most parts into which an edge is divided to look for the largest gap
 
 
@@ -79,11 +80,13 @@ def _gap(solid: Solid, spacing: float, centres: np.ndarray, radii: np.ndarray) -
     for n in np.unique(parts):
         i, j = (a.ravel() for a in np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij"))
         weights = np.column_stack([i, j, n - i - j])[i + j <= n] / n
-        points = (weights @ corners[parts == n]).reshape(-1, 3)
-        nearest = np.full(len(points), np.inf)
-        for centre, radius in zip(centres, radii):
-            np.minimum(nearest, np.linalg.norm(points - centre, axis=1) - radius, out=nearest)
-        largest = max(largest, float(nearest.max()))
+        some = corners[parts == n]
+        for start in range(0, len(some), LOT):
+            points = (weights @ some[start:start + LOT]).reshape(-1, 3)
+            nearest = np.full(len(points), np.inf)
+            for centre, radius in zip(centres, radii):
+                np.minimum(nearest, np.linalg.norm(points - centre, axis=1) - radius, out=nearest)
+            largest = max(largest, float(nearest.max()))
     return largest
 
 

@@ -368,6 +368,21 @@ def test_packed_clusters_in_the_plane():
     assert planks[0].inertia == pytest.approx(plank.inertia)
 
 
+def test_packed_rocks_and_gravel_fall_onto_a_floor(dem):
+    """Apart at the start; none falls through, and the energy falls."""
+    rock = Cluster.from_surface(*irregular(2), RHO, spheres=8, size=0.2)
+    rocks = Cluster.packed([rock.scaled(s) for s in (0.6, 0.8, 1.0, 1.2)], room(0.8, 0.8, 0.6), seed=1)
+    gravel = Spheres.packed(30, (0.02, 0.03), room(0.8, 0.8, 0.9, lower=(0.0, 0.0, 0.61)), RHO, seed=2)
+    meet = Interaction(0.3, 0.5)
+    heap = dem(Scene(gravel, floor(), STONE, STONE, meet, meet, (0, 0, -G), clusters=rocks), 4e-5)
+    assert heap.energy()["contact"] == 0.0
+    energies = windows(heap, 3, 4000)
+    total = [sum(e.values()) for e in energies]
+    assert total[2] < total[1] < total[0] and energies[-1]["contact"] > 0.0
+    low = heap.particles()
+    assert (low["x"][:, 2] > 0.9 * low["radius"]).all() and (heap.bodies()["x"][:, 2] > 0.02).all()
+
+
 @pytest.mark.parametrize("keys, message", [
     (dict(radius=0.6), "a sphere of radius 0.6 m does not fit inside the box from"),
     (dict(count=99, radius=0.2), "99 spheres would fill 3.32 times the box: give fewer"),

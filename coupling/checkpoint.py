@@ -147,6 +147,7 @@ class Checkpoints:
         self._last: Optional[Window] = None
         self.wanted: List[Path] = []  # of further ones, at the end of this window
         self._written = self._told = 0
+        self._count, self._seconds, self._bytes = 0, 0.0, 0
 
     def __call__(self, window: Window) -> None:
         """A window has ended."""
@@ -174,7 +175,7 @@ class Checkpoints:
         first one in a row, and the run goes on."""
         begin, results = perf_counter(), self._parts.record.results
         try:
-            self._save(results.scratch(self._name), window)
+            self._bytes = self._save(results.scratch(self._name), window)
             on_first(MPI.COMM_WORLD, lambda: results.keep_two(self._name, self._before))
         except OSError as problem:
             if must:
@@ -186,11 +187,19 @@ class Checkpoints:
             self._told = window.number
         else:
             self._written, self._told = window.number, 0
-        self._schedule.wrote(perf_counter() - begin)
+        spent = perf_counter() - begin
+        self._count, self._seconds = self._count + 1, self._seconds + spent
+        self._schedule.wrote(spent)
 
-    def _save(self, path: Path, window: Window) -> None:
-        """Write the state after the last ``window`` to ``path``."""
-        store.write(path, self._parts.get_state(window), {
+    def entries(self) -> Dict[str, Any]:
+        """For report.json: how many have been written since the last start, the seconds that took, and the
+        bytes of the last one."""
+        figures = {"count": self._count, "seconds": round(self._seconds, 4), "bytes": self._bytes}
+        return {"checkpoints": figures} if self._count else {}
+
+    def _save(self, path: Path, window: Window) -> int:
+        """Write the state after the last ``window`` to ``path``; returns the size of the file [bytes]."""
+        return store.write(path, self._parts.get_state(window), {
             "kind": KIND, **self._head, "run": self._parts.record.results.run, "window": window.number,
             "time": window.time, "versions": versions(), "ranks": MPI.COMM_WORLD.size})
 

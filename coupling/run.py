@@ -154,7 +154,7 @@ class Run:
                 with signals.deferred() if self._is_kept else nullcontext():
                     couple(solid, grains, mapping, self.scheme, [*observers, record, checkpoints], last)
             except Stopped as stop:
-                return self._stop(record, str(stop))
+                return self._stop(record, str(stop), checkpoints.entries())
             histories[backend] = record.history
             for view in views:
                 getattr(view, "take", int)()
@@ -163,6 +163,7 @@ class Run:
                 more.update(getattr(observer, "entries", lambda history: {})(record.history))
             if self.output.checkpoint is not None:
                 checkpoints.finish()
+            more.update(checkpoints.entries())
             record.finish(self.errors(histories) if self.errors else {},
                           partial(self.figure, histories=histories) if self.figure else None, **more)
         return ""
@@ -184,9 +185,9 @@ class Run:
         finally:
             self._running.pop()
 
-    def _stop(self, record: Record, why: str) -> str:
+    def _stop(self, record: Record, why: str, more: Dict[str, Any]) -> str:
         """The end of a run that goes on later."""
-        record.interrupt(why)
+        record.interrupt(why, **more)
         if MPI.COMM_WORLD.rank == 0:
             tell(f"{why}: go on with restart={self.output.out}")
         return why

@@ -193,9 +193,9 @@ class Record:
             tell("\n".join(self._summary(entries)))
         return entries
 
-    def interrupt(self, why: str) -> None:
+    def interrupt(self, why: str, **more: Any) -> None:
         """In the place of ``finish``: the run stops here, and is to go on from its checkpoint."""
-        self._end("stopped", {"errors": {}, "stopped": why})
+        self._end("stopped", {"errors": {}, "stopped": why, **more})
 
     def _end(self, state: str, more: Dict[str, Any]) -> dict:
         """The report, and the end of the history."""

@@ -47,6 +47,8 @@ def test_the_beam_goes_on_bit_for_bit(restarted, case, coarse_keys, keys, backen
         assert old[name] == new[name], name
     assert [entry["ranks"] for entry in new["restarts"]] == [1] and "restarts" not in old
     assert 20 < new["restarts"][0]["window"] < new["windows"] and new["wall_s"] > old["window_s"]
+    assert old["checkpoints"]["count"] >= 4 > new["checkpoints"]["count"] >= 1
+    assert old["checkpoints"]["bytes"] == (first / "checkpoint.h5").stat().st_size
     assert manifest.read(again).state == "complete"
 
 

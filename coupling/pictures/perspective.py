@@ -5,7 +5,7 @@ No screen and no graphics driver is needed, so that a picture is the same on a l
 Lengths are in whatever unit the scene has, x: places, shape (n, 3); colours are red, green and blue from 0 to
 1, shape (n, 3) or (3,).
 """
-from typing import Tuple, Union
+from typing import NamedTuple, Tuple, Union
 
 import numpy as np
 
@@ -13,7 +13,9 @@ import numpy as np
 LIGHT = np.array([-0.45, 0.65, 0.6]) / np.linalg.norm([-0.45, 0.65, 0.6])
 AMBIENT, SHINE = 0.45, 0.25
 GREY = np.full(3, 0.7)
-SMALL = 12.0  # [pixels] radius up to which spheres are drawn together, each of their pixels at once
+SMALL = 12.0  # [pixels] radius up to which spheres are of one kind; beyond, of twice the radius at most
+LOT = 100_000  # pixels that are drawn at once
+RIM = [(0.0, 0.0), *(0.9 * np.array([np.cos(a), np.sin(a)]) for a in np.arange(8) * np.pi / 4)]  # of a disc
 FINE = 2  # pixels of the buffer per pixel of the picture and direction
 
 
@@ -49,6 +51,17 @@ class Camera:
         return vectors @ self._axes.T
 
 
+class Spheres(NamedTuple):
+    """As the camera sees them: ``centre`` (n, 2) and radius in ``pixels`` (n,) on the picture; ``depth`` (n,)
+    and ``radius`` (n,) in units of length; ``colour`` (n, 3)."""
+
+    centre: np.ndarray
+    depth: np.ndarray
+    radius: np.ndarray
+    pixels: np.ndarray
+    colour: np.ndarray
+
+
 class Canvas:
     """What the ``camera`` sees. Things may be drawn in any order, but see-through ones last."""
 
@@ -78,29 +91,45 @@ class Canvas:
         self._colour[number[front]] = colour[front]
 
     def spheres(self, x: np.ndarray, radius: Union[float, np.ndarray], colour: np.ndarray) -> None:
-        """Shaded spheres, radius: shape (n,)."""
+        """Shaded spheres, radius: shape (n,). Those of similar size are drawn in lots, from front to back, so
+        that the hidden ones, most of a body, can be left out."""
         (centre, depth, size), colour = self._camera(x), np.broadcast_to(colour, x.shape)
-        radius, pixels = np.broadcast_to(radius, len(x)), np.broadcast_to(radius, len(x)) * size
-        small = pixels <= SMALL
-        for chosen in (np.flatnonzero(small), *np.flatnonzero(~small)[:, None]):
-            reach = int(np.ceil(pixels[chosen].max(initial=0.0)))
-            span = np.arange(-reach, reach + 1)
-            for right in span:
-                for down in span if len(chosen) > 1 else [span]:
-                    self._slice(chosen, right, down, centre, depth, radius, pixels, colour)
+        radius = np.broadcast_to(radius, len(x))
+        pixels, scene = radius * size, Spheres(centre, depth, radius, radius * size, colour)
+        kinds = np.ceil(np.log2(np.maximum(pixels, SMALL) / SMALL))
+        for kind in np.unique(kinds):
+            chosen = np.flatnonzero(kinds == kind)
+            chosen = chosen[np.argsort(depth[chosen], kind="stable")]
+            reach = int(np.ceil(pixels[chosen].max()))
+            lots = 1 + len(chosen) * (2 * reach + 1) // LOT
+            for lot in np.array_split(chosen, lots):
+                self._lot(lot[~self._hidden(lot, scene)], scene, reach)
 
-    def _slice(self, chosen: np.ndarray, right: int, down: Union[int, np.ndarray], centre: np.ndarray,
-               depth: np.ndarray, radius: np.ndarray, pixels: np.ndarray, colour: np.ndarray) -> None:
-        """Of the ``chosen`` spheres the pixels so far to the right of and below their middles; of one several
-        below."""
-        middle = np.rint(centre[chosen]).astype(int)
-        place = np.column_stack(np.broadcast_arrays(middle[:, 0] + right, middle[:, 1] + down))
-        off = (place - centre[chosen]) / np.maximum(pixels[chosen], 0.5)[:, None]
-        height2 = 1.0 - (off**2).sum(axis=1)
-        on = height2 > 0.0
-        chosen = np.broadcast_to(chosen, len(on))[on]
-        normal = np.column_stack([off[on, 0], -off[on, 1], np.sqrt(height2[on])])
-        self._put(place[on], depth[chosen] - radius[chosen] * normal[:, 2], shaded(colour[chosen], normal))
+    def _hidden(self, chosen: np.ndarray, scene: "Spheres") -> np.ndarray:
+        """Mask of the ``chosen`` spheres in front of whose middle and rim something has been drawn."""
+        front, hidden = scene.depth[chosen] - scene.radius[chosen], np.ones(len(chosen), bool)
+        for right, down in RIM:
+            at = scene.centre[chosen] + scene.pixels[chosen, None] * (right, down)
+            column, row = np.rint(at).astype(int).T
+            seen = (column >= 0) & (column < self._camera.width) & (row >= 0) & (row < self._camera.height)
+            number = np.where(seen, row * self._camera.width + column, 0)
+            hidden &= ~seen | (self._depth[number] < front)
+        return hidden
+
+    def _lot(self, chosen: np.ndarray, scene: "Spheres", reach: int) -> None:
+        """The pixels of the ``chosen`` spheres, column by column of each, up to ``reach`` from the
+        middles."""
+        span = np.arange(-reach, reach + 1)
+        middle, owner = np.rint(scene.centre[chosen]).astype(int), np.repeat(chosen, len(span))
+        for right in span if len(chosen) else ():
+            place = np.stack(np.broadcast_arrays(middle[:, :1] + right, middle[:, 1:] + span), axis=-1)
+            place = place.reshape(-1, 2)
+            off = (place - scene.centre[owner]) / np.maximum(scene.pixels[owner], 0.5)[:, None]
+            height2 = 1.0 - (off**2).sum(axis=1)
+            on = height2 > 0.0
+            own, normal = owner[on], np.column_stack([off[on, 0], -off[on, 1], np.sqrt(height2[on])])
+            self._put(place[on], scene.depth[own] - scene.radius[own] * normal[:, 2],
+                      shaded(scene.colour[own], normal))
 
     def triangles(self, x: np.ndarray, elements: np.ndarray, colour: np.ndarray,
                   opacity: float = 1.0) -> None:

@@ -15,7 +15,8 @@ AMBIENT, SHINE = 0.45, 0.25
 GREY = np.full(3, 0.7)
 SMALL = 12.0  # [pixels] radius up to which spheres are of one kind; beyond, of twice the radius at most
 LOT = 100_000  # pixels that are drawn at once
-RIM = [(0.0, 0.0), *(0.9 * np.array([np.cos(a), np.sin(a)]) for a in np.arange(8) * np.pi / 4)]  # of a disc
+AROUND = np.arange(8) * np.pi / 4
+RIM = np.vstack([np.zeros((1, 2)), 0.9 * np.column_stack([np.cos(AROUND), np.sin(AROUND)])])  # of a disc
 FINE = 2  # pixels of the buffer per pixel of the picture and direction
 
 
@@ -108,8 +109,8 @@ class Canvas:
     def _hidden(self, chosen: np.ndarray, scene: "Spheres") -> np.ndarray:
         """Mask of the ``chosen`` spheres in front of whose middle and rim something has been drawn."""
         front, hidden = scene.depth[chosen] - scene.radius[chosen], np.ones(len(chosen), bool)
-        for right, down in RIM:
-            at = scene.centre[chosen] + scene.pixels[chosen, None] * (right, down)
+        for arm in RIM:
+            at = scene.centre[chosen] + scene.pixels[chosen, None] * arm
             column, row = np.rint(at).astype(int).T
             seen = (column >= 0) & (column < self._camera.width) & (row >= 0) & (row < self._camera.height)
             number = np.where(seen, row * self._camera.width + column, 0)

@@ -107,3 +107,23 @@ def run_ranks(start_ranks):
         return subprocess.CompletedProcess(words, process.returncode, out, err)
 
     return run
+
+
+@pytest.fixture
+def disk(tmp_path):
+    """``disk("256k")``: a folder that is a disk of that size. Where the user may not mount one, the test is
+    skipped."""
+    mounted = []
+
+    def mount(size):
+        place = tmp_path / f"disk{len(mounted)}"
+        place.mkdir()
+        command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "none", place]
+        if subprocess.run(command, capture_output=True).returncode:
+            pytest.skip("this user may not mount")
+        mounted.append(place)
+        return place
+
+    yield mount
+    for place in mounted:
+        subprocess.run(["umount", place], check=True)

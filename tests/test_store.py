@@ -191,15 +191,9 @@ def test_a_file_that_cannot_be_written_is_an_error_of_the_system(tmp_path, writt
 
 
 @pytest.fixture
-def small_disk(tmp_path):
-    """A folder on a disk of 256 kB."""
-    place = tmp_path / "disk"
-    place.mkdir()
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=256k", "none", place], capture_output=True)
-    if mounted.returncode:
-        pytest.skip("this user may not mount")
-    yield place
-    subprocess.run(["umount", place], check=True)
+def small_disk(disk):
+    """A disk of 256 kB."""
+    return disk("256k")
 
 
 FILL = """

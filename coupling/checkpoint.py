@@ -53,8 +53,7 @@ class Saved(NamedTuple):
 def find(place: Path, label: str = "") -> Optional[Saved]:
     """The newest checkpoint that is whole, in the folder ``place``, or that file; None where there is none.
     label: of a run with several back ends. StoreError when none of them is whole. Collective."""
-    folder = place if label and place.is_file() else place
-    files = [place] if folder.is_file() else [place / labelled(name, label) for name in (NAME, BEFORE)]
+    files = [place] if place.is_file() else [place / labelled(name, label) for name in (NAME, BEFORE)]
     files = MPI.COMM_WORLD.bcast([path for path in files if path.exists()])
     problems: List[store.StoreError] = []
     for path in files:

@@ -4,7 +4,7 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Union
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Tuple, Union
 
 import numpy as np
 from mpi4py import MPI
@@ -88,8 +88,9 @@ class Run:
         back_ends = coupled.back_ends if coupled else (ALONE,)
         place, goes_on = self.output.restart, ""
         if place is not None:
-            head = found(place).head
-            goes_on = self._check(head, parameters)
+            goes_on = self._check(found(place).head, parameters)
+            if len(back_ends) > 1 and place.is_file():
+                place = place.parent  # with a checkpoint of each
         for backend in back_ends:
             solid = self.solid.anew() if histories else self.solid
             grains = self.grains.open(backend, coupled.inner) if coupled else None
@@ -97,7 +98,7 @@ class Run:
             plan = Plan(self.name, self._parameters(parameters), self.output, self.scheme, {}, {}, label,
                         self.closed, began, goes_on)
             with closing(solid, grains):
-                why = self._one(plan, backend, solid, grains, histories)
+                why = self._one(plan, place, (backend, solid, grains), histories)
             if why:
                 break
             began = perf_counter()
@@ -131,8 +132,10 @@ class Run:
                            {**self.scheme.may_change, **self.output.may_change})
         return str(head["run"])
 
-    def _one(self, plan: Plan, backend: str, solid: Any, grains: Any, histories: dict) -> str:
-        """The run with one back end; returns why it has been stopped, or "" at its end."""
+    def _one(self, plan: Plan, place: Optional[Path], sides: Tuple[str, Any, Any], histories: dict) -> str:
+        """The run with one back end, from the checkpoint at ``place``, or from its start; returns why it has
+        been stopped, or "" at its end. sides: name of the back end, solid, grains."""
+        backend, solid, grains = sides
         mapping = None if grains is None else self._mapping(solid)
         observers = list(self.observe(solid, grains)) if self.observe else []
         views = self._views(solid, grains, observers)
@@ -145,7 +148,7 @@ class Run:
         plan = plan._replace(columns=columns, pictures=pictures)
         record = Record(plan, solid, grains)
         parts = Parts(solid, grains, tuple(observers), record)
-        saved = find(self.output.restart, plan.label) if self.output.restart else None
+        saved = find(place, plan.label) if place else None
         last = parts.load(saved, Path(self.output.out)) if saved else None
         if last is not None:
             check_end(self.scheme, solid.time, last)

@@ -43,6 +43,7 @@ def submit(tmp_path):
     return job
 
 
+@pytest.mark.validation
 def test_a_run_goes_on_in_the_next_job_until_it_is_complete(submit, tmp_path):
     first = submit()
     assert "job.sh: the run goes on in the next job" in first.stdout, first

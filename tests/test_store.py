@@ -95,7 +95,7 @@ def test_rows_are_stored_in_the_order_of_their_numbers(tmp_path):
     (Table({"x": [1.0]}), "the state/a has fields that are no arrays"),
     (Table({"x": np.ones(2)}, np.ones(2)), "the state/a has numbers of type float64 and shape (2,): "),
     (Table({"x": np.ones(2)}, np.array([5, 5])), "two rows of a table have the same number: give unique"),
-], ids=str)
+], ids=lambda value: value if isinstance(value, str) else type(value).__name__)
 def test_what_cannot_be_stored_is_refused(tmp_path, value, said):
     with pytest.raises(StoreError, match=re.escape(said)):
         store.write(tmp_path / "state.h5", {"a": value}, {}, ONE)

@@ -20,12 +20,12 @@ from kill_runs import Killed  # noqa: E402
 SCRIPT = ROOT / "cases/beam_impact.py"
 
 
-def test_killed_at_random_moments_a_run_ends_as_without(tmp_path):
-    """Every second window writes a checkpoint, so that some kills fall into the writing."""
+def test_killed_at_a_random_moment_a_run_ends_as_without(tmp_path):
+    """Every second window writes a checkpoint; tests/benchmarks/kill_runs.py does it fifty times."""
     run, chance = Killed("beam", tmp_path), random.Random(3)
-    seen = [run.kill(chance) for _ in range(2)]
+    seen = run.kill(chance)
     run.finish()
-    assert run.restarts >= 1 and max(seen) > 0
+    assert run.restarts == 1 and seen > 0
 
 
 def wait_for(path, process):

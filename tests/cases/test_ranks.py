@@ -76,7 +76,8 @@ def test_ranks_agree_over_400_windows(beam, pieces, joined, backend):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("cell", ["quadrilateral", "triangle"])
+@pytest.mark.parametrize("cell", ["quadrilateral",
+                                  pytest.param("triangle", marks=pytest.mark.validation)])
 def test_pieces_make_the_whole(beam, pieces, joined, cell):
     """Windows 0, 4 and 8 by two ranks. One rank writes whole files under the names without a rank."""
     keys = f"cell={cell} points=3 t_end=8e-6 paraview=4 wall_segments=20"

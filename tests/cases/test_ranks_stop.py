@@ -35,10 +35,10 @@ def fail(solid, grains):
     elif failure == "wait":
         open(f"{solid.folder}/rank{rank}.pid", "w").write(str(os.getpid()))
 
-def couple_and_fail(solid, grains, mapping, scheme, on_window):
+def couple_and_fail(solid, grains, mapping, scheme, on_window, last):
     solid.folder = on_window[0].out
-    last = [*on_window, lambda window: fail(solid, grains) if window.number == 5 else None]
-    couple(solid, grains, mapping, scheme, on_window=last)
+    watched = [*on_window, lambda window: fail(solid, grains) if window.number == 5 else None]
+    couple(solid, grains, mapping, scheme, watched, last)
 
 coupling.run.couple = couple_and_fail
 cli.run(case.main)

@@ -124,6 +124,7 @@ def test_three_ranks_do_as_one(collapse, run_ranks, tmp_path):
 
 
 @pytest.mark.mpi
+@pytest.mark.validation
 def test_ghost_penalty_goes_over_the_borders_of_the_ranks(run_ranks, tmp_path):
     """Of a dry column: facets, and chains of cells to a full one."""
     for ranks in (1, 3):

@@ -94,6 +94,7 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
+@pytest.mark.validation
 def test_three_ranks_find_what_one_finds(run_ranks, monkeypatch):
     monkeypatch.chdir(ROOT)
     one, three = (json.loads(run_ranks(n, "-c", RANKS).stdout.splitlines()[-1]) for n in (1, 3))

@@ -84,6 +84,7 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
+@pytest.mark.validation
 def test_three_ranks_find_what_one_finds(run_ranks, monkeypatch):
     monkeypatch.chdir(ROOT)
     runs = [run_ranks(n, "-c", RANKS) for n in (1, 3)]

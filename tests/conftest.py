@@ -87,9 +87,7 @@ def start_ranks(start_process):
     # side.
     env = {name: value for name, value in os.environ.items()
            if not name.startswith(("OMPI_", "PMIX_", "PMI_"))}
-    # Ranks that wait leave the cores to those of another test beside.
-    env.update(PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1",
-               OMPI_MCA_mpi_yield_when_idle="1")
+    env.update(PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1")
 
     def start(n, *words):
         command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(n), sys.executable,

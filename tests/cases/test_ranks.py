@@ -55,6 +55,7 @@ def test_ranks_agree(beam, pieces, joined, backend):
 
 
 @pytest.mark.mpi
+@pytest.mark.validation
 def test_ranks_agree_on_iterations_and_window_lengths(beam, backend):
     """Every rank takes the same decisions, and they are those of one rank."""
     keys = f"dem={backend} dt=8e-6 substeps=160 t_end=9.6e-5 iterate=20 relax=iqn adapt=0.05"

@@ -52,6 +52,7 @@ def test_the_beam_goes_on_bit_for_bit(restarted, case, coarse_keys, keys, backen
     assert manifest.read(again).state == "complete"
 
 
+@pytest.mark.validation
 def test_the_beam_in_space_goes_on_bit_for_bit(restarted, case):
     restarted(case.main, dict(dim=3, h=4e-3, points=2, dt=4e-6, substeps=40, t_end=8e-5, checkpoint=8))
 

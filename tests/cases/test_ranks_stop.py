@@ -62,8 +62,9 @@ def runs(pid):
 @pytest.mark.mpi
 @pytest.mark.parametrize("failure, options, sentence",
                          [("point", "", r"error: material point \d+ left the grid at x = \[nan, nan\] m"),
-                          ("nothing", "-mpm_snes_max_it 1 -mpm_snes_atol 0 -mpm_snes_rtol 1e-15",
-                           "error: Newton's method diverged in step 1"),
+                          pytest.param("nothing", "-mpm_snes_max_it 1 -mpm_snes_atol 0 -mpm_snes_rtol 1e-15",
+                                       "error: Newton's method diverged in step 1",
+                                       marks=pytest.mark.validation),
                           ("liggghts", "dem=liggghts", "error: LIGGGHTS: Unknown " "command: nonsense")])
 def test_errors_of_all_ranks_are_one_sentence(run_ranks, words, request, tmp_path, failure, options,
                                               sentence):
@@ -83,8 +84,10 @@ def test_errors_of_all_ranks_are_one_sentence(run_ranks, words, request, tmp_pat
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("failure, sentence", [
-    ("rank 1", "error on rank 1: only here"), ("residual of rank 1", "error on rank 1: division by zero"),
-    ("liggghts on rank 1", "error on rank 1: LIGGGHTS: Unknown command: nonsense")])
+    ("residual of rank 1", "error on rank 1: division by zero"),
+    pytest.param("rank 1", "error on rank 1: only here", marks=pytest.mark.validation),
+    pytest.param("liggghts on rank 1", "error on rank 1: LIGGGHTS: Unknown command: nonsense",
+                 marks=pytest.mark.validation)])
 def test_an_error_of_one_rank_ends_the_others(run_ranks, words, request, failure, sentence):
     """They wait somewhere, the residual's exchange included, until they are aborted."""
     if "liggghts" in failure:

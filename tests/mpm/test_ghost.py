@@ -160,6 +160,7 @@ if solid.comm.rank == 0:
 """
 
 
+@pytest.mark.validation
 def test_domains_reach_into_cells_of_other_ranks(tmp_path, run_ranks):
     script = tmp_path / "turn.py"
     script.write_text(RANKS)

@@ -393,7 +393,8 @@ if solid.comm.rank == 0:
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("cell", ["quadrilateral", pytest.param("triangle", marks=pytest.mark.validation)])
+@pytest.mark.validation
+@pytest.mark.parametrize("cell", ["quadrilateral", "triangle"])
 def test_three_ranks_give_what_one_gives(run_ranks, tmp_path, cell):
     results = []
     for n in (1, 3):

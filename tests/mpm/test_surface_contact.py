@@ -304,7 +304,8 @@ if solid.comm.rank == 0:
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("basis", [pytest.param("linear", marks=pytest.mark.validation), "ugimp"])
+@pytest.mark.validation
+@pytest.mark.parametrize("basis", ["linear", "ugimp"])
 def test_ranks_change_nothing(tmp_path, request, run_ranks, basis):
     found = []
     for ranks in (1, 3):

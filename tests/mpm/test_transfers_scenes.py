@@ -98,8 +98,8 @@ if solid.comm.rank == 0:
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("scene", [
-    pytest.param(("2", "bspline", "apic"), id="bspline-apic"),
-    pytest.param(("2", "linear", "tpic"), id="linear-tpic", marks=pytest.mark.validation)])
+    pytest.param(("2", "bspline", "apic"), id="bspline-apic", marks=pytest.mark.validation),
+    pytest.param(("2", "linear", "tpic"), id="linear-tpic")])
 def test_three_ranks_give_what_one_gives(scene, run_ranks, tmp_path):
     script = tmp_path / "spin.py"
     script.write_text(RANKS)

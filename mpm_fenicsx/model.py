@@ -6,7 +6,7 @@ from mpi4py import MPI
 
 from .basis.smooth import Basis
 from .collective import total
-from .grid.background import Background, check_inside
+from .grid.background import Background, Needs, check_inside
 from .grid.supports import Supports
 from .laws import ELASTIC_STATE
 from .output.states import fingerprint
@@ -25,11 +25,11 @@ from .solve import options
 from .solve.ladder import Ladder
 from .solve.losses import Losses
 from .terms.behind import watch
-from .terms.bodies import Start, warn_if_in_pieces
-from .terms.bonds import Bonds
 from .terms.kernels import compile_grid_kernels
 from .terms.loads import PointForces, SurfaceLoads
+from .terms.scene_contacts import make_meetings
 from .terms.scene_penalties import make_contacts, make_penalties, reaction
+from .terms.start import Start, warn_if_in_pieces
 from .terms.transfers import TRANSFERS, make_bodies
 
 
@@ -49,8 +49,7 @@ class Model:
         self.gravity, self.time, self.steps = scene.acceleration, 0.0, 0
         self.basis, self._transfer = Basis(scene.numerics.basis), TRANSFERS[scene.numerics.transfer]
         self.basis.check_grid(scene.grid, scene.grid.cell, isinstance(scene.grid, Grid))
-        self._bodies = make_bodies(scene.body, scene.grid, self.gravity, scene.body_force, self.basis,
-                                   self._transfer.body)
+        self._bodies = make_bodies(scene, scene.grid, self.gravity, self.basis, self._transfer.body)
         x = np.concatenate([body.points.x for body in self._bodies])
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)
         ways = read_ways(scene.outflow, self.dim)
@@ -58,7 +57,6 @@ class Model:
         self._ladder = Ladder(comm, scene.inertia, elastic)
         self._losses = Losses(comm, self.origin, scene.numerics.losses)
         self._count, self._outflow = len(x), Outflow(ways, scene.grid, comm, self.gravity)
-        self._bonds = Bonds(self._bodies, comm, scene.bonded)
         self._margin = margins_at_walls(scene.grid, scene.penalties)
         self._distribute(np.array_split(x, comm.size)[comm.rank])
         self.kernels = compile_grid_kernels(self.background, self._transfer.to_points)
@@ -71,7 +69,8 @@ class Model:
         loads = list(scene.loads)
         self.loads = (SurfaceLoads(loads, self.dim, start, self._outflow),) if loads else ()
         self.penalties = make_penalties(list(scene.penalties), self.background, start)
-        self._contacts = make_contacts(scene.penalties, self.background, start, self._bodies)
+        self._contacts = (*make_contacts(scene.penalties, self.background, start, self._bodies),
+                          *make_meetings(self._bodies, self.background))
         self._behind = watch(scene.penalties, self.background, self._bodies)
         for condition in (*self.loads, *self.penalties):
             self.background.keep_mine(condition.points, condition.names)
@@ -86,7 +85,8 @@ class Model:
         """Distribute the grid over the ranks for points at x [m], shape (n, dim); each rank gives some.
         owner: rank of each of its cells, decides instead."""
         averaged = any(body.body.f_bar for body in self._bodies)
-        self.background = Background(self._framed.grid, self.comm, x, averaged, self.origin, self._margin,
+        self.background = Background(self._framed.grid, self.comm, x,
+                                     Needs(averaged, max(self.scene.fields) + 1), self.origin, self._margin,
                                      self.basis, owner)
         self.supports = Supports(self._framed.supports, self.background.x, self.steps > 0)
         self._router = Router(self.comm, self.background.neighbours)
@@ -98,8 +98,8 @@ class Model:
         leave = None if self._surface.resampled else self._outflow.of_boundary(self.boundary)
         loaded = [Set("boundary", self.boundary, leave=leave),
                   *(Set("loads", a.points, leave=self._outflow.of_boundary(a.points)) for a in self.loads)]
-        springs = [Set("hinges" if p.follows else "walls", p.points, p.follows, p.follows or p.moves)
-                   for p in self.penalties]
+        springs = [Set("hinges" if p.follows else f"walls{p.points.field or ''}", p.points, p.follows,
+                       p.follows or p.moves) for p in self.penalties]
         return Sets(self.comm, [*material, *loaded, *springs], self.origin)
 
     # ---------------------------------------------------------------- points

@@ -34,10 +34,10 @@ class MPM(Restarting):
     records; body_force: force per mass [m/s^2] besides gravity, a function of the points' positions at rest
     [m], shape (n, dim), and time [s], with values of shape (n, dim); outflow: what happens to material that
     leaves the grid, "stop" (the run ends), "hold" (at the edge, at rest) or "remove", or a dict by side, such
-    as {"+x": "remove"}, whose other sides stop, see ``outflow`` and ``removed``; bonded: that bodies stick
-    where they share grid nodes is meant (layers of one soil), else a warning says so, as there is no contact
-    between bodies; numerics: see ``Numerics``; basis: at the material points, instead of that of
-    ``numerics``.
+    as {"+x": "remove"}, whose other sides stop, see ``outflow`` and ``removed``; bonded: whether bodies stick
+    where they share grid nodes (layers of one soil), True, or groups of the numbers of those that do, such as
+    [(0, 1)]; others push, rub and part, see ``terms.body_contact``; numerics: see ``Numerics``; basis: at the
+    material points, instead of that of ``numerics``.
 
     ``bodies`` are the bodies with their points, numbered through, see ``bodies.BodyTerm``; ``phases`` sums
     the seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,
@@ -82,9 +82,9 @@ class MPM(Restarting):
                  interface: Optional[Interface] = None, *, gravity: Optional[Sequence[float]] = None,
                  inertia: str = "consistent", loads: Sequence[Load] = (),
                  penalties: Sequence[Union[Penalty, GridWall]] = (), body_force: Optional[Callable] = None,
-                 outflow: Union[str, Dict[str, str]] = "stop", bonded: bool = False,
-                 numerics: Numerics = Numerics(), basis: Optional[str] = None,
-                 comm: MPI.Comm = MPI.COMM_WORLD):
+                 outflow: Union[str, Dict[str, str]] = "stop",
+                 bonded: Union[bool, Sequence[Sequence[int]]] = False, numerics: Numerics = Numerics(),
+                 basis: Optional[str] = None, comm: MPI.Comm = MPI.COMM_WORLD):
         if basis is not None:
             numerics = replace(check.record("numerics", numerics, Numerics), basis=basis)
         super().__init__(SolidScene(grid, body, supports, interface, gravity, inertia, loads, penalties,
@@ -134,8 +134,6 @@ class MPM(Restarting):
             self._renew_step(self._sets.filled())
         elif travelled:
             self._renew_arrays()
-        if inactive or self.steps % self._bonds.every == 0:
-            self._bonds.look(self.step, self.time)
 
     def _rebalance(self):
         """A new distribution of the grid when the points have gathered on few ranks; they move with all they

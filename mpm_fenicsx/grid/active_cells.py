@@ -9,6 +9,7 @@ from petsc4py import PETSc
 
 from . import compat
 from .elements import PointElements, around, cell_elements, reach, stencil_elements
+from .pairs import find_pairs
 
 
 def ghosted_vector(numbering, comm):
@@ -34,14 +35,16 @@ class ActiveCells:
     node's row, shape (n, 5^D, D, D): nodes around it, direction of the force on it, direction of their
     displacement. patch_matrices: shape (patches, M, D, D, M); a quadrilateral or a hexahedron is its own
     patch, and these are the element matrices. For ghost inertia: nodes_of_facets (facets, M) and
-    facet_matrices, shape (facets, D, M, M), by direction, node and node. Collective.
+    facet_matrices, shape (facets, D, M, M), by direction, node and node. ``pairs``, see there, has
+    pair_matrices, shape (pairs, 2K, D, D, 2K). Collective.
     """
 
-    def __init__(self, background, filled, fixed, symmetric=True, averaged=False, facets=None, walls=None):
+    def __init__(self, background, filled, fixed, symmetric=True, averaged=False, facets=None, walls=None,
+                 meeting=()):
         """filled: numbers of this rank's cells that hold points; fixed: (grid nodes, D) mask; symmetric: so
         is the matrix; averaged: whether a body needs the patches; facets: None, or ``ghost.Facets`` that need
         matrices; walls: None on all ranks where there are no springs, else a mask of the local cells that may
-        hold particles of walls."""
+        hold particles of walls; meeting: pairs of fields between which something acts."""
         self.comm, self.dim = background.comm, background.dim
         self._vectors, self._symmetric = {}, symmetric
         grid_vec = ghosted_vector(background.node_numbering, self.comm)
@@ -66,6 +69,7 @@ class ActiveCells:
         self.point_row = np.where(self.row < rows_of_points, self.row, -1).astype(np.int32)
         self.fixed = fixed[self.node]
         self._make_elements(background, chosen, averaged)
+        self.pairs = find_pairs(background, meeting, self.cells, self.point_row) if meeting else None
         self._make_matrix(background, chosen, walls is not None)
 
     def _flags(self, vec, nodes):
@@ -117,6 +121,18 @@ class ActiveCells:
             with vec.localForm() as local:
                 values[:] = local.array_r.reshape(values.shape)
 
+    def largest(self, values):
+        """Take, in place, the largest of what all ranks have at shared nodes; values: (local nodes,
+        block)."""
+        if self.comm.size > 1:
+            vec = self._exchange(values.shape[1])
+            with vec.localForm() as local:
+                local.array_w[:] = values.ravel()
+            vec.ghostUpdate(PETSc.InsertMode.MAX_VALUES, PETSc.ScatterMode.REVERSE)
+            vec.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+            with vec.localForm() as local:
+                values[:] = local.array_r.reshape(values.shape)
+
     def with_ghosts(self, owned):
         """Values at all local nodes from those at the owned ones, shape (owned, block)."""
         if self.comm.size == 1:
@@ -161,6 +177,8 @@ class ActiveCells:
             parts.append((dof[:, None, :, None], columns[:, :, None]))
         elif self.elements.patch is not self.row:
             parts.append(of_elements(by_node[self.nodes_of_patch]))
+        if self.pairs:
+            parts.insert(1, of_elements(dof[self.pairs.nodes]))
         facet = dof[self.nodes_of_facets].transpose(0, 2, 1)  # (facets, D, M), each direction on its own
         parts.append((facet[..., None], facet[:, :, None]))
         shapes = [np.broadcast_shapes(row.shape, column.shape) for row, column in parts]
@@ -177,8 +195,9 @@ class ActiveCells:
         matrices = [part.reshape(shape) for part, shape in
                     zip(np.split(self.values, np.cumsum([len(part) for part in rows])), shapes)]
         self.element_matrices, self.facet_matrices = matrices[0], matrices[-1]
+        self.pair_matrices = matrices.pop(1) if self.pairs else None
         self.point_matrices = matrices[1 if smooth else 0]
-        self.patch_matrices = matrices[len(parts) - 2]
+        self.patch_matrices = matrices[-2]
 
     def share(self, *sums):
         """Add up, in place, sums over the patches, shape (patches, …) each, that points of several ranks

@@ -4,6 +4,7 @@ No function space is made: the mesh's geometry already has nodes, cells and thei
 compiler stays out of the start.
 """
 import zlib
+from typing import NamedTuple
 
 import numpy as np
 from mpi4py import MPI
@@ -28,6 +29,19 @@ def whole_mesh(grid):
     return grid.vertices, grid.cells
 
 
+def _repeat(numbers, times, count):
+    """The ``numbers`` below ``count`` that many ``times``, each time larger by ``count``."""
+    return (numbers + count * np.arange(times).reshape(-1, *[1] * numbers.ndim)).reshape(
+        -1, *numbers.shape[1:])
+
+
+def _copies(mesh, fields):
+    """Vertices and cells of so many copies of a ``mesh``, one after the other."""
+    vertices, cells = mesh
+    return (mesh if fields == 1 else
+            (np.tile(vertices, (fields, 1)), _repeat(cells, fields, len(vertices))))
+
+
 INSIDE = 1e-12  # of a cell's size: points on a facet belong to both cells
 
 
@@ -41,28 +55,47 @@ def check_inside(grid, x, what, origin=0.0):
                          f"{box.upper} m: enlarge the grid")
 
 
+class Needs(NamedTuple):
+    """What bodies need of the grid: whether F-bar has patches, ``averaged``, which then stay on one rank, and
+    the number of ``fields``."""
+
+    averaged: bool = False
+    fields: int = 1
+
+
+ALIKE = Needs()  # of a body without F-bar, or of several that stick
+
+
 class Background:
     """Distributed background grid.
 
-    whole: vertices and cells of the whole grid; owner: rank of each of its cells; cells: nodes of this rank's
-    cells, shape (m, K), owned ones first, then ghosts; original_cell: (m,) their numbers in the whole; x:
-    nodes [m], shape (n, D), likewise; vertex_of: (n,) their numbers in the whole; h: (D,) size of a cell [m];
-    maps, affine: see ``shape.cell_maps``; patch: patch of each cell of the whole grid, see ``patches``, or
-    None; origin: of all these coordinates in the user's [m], shape (D,); tolerance: by which a point may lie
-    outside a cell, of the cell's size, for the round-off in the user's coordinates. Collective.
+    Bodies that do not stick have ``fields`` of their own: the mesh is so many copies of the grid, in the same
+    place and not joined, and points of a field are in cells of its copy. All copies are shared out alike over
+    the ranks.
+
+    whole: vertices and cells of the grid; copies: the same of all its copies, one after the other; owner:
+    rank of each of their cells; cells: nodes of this rank's cells, shape (m, K), owned ones first, then
+    ghosts; original_cell: (m,) their numbers in the copies; x: nodes [m], shape (n, D), likewise; vertex_of:
+    (n,) their numbers in the copies; h: (D,) size of a cell [m]; maps, affine: see ``shape.cell_maps``;
+    patch: patch of each cell of the copies, see ``patches``, or None; origin: of all these coordinates in the
+    user's [m], shape (D,); tolerance: by which a point may lie outside a cell, of the cell's size, for the
+    round-off in the user's coordinates. Collective.
     """
 
-    def __init__(self, grid, comm, filling, averaged=False, origin=0.0, margin=None,
-                 basis=LINEAR, owner=None):
+    def __init__(self, grid, comm, filling, needs=ALIKE, origin=0.0, margin=None, basis=LINEAR,
+                 owner=None):
         """grid: ``Grid`` or ``Mesh``; filling: positions [m], shape (n, D), of what makes a cell expensive;
-        each rank may give its own share; averaged: whether F-bar needs patches, which then stay on one rank;
-        margin: beyond the edge of a ``Grid`` [cells], shape (D, 2), see ``scene.margin``; basis: at the
-        material points; owner: as that of an earlier distribution, which decides instead of ``filling``."""
+        each rank may give its own share; needs: of the bodies; margin: beyond the edge of a ``Grid`` [cells],
+        shape (D, 2), see ``scene.margin``; basis: at the material points; owner: as that of an earlier
+        distribution, which decides instead of ``filling``."""
         self.grid, self.comm, self.dim, self.basis = grid, comm, grid.box.dim, basis
-        self.whole = vertices, cells = whole_mesh(grid)
-        self.patch = patches(grid, vertices, cells) if averaged else None
-        self.owner = self._share_out(filling) if owner is None else owner
+        self.whole, self.fields = whole_mesh(grid), needs.fields
+        patch, fields = patches(grid, *self.whole) if needs.averaged else None, needs.fields
+        self.owner = np.tile(self._share_out(filling, patch), fields) if owner is None else owner
+        self.copies = vertices, cells = _copies(self.whole, fields)
+        self.patch = patch if patch is None else _repeat(patch, fields, patch.max() + 1)
         self.mesh = self._distribute(vertices, cells)
+        self._place = None
         self.cell_numbering = compat.cell_numbering(self.mesh)
         self.node_numbering = compat.node_numbering(self.mesh)
         self.cells_owned, self.nodes_owned = self.cell_numbering.owned, self.node_numbering.owned
@@ -81,11 +114,24 @@ class Background:
         self.search = LatticeSearch(grid, self) if isinstance(grid, Grid) else WalkSearch(self)
         self.neighbours = self._ranks_around()
 
-    def _share_out(self, filling):
+    def _share_out(self, filling, patch):
         vertices, cells = self.whole
         centres = vertices[cells].mean(axis=1)
         weights = EMPTY_CELL + self._points_per_cell(centres, filling)
-        return bisect(centres, weights, self.comm.size, self.patch)
+        return bisect(centres, weights, self.comm.size, patch)
+
+    @property
+    def field_of(self):
+        """Field of each of this rank's cells, shape (m,)."""
+        return self.original_cell // len(self.whole[1])
+
+    def in_field(self, cells, field):
+        """The copies in ``field`` of this rank's ``cells``, numbers (n,); they are this rank's, too."""
+        if self._place is None:
+            self._place = np.empty(len(self.owner), np.int32)
+            self._place[self.original_cell] = np.arange(len(self.cells))
+        count = len(self.whole[1])
+        return self._place[self.original_cell[cells] % count + field * count]
 
     @property
     def checksum(self):
@@ -117,7 +163,7 @@ class Background:
 
     def keep_mine(self, points, names):
         """Of points made alike on every rank, keep those in its own cells. names: what each belongs to."""
-        rank, number = self.search.assign(points.x)
+        rank, number = self.search.assign(points.x, points.field)
         if (rank < 0).any():
             p = np.argmin(rank)
             raise ValueError(f"particle {p} of {names[p]} lies at {points.x[p] + self.origin} m, outside the "
@@ -131,7 +177,7 @@ class Background:
         cells = self.comm.gather(self.original_cell[cells])
         if cells is None:
             return 0
-        nodes = self.whole[1][np.concatenate(cells)]
+        nodes = self.copies[1][np.concatenate(cells)]
         n, nodes = len(nodes), np.unique(nodes, return_inverse=True)[1].reshape(nodes.shape)
         pairs = np.repeat(np.arange(n), nodes.shape[1]), n + nodes.ravel()
         joined = coo_matrix((np.ones(nodes.size, bool), pairs), shape=(n + nodes.max() + 1,) * 2)

@@ -32,11 +32,11 @@ def reach(background, chosen):
 
 
 def around(counts, number, width):
-    """Of nodes or cells of a regular grid, ``counts`` (D,) of them along the axes, those with the ``number``,
-    shape (n,): the places among these of the width^D around each, first direction fastest, shape (n,
-    width^D); -1 where there is none."""
-    strides, D = np.cumprod([1, *counts[:-1]]), len(counts)
-    place = np.full(np.prod(counts), -1, np.int32)
+    """Of nodes or cells of a regular grid, ``counts`` (D,) of them along the axes, or of copies of it one
+    after the other, those with the ``number``, shape (n,): the places among these of the width^D around each,
+    first direction fastest, shape (n, width^D); -1 where there is none."""
+    strides, D, count = np.cumprod([1, *counts[:-1]]), len(counts), np.prod(counts)
+    place = np.full(count * (1 + number.max(initial=0) // count), -1, np.int32)
     place[number] = np.arange(len(number))
     steps = np.arange(width) - width // 2
     steps = np.stack(np.meshgrid(*[steps] * D, indexing="ij"), axis=-1).reshape(-1, D)[:, ::-1]

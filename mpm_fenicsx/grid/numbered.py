@@ -17,7 +17,7 @@ class Numbered:
         self._router = router
         self._cell = np.full(len(b.owner), -1, np.int32)
         self._cell[b.original_cell[:b.cells_owned]] = np.arange(b.cells_owned)
-        self._rank_of_node = np.full(len(b.whole[0]), -1, np.int32)
+        self._rank_of_node = np.full(len(b.copies[0]), -1, np.int32)
         self._rank_of_node[b.vertex_of[:b.nodes_owned]] = b.comm.rank
         b.comm.Allreduce(MPI.IN_PLACE, self._rank_of_node, MPI.MAX)
 

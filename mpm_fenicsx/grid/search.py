@@ -2,7 +2,7 @@
 
 Both searches answer two questions. ``locate``: the local cell of the points of this rank, and whether any is
 not here. ``destinations``: for all points, rank and rank-independent number of their cell; it is asked only
-when a point is not here, and it is collective.
+when a point is not here, and it is collective. Points are in cells of their ``field``, see ``background``.
 """
 import numpy as np
 from mpi4py import MPI
@@ -19,28 +19,33 @@ class LatticeSearch:
     def __init__(self, grid, background):
         self._lattice = Lattice(np.asarray(grid.box.lower, float), grid.box.size / grid.cells,
                                 np.asarray(grid.cells, np.int64),
-                                len(background.owner) // int(np.prod(grid.cells)), background.margin)
+                                len(background.whole[1]) // int(np.prod(grid.cells)), background.margin)
+        self._per_field = len(background.whole[1])
         self._rank, self._owner = background.comm.rank, background.owner
         self._local = np.full(len(background.owner), -1, np.int32)
         self._local[background.original_cell] = np.arange(len(background.cells))
 
-    def _numbers(self, x):
+    def _numbers(self, x, field):
         number = np.empty(len(x), np.int64)
         lattice_numbers(x, *self._lattice, number)
+        if np.any(field):
+            number[number != NOWHERE] += self._per_field * np.broadcast_to(field, len(x))[number != NOWHERE]
         return number
 
     def locate(self, points, row):
         """Fill ``points.cell``; returns whether any point is elsewhere, and in a cell without a ``row``."""
-        return locate_lattice(self._numbers(points.x), self._owner, self._local, row, self._rank, points.cell)
+        number = self._numbers(points.x, points.field)
+        return locate_lattice(number, self._owner, self._local, row, self._rank, points.cell)
 
-    def assign(self, x):
-        """``destinations`` of positions x [m], shape (n, D), that are the same on every rank."""
-        number = self._numbers(x)
+    def assign(self, x, field=0):
+        """``destinations`` of positions x [m], shape (n, D), in the ``field``, one or (n,), that are the same
+        on every rank."""
+        number = self._numbers(x, field)
         return np.where(number < 0, NOWHERE, self._owner[number]).astype(np.int32), number
 
     def destinations(self, points):
         """Rank (-1: outside the grid), shape (n,), and number of the cell, shape (n,), of every point."""
-        return self.assign(points.x)
+        return self.assign(points.x, points.field)
 
     relocate = destinations  # after a new distribution the old cells mean nothing; here they never did
 
@@ -90,7 +95,9 @@ class WalkSearch:
         comm = self._background.comm
         everybody = comm.allgather(points.x[lost])
         start = sum(len(part) for part in everybody[:comm.rank])
-        answers = self.assign(np.concatenate(everybody))
+        field = points.field if self._background.fields == 1 else np.concatenate(
+            comm.allgather(np.broadcast_to(points.field, len(points))[lost]))
+        answers = self.assign(np.concatenate(everybody), field)
         rank[lost], number[lost] = (values[start:start + len(lost)] for values in answers)
         return rank, number
 
@@ -99,21 +106,24 @@ class WalkSearch:
         return self._by_tree(points, np.arange(len(points)), np.zeros(len(points), np.int32),
                              np.zeros(len(points), np.int64))
 
-    def assign(self, x):
+    def assign(self, x, field=0):
         """See ``LatticeSearch.assign``."""
-        mine = self._in_tree(x)
+        mine = self._in_tree(x, field)
         number = np.empty_like(mine)
         self._background.comm.Allreduce(mine, number, MPI.MAX)
         rank = np.searchsorted(self._starts, number, side="right") - 1
         return np.where(number < 0, NOWHERE, rank).astype(np.int32), number
 
-    def _in_tree(self, x):
-        """Global number of an owned cell that holds each point x, shape (n, D), or -1."""
+    def _in_tree(self, x, field):
+        """Global number of an owned cell of the ``field`` that holds each point x, shape (n, D), or -1."""
         b, best = self._background, np.full(len(x), -1, np.int64)
         if len(x) and b.cells_owned:
             if self._tree is None:
                 self._tree = compat.cell_tree(b.mesh, np.arange(b.cells_owned), b.tolerance * b.h.max())
             point, c = compat.candidates(self._tree, x)
+            if b.fields > 1:
+                own = b.field_of[c] == np.broadcast_to(field, len(x))[point]
+                point, c = point[own], c[own]
             inside = np.empty(len(point), np.bool_)
             self._holds(x[point], c, b.maps, b.tolerance, inside)
             np.maximum.at(best, point[inside], self._number[c[inside]])

@@ -43,12 +43,19 @@ def _grid(mpm):
     background = mpm.background
     vertices, cells = background.whole
     vertices = vertices + background.origin
-    own = cells[np.sort(background.original_cell[:background.cells_owned])]
+    own = np.sort(background.original_cell[:background.cells_owned])
+    own = cells[own[own < len(cells)]]
     nodes, corners = np.unique(own, return_inverse=True)
     mass, velocity = np.zeros(len(vertices)), np.zeros(vertices.shape)
     if mpm.steps and mpm.step.grid is not None:
-        active = background.vertex_of[mpm.step.active_cells.node]
-        mass[active], velocity[active] = mpm.step.grid.mass, mpm.step.grid.v
+        active = background.vertex_of[mpm.step.active_cells.node] % len(vertices)
+        grid = mpm.step.grid
+        if background.fields == 1:
+            mass[active], velocity[active] = grid.mass, grid.v
+        else:  # of all fields
+            np.add.at(mass, active, grid.mass)
+            np.add.at(velocity, active, grid.mass[:, None] * grid.v)
+            velocity /= np.where(mass > 0.0, mass, 1.0)[:, None]
     kind, order = AROUND[mpm.grid.cell]
     corners = corners.reshape(own.shape)[:, order]
     if kind in ("triangle", "tetra"):

@@ -25,7 +25,7 @@ def fingerprint(model, conditions):
     texts = (laws, [(s.fix, s.name) for s in scene.supports], conditions, scene.inertia, scene.numerics.basis,
              outflow)
     return np.array([model.comm.size, model.comm.rank, model.dim, sum(map(len, points)),
-                     _of_arrays(*whole_mesh(scene.grid)),
+                     _of_arrays(*whole_mesh(scene.grid)) + max(scene.fields),
                      _of_arrays(*(array for p in points for array in (p.x, p.V0))), *map(_of_text, texts),
                      _of_arrays(model.origin), _of_text(scene.numerics.transfer)], float)
 

@@ -26,7 +26,7 @@ class BoundaryParticles:
             raise ValueError(f"the interface has {x.shape[1]} dimensions, the grid {dim}: give both the same")
         self._comm, self._dim, self.interface, n = comm, dim, interface, len(x)
         self.points = Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
-                             a=start.acceleration(x), force=np.zeros((n, dim)))
+                             a=start.acceleration(x), force=np.zeros((n, dim)), **start.field(x))
 
     @property
     def count(self):
@@ -81,7 +81,9 @@ class BoundaryParticles:
         """Renew the particles by the rule, see ``outline.find_change``; if that changes anything, ``points``
         are all of them on every rank again. Returns the ``OutlineChange``, or None."""
         x, v, a, force = self.gather("x", "v", "a", "force")
-        old = self.interface
+        old, fields = self.interface, {}
+        if "field" in self.points.names:
+            fields["field"] = self.gather_values(self.points.field)
         change = outline.find_change(x, old.elements, old.resampling, force.any(axis=1), has_mass, changed)
         if change is not None:
             if not len(change.x):
@@ -91,7 +93,9 @@ class BoundaryParticles:
             self.interface = replace(old, x=x0, elements=change.elements)
             self.points.restore(dict(gid=np.arange(n), cell=np.zeros(n, np.int32), x=change.x,
                                      v=change.interpolate(v),
-                                     a=change.interpolate(a), force=change.redistribute(force)))
+                                     a=change.interpolate(a), force=change.redistribute(force),
+                                     **{name: of[change.parents[:, 0]].astype(of.dtype) for name, of in
+                                        fields.items()}))
         return change
 
     def get_state(self):
@@ -121,12 +125,15 @@ def near_mass(background, active_cells, bodies, kernels):
     active = (active_cells.row >= 0)[:, None] & (flags[active_cells.cells, 0] > 0.0)
 
     def has_mass(x):
-        rank, number = search.assign(x)
-        found, mine = np.zeros(len(x), np.int32), rank == comm.rank
-        cell, at = np.ascontiguousarray(search.local(number[mine]), np.int32), np.ascontiguousarray(x[mine])
-        N, G = np.empty((len(at), active.shape[1])), np.empty((len(at), *active.shape[1:], x.shape[1]))
-        kernels.shapes(cell, at, background.maps, N, G)
-        found[mine] = (N * active[cell]).sum(axis=1) > REACHES
+        found = np.zeros(len(x), np.int32)
+        for field in range(background.fields):
+            rank, number = search.assign(x, field)
+            mine = rank == comm.rank
+            cell = np.ascontiguousarray(search.local(number[mine]), np.int32)
+            at = np.ascontiguousarray(x[mine])
+            N, G = np.empty((len(at), active.shape[1])), np.empty((len(at), *active.shape[1:], x.shape[1]))
+            kernels.shapes(cell, at, background.maps, N, G)
+            found[mine] |= (N * active[cell]).sum(axis=1) > REACHES
         return somewhere(comm, *found)
 
     return has_mass

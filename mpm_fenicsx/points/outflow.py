@@ -106,10 +106,12 @@ class Outflow:
         def leave(rank, number, search):
             outside = np.flatnonzero((rank < 0) & (self._way(points) != "stop"))
             everybody = self._comm.allgather(points.x[outside])
+            field = self._comm.allgather(np.broadcast_to(points.field, len(points))[outside])
             start = sum(map(len, everybody[:self._comm.rank]))
             mine, x = slice(start, start + len(outside)), edge(self._grid, np.concatenate(everybody), search)
             points.x[outside] = x[mine]
-            rank[outside], number[outside] = (found[mine] for found in search.assign(x))
+            rank[outside], number[outside] = (
+                found[mine] for found in search.assign(x, np.concatenate(field)))
             switch_off(points, outside)
             return rank, number
 

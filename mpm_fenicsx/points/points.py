@@ -114,7 +114,10 @@ def of_points(body: Body, basis: str = "linear") -> Interface:
 class Points:
     """Fields of points on this rank, each an array of its own (kernels over strided records take twice as
     long); a record is packed only to travel or to be stored. Fields: ``gid`` number in the whole run,
-    ``cell``, ``x``, and whatever else is given."""
+    ``cell``, ``x``, and whatever else is given. ``field``: of the grid, in which all of them or, as a field
+    of their own, each of them are, see ``background``."""
+
+    field = 0
 
     def __init__(self, **fields):
         self.names = tuple(fields)

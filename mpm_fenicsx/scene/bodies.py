@@ -99,7 +99,8 @@ class Body:
     volume change over each cell of the background grid, or over patches of its triangles and tetrahedra,
     against locking of bodies that keep their volume. stress: normal stresses along x, y and z at the start
     [Pa], shape (n, 3), as a function of positions (n, dim), see ``at_rest``; the body is then at rest, not in
-    free fall.
+    free fall. friction: coefficient of friction (Coulomb) with other bodies; of two that touch the larger one
+    counts.
 
     >>> from mpm_fenicsx import linear
     >>> steel = linear(E=210e9, nu=0.3)
@@ -119,6 +120,7 @@ class Body:
     velocity: object = 0.0
     f_bar: bool = False
     stress: Optional[Callable] = None
+    friction: float = 0.0
 
     def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen
@@ -134,6 +136,7 @@ class Body:
         put("rho", check.positive("rho", self.rho, "kg/m^3", "the density must be positive"))
         put("thickness", check.positive("thickness", self.thickness, "m", "it must be positive"))
         put("f_bar", check.truth("f_bar", self.f_bar))
+        put("friction", check.not_negative("friction of the body", self.friction))
         states = ("plane_stress", "plane_strain") if self.dim == 2 else ("three_dimensional",)
         put("stress_state", states[-1] if self.stress_state is None else
             check.choice("stress_state", self.stress_state, states))

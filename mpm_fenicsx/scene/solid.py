@@ -15,6 +15,32 @@ from .numerics import Numerics
 INERTIA = "consistent", "lumped", "ghost"  # the kinds there are
 
 
+def find_fields(bonded: Union[bool, Sequence[Sequence[int]]], count: int) -> Tuple[int, ...]:
+    """Number of the field of the grid in which each of ``count`` bodies moves: its own, or that of those to
+    which it is ``bonded``: True, to all, or groups of the numbers of bodies. Raises ValueError for others.
+
+    >>> find_fields(False, 3), find_fields(True, 3), find_fields([(0, 2)], 3)
+    ((0, 1, 2), (0, 0, 0), (0, 1, 0))
+    """
+    if isinstance(bonded, (bool, np.bool_)):
+        return (0,) * count if bonded else tuple(range(count))
+    first = list(range(count))  # of the bodies in its group
+    taken: list = []
+    try:
+        groups = [[int(check.count("number of a body in bonded", n, 0)) for n in group] for group in bonded]
+    except TypeError:
+        raise ValueError(f"bonded is {check.shown(bonded)}: give True or False, or groups of the numbers of "
+                         "bodies, such as [(0, 1)]") from None
+    for group in groups:
+        for n in group:
+            if not 0 <= n < count or n in taken:
+                raise ValueError(f"bonded is {check.shown(bonded)}: give each of the bodies 0 to {count - 1} "
+                                 "at most once")
+            taken.append(n)
+            first[n] = min(group)
+    return tuple(sorted(set(first)).index(n) for n in first)
+
+
 @dataclass(frozen=True)
 class SolidScene:
     """The arguments of ``MPM``, see there. ``body``: a body or several, afterwards a tuple.
@@ -32,7 +58,7 @@ class SolidScene:
     penalties: Sequence[Union[Penalty, GridWall]] = ()
     body_force: Optional[Callable] = None
     outflow: Union[str, Dict[str, str]] = "stop"
-    bonded: bool = False
+    bonded: Union[bool, Sequence[Sequence[int]]] = False
     numerics: Numerics = field(default_factory=Numerics)
 
     def __post_init__(self) -> None:
@@ -52,12 +78,17 @@ class SolidScene:
             check.numbers("gravity", self.gravity, self.grid.box.dim, "m/s^2")
         if self.body_force is not None:
             check.function("body_force", self.body_force)
-        check.truth("bonded", self.bonded)
+        find_fields(self.bonded, len(self.bodies))
 
     @property
     def bodies(self) -> Tuple[Body, ...]:
         """The bodies as a tuple."""
         return tuple(self.body) if isinstance(self.body, (list, tuple)) else (self.body,)  # type: ignore
+
+    @property
+    def fields(self) -> Tuple[int, ...]:
+        """Number of the field of the grid of each body, see ``find_fields``."""
+        return find_fields(self.bonded, len(self.bodies))
 
     @property
     def acceleration(self) -> np.ndarray:

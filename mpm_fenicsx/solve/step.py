@@ -38,7 +38,8 @@ class Step:
         symmetric = all(record.law.symmetric for record in records)
         self.active_cells = cells = ActiveCells(
             background, filled, problem.supports.fixed, symmetric, any(record.f_bar for record in records),
-            facets, walls_in_reach(penalties, background))
+            facets, walls_in_reach(penalties, background),
+            [pair for penalty in penalties for pair in getattr(penalty, "pairs", ())])
         self.active, self.mass_then = np.zeros(len(cells.node), bool), np.zeros(len(cells.node))
         lightest = min(body.body.rho * body.thickness for body in problem.bodies)
         self.full_mass = np.prod(background.h) * lightest

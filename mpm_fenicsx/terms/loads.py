@@ -131,7 +131,7 @@ class SurfaceLoads(PointForces):
         self.count, self.follows = n, any(load.kind != "force" for load in loads)
         self.names = np.repeat([load.name for load in loads], [len(load.surface.x) for load in loads])
         super().__init__(Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
-                                a=start.acceleration(x), force=np.zeros((n, dim))), outflow)
+                                a=start.acceleration(x), force=np.zeros((n, dim)), **start.field(x)), outflow)
 
     def forces(self, grid):
         """Over the step, on this rank's particles [N], shape (n, D): those of the records in the middle of

@@ -57,6 +57,8 @@ class Penalties:
         self.moves = any(p.motion is not None for p in penalties)
         self.names = np.repeat([p.name for p in penalties], counts)
         self.points = self._make_points(start)
+        if not self.follows:
+            self.points.field = start.only_field
         measured = self._separates if not self.follows else np.zeros(self.count, bool)
         self._away = np.where(measured[:, None], h * self._normal, 0.0)  # gap where there is no soil
         self._distance = SoilDistance(h, measured, self._normal, self._start) if measured.any() else None
@@ -72,7 +74,8 @@ class Penalties:
                 distance = np.sum((x[own] - penalty.at) * penalty.normal, axis=1)
                 gap[own] = distance[:, None] * penalty.normal
         return Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
-                      a=start.acceleration(x), force=np.zeros_like(x), gap=gap, status=np.zeros(n, np.int8))
+                      a=start.acceleration(x), force=np.zeros_like(x), gap=gap, status=np.zeros(n, np.int8),
+                      **(start.field(x) if self.follows else {}))
 
     def _motion(self, time):
         """Displacement of what holds [m] since the start, shape (count, D)."""
@@ -145,7 +148,8 @@ class Penalties:
     def _come_near(self, grid, gid):
         """No gap is wider than the soil that is there now leaves it, whichever soil opened it."""
         gap, normal = self.points.gap[self._index], self._normal[gid]
-        nearest = self._distance(grid.bodies, grid.active_cells.comm)[gid]
+        bodies = [body for body in grid.bodies if body.field == self.points.field]
+        nearest = self._distance(bodies, grid.active_cells.comm)[gid]
         along = np.sum(gap * normal, axis=1)
         arrived = along >= 0.999 * np.linalg.norm(self._away[gid], axis=1)
         least = np.maximum(np.where(arrived, nearest[:, 1], nearest[:, 0]), 0.0)

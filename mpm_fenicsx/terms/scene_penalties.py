@@ -33,11 +33,22 @@ def softest(bodies):
 
 def make_penalties(scene, background, start):
     """``Penalties`` of a scene, those in space and those that follow the body apart, as a tuple of none to
-    two.
+    two, those in space once for each field of the grid.
 
     scene: ``Penalty`` and ``GridWall`` records; start: the bodies, see ``bodies.Start``. Raises ValueError
     for a surface of another dimension, and a motion that does not fit it.
     """
+    parts = start.by_field()
+    if len(parts) == 1:
+        return _of_bodies(scene, background, start)
+    follows = lambda condition: getattr(condition, "follows", False)  # noqa: E731
+    in_space = [condition for condition in scene if not follows(condition)]
+    return sum((_of_bodies(in_space, background, part) for part in parts),
+               _of_bodies([condition for condition in scene if follows(condition)], background, start))
+
+
+def _of_bodies(scene, background, start):
+    """The same for the bodies of ``start`` alone."""
     D, groups, h = background.dim, {False: [], True: []}, background.h.min()
     for condition in scene:
         if condition.contact == "surface":

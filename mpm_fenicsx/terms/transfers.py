@@ -25,9 +25,10 @@ TRANSFERS = {
     "tpic": Transfer(midpoint, partial(AffineBody, apic=False), transfer.to_points_midpoint)}
 
 
-def make_bodies(bodies, grid, gravity, body_force, basis, make):
-    """Terms of the ``bodies``, numbered through, by ``make``, with arguments as of ``BodyTerm``; ValueError
-    when they do not fit each other or the grid."""
+def make_bodies(scene, grid, gravity, basis, make):
+    """Terms of the bodies of a ``SolidScene``, numbered through, by ``make``, with arguments as of
+    ``BodyTerm``; ValueError when they do not fit each other or the grid."""
+    bodies, body_force = scene.bodies, scene.body_force
     if not bodies:
         raise ValueError("there is no body: give at least one")
     for number, body in enumerate(bodies):
@@ -38,7 +39,8 @@ def make_bodies(bodies, grid, gravity, body_force, basis, make):
             raise ValueError(f"body {number} is {body.thickness} m thick, body 0 {bodies[0].thickness} m: "
                              "bodies in one plane grid have the same thickness")
     terms, count, h = [], 0, grid.box.size / grid.cells if basis.smooth else None
-    for body in bodies:
+    for body, field in zip(bodies, scene.fields):
         terms.append(make(body, count, gravity, body_force, basis, h))
+        terms[-1].points.field = field
         count += len(terms[-1].points)
     return terms

@@ -34,7 +34,8 @@ def scene(name, **more):
         held = [Support(lambda x, d=d: x[:, d] < 1e-9, fix) for d, fix in ((1, "xy"), (0, "x"))]
         return MPM(Grid(Box((0.0, 0.0), (0.6, 0.3)), (30, 15)), column, held, gravity=(0.0, -9.81), **more)
     off = {"hit": 0.0, "off-centre hit": 0.08}[name]
-    return MPM(grid, [disc((0.3, 0.3), (4.0, 4.0)), disc((0.62 + off, 0.62 - off), (-4.0, -4.0))], **more)
+    return MPM(grid, [disc((0.3, 0.3), (4.0, 4.0)), disc((0.62 + off, 0.62 - off), (-4.0, -4.0))],
+               bonded=True, **more)
 
 
 # and their steps

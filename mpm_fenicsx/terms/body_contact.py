@@ -1,0 +1,249 @@
+"""Contact of bodies in different fields of the grid: they push, rub, and part.
+
+The material points of the softer body of two are its springs to the other, each with the area of its share.
+Gap and normal are measured from the points of both, see ``meeting``: each is as thick as its share of the
+body, so contact begins where bodies touch, not where they come to share nodes. A spring takes the weights w_i
+of the linear basis at the foot of its point, on the nodes of its cell that both bodies reach, of which each
+field has one in the same place, and pulls on both with equal and opposite forces:
+
+    g = sum_i w_i (u_i - u'_i),     f_i = w_i f,     f'_i = -w_i f,
+
+so momentum and, about any axis, its moment are kept, and the forces do the work that the gap tells. From the
+moment a point touches, its gap is what this adds up, not what is measured anew: no step makes energy by a
+measurement, and where that lies beside the sum by more than ``DRIFT`` the gap goes along. What arrives from
+the side, deep in the other body, starts with no force. Springs, friction and their lead in time: see
+``springs``."""
+from typing import NamedTuple
+
+import numpy as np
+
+from ..collective import somewhere
+from ..compiled import specialise
+from ..points.transfer import interpolate, spread
+from .meeting import BETTER, NONE, TILTS, Meetings, NearPoints, Sides, around, meet, outward, reach_out
+from .penalty import LIGHT, STICKS
+from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spring_matrix, tangent
+
+NEAR = 1.0  # cells between bodies at which a step looks
+DRIFT = 0.25  # cells
+
+
+class Other(NamedTuple):
+    """What a body meets: those in a ``field``, with a coefficient of ``friction`` and springs with a
+    ``stiffness`` per area [Pa/m]; ``name`` of the contact, ``sign`` of its force there."""
+
+    field: int
+    friction: float
+    stiffness: float
+    name: str
+    sign: float
+
+
+class BodyContact:
+    """Contact of one ``body``, a term of a step, with the ``others``, a list of ``Other``, as a term (see
+    ``grid_state``).
+
+    Each of its points keeps, per field, force [N], gap along the surface and normal to it [m], status in the
+    tangent in use, and by how much it reached into the other body at the start [m], where that was by
+    intent."""
+
+    follows, points, moves, kinks = False, None, False, True
+    _sticks = False
+
+    def __init__(self, body, others, background):
+        self._body, self._dim, self._h = body, background.dim, background.h.max()
+        self._others, self.names = others, [other.name for other in others]
+        self.pairs = [(body.field, other.field) for other in others]
+        self._friction = np.array([other.friction for other in others], float)
+        p, n, W, D = body.points, len(body.points), len(others), self._dim
+        area = (p.V0 / body.thickness) ** ((D - 1) / D) * body.thickness
+        stiffness = np.array([other.stiffness for other in others])
+        p.add(meet_stiffness=stiffness * area[:, None], meet_force=np.zeros((n, W, D)),
+              meet_gap=np.zeros((n, W, D)), meet_normal=np.full((n, W), np.inf),
+              meet_status=np.zeros((n, W), np.int8), meet_sunk=np.full((n, W), np.nan))
+        self._compile(background)
+
+    def _compile(self, background):
+        D, K = self._dim, background.cells.shape[1]
+        self._outward, self._meet = (specialise(kernel, D=D, K=K) for kernel in (outward, meet))
+        self._reach_out = specialise(reach_out, D=D, K=K, DIRECTIONS=2 * D - 1)
+        both = dict(D=D, K=2 * K)
+        self._respond, self._follow, self._spread = (specialise(kernel, **both)
+                                                     for kernel in (respond, interpolate, spread))
+        self._tangent = specialise(tangent, **both, spring_matrix=specialise(spring_matrix, D=D))
+
+    # ---------------------------------------------------------------- where it meets others
+
+    def _find(self, grid, other):
+        """``Meetings`` with the bodies in the field ``other``, their points numbered as the body's, and the
+        pair of cells of each. Collective."""
+        cells, K = grid.active_cells, grid.active_cells.cells.shape[1]
+        row = cells.pairs.row[self._body.field, other]
+        mine, theirs = cells.pairs.nodes[row[row >= 0]].reshape(-1, 2, K).transpose(1, 0, 2).reshape(2, -1)
+        heavy = grid.mass > LIGHT * grid.full_mass
+        both = heavy[mine] & heavy[theirs]
+        if not somewhere(cells.comm, both.any())[0]:
+            return None
+        shared = np.zeros(len(heavy), bool)
+        shared[mine[both]] = shared[theirs[both]] = True
+        mine, first = np.unique(mine[both], return_index=True)
+        theirs = theirs[both][first]
+        fields = self._body.field, other
+        near = [[self._near(grid, body, shared) for body in grid.bodies if body.field == field]
+                for field in fields]
+        sides = self._search(grid, near, shared, (mine, theirs))
+        index, points, _ = next(part for part, body in zip(
+            near[0], (body for body in grid.bodies if body.field == fields[0])) if body is self._body)
+        n = len(index)
+        found = Meetings(np.empty(n, np.int64), np.empty((n, 2 * K)), np.empty((n, self._dim)), np.empty(n))
+        count = self._meet(points, row, cells.pairs.nodes, sides, found)
+        chosen = np.flatnonzero(found.gap[:count] < NEAR * self._h)
+        found = Meetings(*(values[chosen] for values in found))
+        return found._replace(point=index[found.point]), row[points.cell[found.point]]
+
+    def _near(self, grid, body, shared):
+        """Numbers of the points of ``body`` in cells with a ``shared`` node, and these as ``NearPoints``, and
+        their volumes."""
+        p, cells = body.points, grid.active_cells.cells
+        index = np.flatnonzero((shared[cells] & (cells >= 0)).any(axis=1)[p.cell])
+        cell, x, n, K = p.cell[index], p.x[index], len(index), cells.shape[1]
+        N, G = np.empty((n, K)), np.empty((n, K, self._dim))
+        grid.shapes(cell, x, N, G)
+        return index, NearPoints(cell, x, p.half[index], N, G), p.V0[index]
+
+    def _search(self, grid, near, shared, nodes):
+        """``Sides`` with the best directions found first. nodes: of both fields, two arrays. Collective."""
+        mine, theirs = nodes
+        D, cells, n = self._dim, grid.active_cells, len(shared)
+        sides = Sides(cells.places, shared, np.zeros((n, 2 * D - 1, D)), np.empty((n, 2 * D - 1)))
+        normals = self._directions(grid, near, nodes)
+        for tilt in (*TILTS, None):
+            sides.normals[mine] = sides.normals[theirs] = normals
+            sides.reach[:] = NONE
+            for sign, of_field in zip((-1.0, 1.0), near):
+                for _, points, _ in of_field:
+                    self._reach_out(points, cells.cells, sign, sides)
+            cells.largest(sides.reach)
+            gap = -(sides.reach[mine] + sides.reach[theirs])
+            gap[:, 1:] -= BETTER * self._h
+            best = np.arange(len(mine)), np.argmax(gap, axis=1)
+            if tilt is None:
+                sides.normals[mine, 0] = sides.normals[theirs, 0] = normals[best]
+                sides.reach[mine, 0], sides.reach[theirs, 0] = (sides.reach[some][best] for some in nodes)
+                return sides
+            normals = normals[best][:, None] + tilt * np.pad(around(normals[best]), ((0, 0), (1, 0), (0, 0)))
+            normals /= np.linalg.norm(normals, axis=2)[..., None]
+
+    def _directions(self, grid, near, nodes):
+        """To start from, shape (m, 2 D - 1, D), see ``meeting``. Collective."""
+        mine, theirs = nodes
+        area = np.zeros_like(grid.v)
+        for of_field in near:
+            for _, points, volume in of_field:
+                self._outward(points, volume, grid.active_cells.cells, area)
+        grid.active_cells.accumulate(area)
+        n = np.stack([area[theirs] - area[mine], -area[mine], area[theirs]], axis=1)
+        n /= np.maximum(np.linalg.norm(n, axis=2), 1e-300)[..., None]
+        return n if self._dim == 2 else n[:, [0, 1, 2, 0, 0]]
+
+    # ---------------------------------------------------------------- one step, see ``grid_state``
+
+    def locate(self, grid):
+        """Nothing: the points are in their cells. Returns -1, as no point can lose its body."""
+        return -1
+
+    def expect(self, growth):
+        """See ``penalty.Penalties.expect``."""
+        self._sticks = growth is None
+        self._body.points.meet_force *= growth or 0.0
+
+    def begin(self, grid, load):
+        """Where the bodies meet, and what the springs will do in the step. There is no load."""
+        K = grid.active_cells.cells.shape[1]
+        none = (Meetings(np.zeros(0, int), np.zeros((0, 2 * K)), np.zeros((0, self._dim)), np.zeros(0)),
+                np.zeros(0, np.int32))
+        parts = [self._find(grid, other.field) or none for other in self._others]
+        number = np.repeat(np.arange(len(parts)), [len(part.gap) for part, _ in parts])
+        found = Meetings(*(np.concatenate(values) for values in zip(*(part for part, _ in parts))))
+        self._pair, self._weights = np.concatenate([pair for _, pair in parts]), found.weights
+        self._index, normal, p = (found.point, number), found.normal, self._body.points
+        self._forget_others()
+        rub, force = p.meet_gap[self._index], p.meet_force[self._index]
+        self._start = self._gap(found.gap)[:, None] * normal
+        self._start += rub - np.sum(rub * normal, axis=1)[:, None] * normal
+        velocity = np.zeros_like(normal)
+        self._follow(self._pair, grid.active_cells.pairs.nodes, self._weights, grid.v, velocity)
+        base = self._start - AHEAD * grid.dt * velocity
+        pressed, stiffness = np.sum(force * normal, axis=1), p.meet_stiffness[self._index]
+        pressed, self._sticks = (np.full_like(pressed, STICKS) if self._sticks else pressed), False
+        limit = np.where(pressed > 0.0, self._friction[number], 0.0) * pressed / stiffness
+        self._springs = Springs(base, normal, stiffness, limit, np.ones(len(limit), bool),
+                                LEAD if grid.dt > 0.0 else 1.0)
+        self._answer = Answer(np.empty_like(base), np.zeros_like(base), np.empty(len(limit), np.int8))
+
+    def _gap(self, measured):
+        """Normal gaps at the start of the step [m] from those ``measured``, shape (m,)."""
+        p, index = self._body.points, self._index
+        new = np.isnan(p.meet_sunk)
+        if new.any():  # the first step
+            p.meet_sunk[index] = np.where(new[index], np.maximum(-measured, 0.0), p.meet_sunk[index])
+            p.meet_sunk[np.isnan(p.meet_sunk)] = 0.0
+        measured = measured + p.meet_sunk[index]
+        kept, drift = p.meet_normal[index], DRIFT * self._h
+        return np.where(kept < 0.0, np.clip(kept, measured - drift, measured + drift),
+                        np.maximum(measured, 0.0))
+
+    def _forget_others(self):
+        """Points that are near no other body have neither force nor gap there."""
+        p = self._body.points
+        off = np.ones(p.meet_status.shape, bool)
+        off[self._index] = False
+        self._some_left = bool(p.meet_status[off].any())
+        p.meet_force[off], p.meet_gap[off], p.meet_status[off], p.meet_normal[off] = 0.0, 0.0, 0, np.inf
+
+    def first_trial(self, grid, increment):
+        """Gap, force and status of the springs at the increment, an ``Answer``."""
+        self._respond(self._pair, grid.active_cells.pairs.nodes, self._weights, increment.u, self._springs,
+                      self._answer)
+        return self._answer
+
+    def residual(self, grid, increment, R):
+        """Subtract the forces [N] from R, shape (nodes, D). Returns the ``Answer`` of the springs."""
+        answer = self.first_trial(grid, increment)
+        self._spread(self._pair, grid.active_cells.pairs.nodes, self._weights, -answer.force, R)
+        return answer
+
+    def switched(self, answer):
+        """Whether a point of this rank sticks, slides or has separated otherwise than in the tangent."""
+        kept = self._body.points.meet_status[self._index]
+        return self._some_left or not np.array_equal(answer.status, kept)
+
+    def tangent(self, grid, answer):
+        """Add the springs to the matrices of the pairs of cells."""
+        self._body.points.meet_status[self._index], self._some_left = answer.status, False
+        matrices = grid.active_cells.pair_matrices
+        self._tangent(self._pair, np.arange(len(matrices)), self._weights, self._springs, answer, matrices)
+
+    def finish(self, grid, answer, increment):
+        """Keep forces and gaps."""
+        p, (_, force, status), springs = self._body.points, answer, self._springs
+        along = lambda vectors: np.sum(vectors * springs.normal, axis=1)  # noqa: E731
+        moved = self._start
+        self._follow(self._pair, grid.active_cells.pairs.nodes, self._weights, increment.u, moved)
+        gap = np.where(status[:, None] % CLOSED == STICK, moved, -force / springs.stiffness[:, None])
+        p.meet_normal[self._index] = along(moved)
+        p.meet_gap[self._index] = gap - along(gap)[:, None] * springs.normal
+        p.meet_force[self._index] = force
+
+    def move(self, time):
+        """Nothing: the bodies move by themselves."""
+
+    def held(self):
+        """Nothing: what bodies give to each other is zero in sum."""
+        return {}
+
+    def reaction(self, name):
+        """Force of the second on the first of the bodies of that name, by this rank's points [N], shape
+        (D,)."""
+        return sum((other.sign * self._body.points.meet_force[:, w].sum(axis=0)
+                    for w, other in enumerate(self._others) if other.name == name), np.zeros(self._dim))

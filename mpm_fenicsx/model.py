@@ -22,6 +22,7 @@ from .scene.interface import Interface
 from .scene.margin import margins_at_walls
 from .scene.solid import SolidScene
 from .solve import options
+from .solve.impulses import make_impulses
 from .solve.ladder import Ladder
 from .solve.losses import Losses
 from .terms.behind import watch
@@ -74,6 +75,7 @@ class Model:
         self._behind = watch(scene.penalties, self.background, self._bodies)
         for condition in (*self.loads, *self.penalties):
             self.background.keep_mine(condition.points, condition.names)
+        self._impulses = make_impulses(self, scene)
         self._sets = self._all_points()
         self._fingerprint = fingerprint(self, [*self._sets.names(), *(c.names for c in self._contacts)])
         for body in self._bodies:
@@ -205,6 +207,13 @@ class Model:
         """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
         last = total(self.comm, reaction(self.penalties, self._contacts, name))
         return self._ladder.reaction(name, last)
+
+    def impulses(self) -> Dict[str, np.ndarray]:
+        """Impulse since the start by the name of what has given it to the material points: linear [N s],
+        (dim,), then angular about zero [N m s], one number in a plane scene, else three, see
+        ``solve.impulses``. With "outflow", what has left, they sum to the change of ``momentum`` and
+        ``angular_momentum``."""
+        return self._impulses.sums()
 
     @property
     def driven(self) -> bool:

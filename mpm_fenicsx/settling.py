@@ -63,6 +63,7 @@ class Settling(Model):
         """
         load_steps = check.count("load_steps", load_steps)
         start, self._settling = self.get_state(), LoadSteps(self, force)
+        momentum = self._impulses.now(self._bodies)
         try:
             settled = self._settling.climb(load_steps, on_step or (lambda factor: None))
         except Exception:
@@ -70,6 +71,7 @@ class Settling(Model):
             self.set_state(start)
             raise
         self._go_on()
+        self._impulses.stop(momentum)
         if self.comm.rank == 0 and (settled.ghost or settled.shortest < 1.0):
             what = ["a ghost penalty on stiffness"] * settled.ghost
             what += [f"load steps down to {settled.shortest:.3g} of an equal one"] * (settled.shortest < 1.0)

@@ -33,6 +33,16 @@ class Supports:
             self.fixed[held] = True
             self._holder[held] = number
 
+    @property
+    def names(self):
+        """Of the supports, in their order."""
+        return [support.name for support in self._supports]
+
+    def holders(self, node):
+        """Number of the support that holds each direction of the grid nodes ``node``, shape (n, D), -1 where
+        free."""
+        return self._holder[node]
+
     def check(self, active, active_cells, time):
         """Warn, on the first rank, of every support that holds no node with mass: the first time, and not
         later, when the body may have left it. Collective, on all ranks alike."""

@@ -1,5 +1,7 @@
-"""Angular momentum of points and nodes."""
+"""Angular momentum of points and nodes, forces with their moments."""
 import numpy as np
+
+from ..compiled import compiled
 
 
 def moment(x, f):
@@ -8,6 +10,32 @@ def moment(x, f):
         return np.array([x[:, 0] @ f[:, 1] - x[:, 1] @ f[:, 0]])
     (x, y, z), (a, b, c) = x.T, f.T
     return np.array([y @ c - z @ b, z @ a - x @ c, x @ b - y @ a])
+
+
+def wrenches(x, f):
+    """Forces f with their moments x × f about the origin, shape (n, D + 1) in a plane, (n, 6) in space; x, f:
+    (n, D)."""
+    if x.shape[1] == 2:
+        return np.column_stack([f, x[:, 0] * f[:, 1] - x[:, 1] * f[:, 0]])
+    (x, y, z), (a, b, c) = x.T, f.T
+    return np.column_stack([f, y * c - z * b, z * a - x * c, x * b - y * a])
+
+
+@compiled
+def angular_momentum(mass, x, v):
+    """Of points about the origin [kg m^2/s], shape (1,) in a plane, about z, else (3,); mass (n,), x and v
+    (n, D)."""
+    if x.shape[1] == 2:
+        found = np.zeros(1)
+        for p in range(len(mass)):
+            found[0] += mass[p] * (x[p, 0] * v[p, 1] - x[p, 1] * v[p, 0])
+        return found
+    found = np.zeros(3)
+    for p in range(len(mass)):
+        found[0] += mass[p] * (x[p, 1] * v[p, 2] - x[p, 2] * v[p, 1])
+        found[1] += mass[p] * (x[p, 2] * v[p, 0] - x[p, 0] * v[p, 2])
+        found[2] += mass[p] * (x[p, 0] * v[p, 1] - x[p, 1] * v[p, 0])
+    return found
 
 
 def skew(B):

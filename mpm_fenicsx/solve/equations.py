@@ -69,6 +69,13 @@ class Equations:
         self._clock.lap("residual")
         return trial
 
+    def imbalance(self, trial):
+        """Forces [N], shape (owned, D), that the last residual, that of ``trial``, leaves to the supports and
+        to nodes without mass; of the other unknowns, what Newton's method has left."""
+        n, (load, _, _, lumped) = self._active_cells.owned, self.known
+        left = self._R[:n] - load[:n]
+        return left if lumped is None else left + lumped[:n, None] * trial.increment.a[:n]
+
     def tangent(self, trial):
         """Eq. 10 at ``trial`` into the matrix of the active cells. Returns what is known of it, a
         ``Tangent``."""

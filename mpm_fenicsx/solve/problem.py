@@ -6,13 +6,15 @@ import numpy as np
 
 from ..grid.supports import Supports
 from ..terms.loads import PointForces
+from .impulses import Impulses
 from .losses import Losses
 
 
 class Problem(NamedTuple):
     """What acts in every step: ``bodies``, surface ``loads`` and ``penalties`` with their points, the
     ``interface``'s forces, ``supports``, ``gravity`` [m/s^2], shape (D,), whether inertia is ``consistent``,
-    the linear ``solver``, the ``rule`` of time, see ``GridState``, and who books ``losses`` of transfers."""
+    the linear ``solver``, the ``rule`` of time, see ``GridState``, and who books ``losses`` of transfers and
+    ``impulses``."""
 
     bodies: list
     interface: PointForces
@@ -24,3 +26,4 @@ class Problem(NamedTuple):
     solver: str
     rule: ModuleType
     losses: Losses
+    impulses: Impulses

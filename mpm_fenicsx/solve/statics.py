@@ -142,7 +142,8 @@ class StaticStep(Step):
     def begin_load(self, factors, time, force):
         """State of the nodes and loads in a ``LoadStep`` at ``time`` [s], under ``force`` on this rank's
         particles of the interface [N], shape (n, D)."""
-        self.grid = grid = self._to_grid(0.0, time, force)
+        self.grid, self._factors, self._v = self._to_grid(0.0, time, force), factors, None
+        grid = self.grid
         self._check_located()
         if self.ghost and self.ghost.begin(grid):
             self.tangents.drop()
@@ -160,7 +161,8 @@ class StaticStep(Step):
         for penalty in self.problem.penalties:
             penalty.begin(grid, load)
         load += grid.mass[:, None] * self.problem.gravity
-        return load + self._body_load()
+        self._body_force = self._body_load() if self.problem.bodies[0].has_body_force else None
+        return load if self._body_force is None else load + self._body_force
 
     def solve(self, when, look=False):
         """See ``Step.solve``. look: whether anything holds the body, see ``held``."""
@@ -210,10 +212,12 @@ class StaticStep(Step):
 
     def finish(self, trial):
         """The points move; they and the boundary particles are at rest there."""
+        forces = self._forces(trial, 1.0)
         for load in self.problem.loads:
             load.on_nodes(self.grid, trial.increment.u)
         for load in (self.problem.interface, *self.problem.loads):
             load.finish(self.grid, None, trial.increment)
         for term, of_term in zip(self.equations.terms, trial.of_terms):
             term.finish(self.grid, of_term, trial.increment)
+        self.problem.impulses.settled(self.grid, self.problem, forces, self._factors.after)
         self.clock.lap("to points")

@@ -13,6 +13,7 @@ from ..terms.penalty import walls_in_reach
 from ..terms.scene_penalties import softest
 from .clock import Clock
 from .equations import Equations, Known
+from .impulses import Forces
 from .snes import Newton
 from .tangents import Tangents
 
@@ -40,6 +41,7 @@ class Step:
             background, filled, problem.supports.fixed, symmetric, any(record.f_bar for record in records),
             facets, walls_in_reach(penalties, background),
             [pair for penalty in penalties for pair in getattr(penalty, "pairs", ())])
+        cells.hold(problem.supports.holders(cells.node[:cells.owned]))
         self.active, self.mass_then = np.zeros(len(cells.node), bool), np.zeros(len(cells.node))
         lightest = min(body.body.rho * body.thickness for body in problem.bodies)
         self.full_mass = np.prod(background.h) * lightest
@@ -74,6 +76,7 @@ class Step:
         self.grid = grid = self._to_grid(dt, time, force)
         if self.problem.losses.active:
             self.problem.losses.to_grid(grid)
+        self._v = self.problem.impulses.begin(grid)
         self._check_located()
         if self.ghost and self.ghost.begin(grid, stiff=stiff):
             self.tangents.drop()
@@ -146,15 +149,18 @@ class Step:
         grid, (bodies, interface, loads, penalties, *_) = self.grid, self.problem
         load = np.zeros_like(grid.v)
         moving = (*bodies, interface, *loads, *(penalty for penalty in penalties if penalty.follows))
-        for jump in [term.begin(grid, load) for term in (interface, *loads)]:
+        forces = interface, *loads
+        for force, jump in zip(forces, [term.begin(grid, load) for term in forces]):
             if jump is not None:
                 grid.a[:] += jump
                 for term in moving:
                     term.accelerate(grid, jump)
+                self.problem.impulses.jumped(grid, force)
         for penalty in penalties:
             penalty.begin(grid, load)
         load += grid.mass[:, None] * self.problem.gravity
-        return load + self._body_load() if bodies[0].has_body_force else load
+        self._body_force = self._body_load() if bodies[0].has_body_force else None
+        return load if self._body_force is None else load + self._body_force
 
     def _body_load(self):
         """Body force [N], shape (nodes, D)."""
@@ -201,6 +207,7 @@ class Step:
     def finish(self, trial):
         """The ``trial`` at the solution becomes the state of the points, which move with the grid; that goes
         back to rest."""
+        forces = self._forces(trial, self.problem.rule.PLACE)
         trial.increment.a[~self.active] = 0.0
         losses = self.problem.losses
         if losses.active:
@@ -211,7 +218,15 @@ class Step:
             term.finish(self.grid, of_term, trial.increment)
         if losses.active:
             losses.to_points(self.grid)
+        self.problem.impulses.step(self.grid, self.problem, forces)
         self.clock.lap("to points")
+
+    def _forces(self, trial, place):
+        """For ``impulses``; place: part of the step at which forces act."""
+        springs = [(term, of_term) for term, of_term in zip(self.equations.terms, trial.of_terms)
+                   if term in self.problem.penalties]
+        return Forces(self.equations.imbalance(trial), self.active_cells.places + place * trial.increment.u,
+                      self._v, self._body_force, springs)
 
     # ---------------------------------------------------------------- state
 

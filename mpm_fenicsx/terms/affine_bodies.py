@@ -113,9 +113,10 @@ class AffineBody(BodyTerm):
 
     # ---------------------------------------------------------------- what others ask
 
-    def angular_momentum(self):
-        """Of this rank's points, with that of the velocity around them, see ``BodyTerm``."""
-        return super().angular_momentum() + skew(np.tensordot(self.points.mass, self.points.B, 1))
+    def angular_momentum(self, chosen=slice(None)):
+        """As of every body, with that of the velocity around the points."""
+        p = self.points
+        return super().angular_momentum(chosen) + skew(np.tensordot(p.mass[chosen], p.B[chosen], 1))
 
     def energies(self, gravity, chosen=slice(None)):
         """As of every body; the kinetic energy has that of the velocity around the points, 1/2 m tr(C D_p

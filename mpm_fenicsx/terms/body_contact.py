@@ -210,8 +210,12 @@ class BodyContact:
     def residual(self, grid, increment, R):
         """Subtract the forces [N] from R, shape (nodes, D). Returns the ``Answer`` of the springs."""
         answer = self.first_trial(grid, increment)
-        self._spread(self._pair, grid.active_cells.pairs.nodes, self._weights, -answer.force, R)
+        self.spread(grid, answer, R)
         return answer
+
+    def spread(self, grid, answer, R):
+        """Subtract the forces of the ``answer`` [N] from R, shape (nodes, D)."""
+        self._spread(self._pair, grid.active_cells.pairs.nodes, self._weights, -answer.force, R)
 
     def switched(self, answer):
         """Whether a point of this rank sticks, slides or has separated otherwise than in the tangent."""

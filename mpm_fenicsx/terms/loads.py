@@ -9,6 +9,7 @@ import numpy as np
 
 from ..collective import somewhere, total
 from ..errors import MPMError
+from ..points.moments import wrenches
 from ..points.points import Points
 from ..points.surface import everywhere, normal_areas, to_particles
 
@@ -62,9 +63,11 @@ class PointForces:
         step by step."""
         p, cells, force, jump = self.points, grid.active_cells, self.forces(grid), None
         jumps, acts = somewhere(cells.comm, (force != p.force).any(), force.any())
+        self.change = None
         if jumps:
             jump = self._spread(grid, force - p.force)
             cells.accumulate(jump)
+            self.change = force - p.force, jump.copy()
             jump[grid.active] /= grid.mass[grid.active, None]
             jump[cells.fixed] = 0.0
             p.force[:] = force
@@ -81,6 +84,15 @@ class PointForces:
         nodal = np.zeros_like(grid.v)
         grid.kernels.spread(self.points.cell, grid.active_cells.cells, self._N, force, nodal)
         return nodal
+
+    def wrenches(self, grid, places, force):
+        """What a ``force`` on this rank's particles, shape (n, D) [N], does to the nodes at their ``places``
+        [m], shape (nodes, D): rows as of ``moments.wrenches``."""
+        x = np.zeros_like(force)
+        grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, places, x)
+        rows = wrenches(x, force)
+        rows[:, :force.shape[1]] *= self._N.sum(axis=1)[:, None]
+        return rows
 
     def accelerate(self, grid, jump):
         """The particles' share in a ``jump`` of the nodes' acceleration [m/s^2], shape (nodes, D)."""

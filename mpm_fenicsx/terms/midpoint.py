@@ -15,6 +15,8 @@ its first guess.
 """
 from .newmark import Increment
 
+PLACE = 0.5  # part of the step at which forces act
+
 
 def alpha(dt):
     """da/du [1/s^2]."""

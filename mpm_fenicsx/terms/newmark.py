@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 BETA = 0.25
+PLACE = 1.0  # part of the step at which forces act
 
 
 class Increment(NamedTuple):

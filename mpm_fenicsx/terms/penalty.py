@@ -4,6 +4,7 @@ import numpy as np
 import mpm_dem_checks as check
 
 from ..compiled import specialise
+from ..points.moments import wrenches
 from ..points.points import Points
 from .soil_distance import SoilDistance
 from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spring_matrix, tangent, weigh
@@ -169,8 +170,18 @@ class Penalties:
     def residual(self, grid, increment, R):
         """Subtract the forces [N] from R, shape (nodes, D). Returns the ``Answer`` of the springs."""
         answer = self.first_trial(grid, increment)
-        grid.kernels.spread(self._cell, grid.active_cells.cells, self._N, -answer.force, R)
+        self.spread(grid, answer, R)
         return answer
+
+    def spread(self, grid, answer, R):
+        """Subtract the forces of the ``answer`` [N] from R, shape (nodes, D)."""
+        grid.kernels.spread(self._cell, grid.active_cells.cells, self._N, -answer.force, R)
+
+    def held(self):
+        """Force [N] and moment about the origin [N m] on the body at the end of the last step by name, this
+        rank's share, shape (D + 1,) in a plane, (6,) in space."""
+        rows, names = wrenches(self.points.x, self.points.force), self.names[self.points.gid]
+        return {penalty.name: rows[names == penalty.name].sum(axis=0) for penalty in self.penalties}
 
     def switched(self, answer):
         """Whether a particle of this rank sticks, slides or has separated otherwise than in the tangent."""

@@ -22,6 +22,7 @@ stretches were thrown from the floor; measured, the energy of a column rose by a
 import numpy as np
 
 from ..compiled import specialise
+from ..points.moments import wrenches
 from ..points.points import surface_distances
 from .feet import Feet, FootBasis, ThickPoints, find_feet, follow, foot_basis, spread_feet, tangent
 from .penalty import STICKS
@@ -152,8 +153,19 @@ class SurfaceContact:
     def residual(self, grid, increment, R):
         """Subtract the forces [N] from R, shape (nodes, D). Returns the ``Answer`` of the springs."""
         answer = self.first_trial(grid, increment)
-        self._spread(self._basis, answer.force, R)
+        self.spread(grid, answer, R)
         return answer
+
+    def spread(self, grid, answer, R):
+        """Subtract the forces of the ``answer`` [N] from R, shape (nodes, D)."""
+        self._spread(self._basis, answer.force, R)
+
+    def held(self):
+        """See ``penalty.Penalties.held``, at the feet of the points."""
+        p, found = self._body.points, {name: 0.0 for name in self.names}
+        for name, force in zip(self.names, p.wall_force.transpose(1, 0, 2)):
+            found[name] = found[name] + wrenches(p.x, force).sum(axis=0)
+        return found
 
     def switched(self, answer):
         """Whether a point of this rank sticks, slides or has separated otherwise than in the tangent."""

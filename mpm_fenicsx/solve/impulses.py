@@ -1,0 +1,222 @@
+"""Impulses: what has changed the momentum of the material points, step by step and by name.
+
+Linear momentum follows from the discrete scheme, no part is what the others leave. By the partition of unity
+Newmark's method, whose points add up accelerations, changes the momentum of the points by
+
+    sum_p m_p (v'_p - v_p) = dt/2 (sum_p m_p a_p + sum_I m_I a'_I),
+
+where m_p a_p, summed, is m_I a_I of the step before, with the jumps of loads and without what has left. The
+midpoint rule gives the points the velocity of the nodes:
+
+    sum_p m_p (v'_p - v_p) = sum_I m_I (v_I - v_I^0) + dt sum_I m_I a_I + (sum_I m_I v_I^0 - sum_p m_p v_p),
+
+v_I^0 as it comes from the points, v_I with the velocity of supports. And with the residual R_I of the
+equations of motion, loads in it, which is zero but for Newton's tolerance at free nodes,
+
+    sum_I m_I a_I = sum of loads + sum of springs + sum_I R_I,
+
+as inner forces and ghost penalties sum to zero, and consistent inertia to that of lumped masses. R_I at a
+held unknown is the force of its support. At the others, nodes without mass among them, it is booked as
+"numerical".
+
+Angular momentum: moments of the same forces, about zero, at the places of the nodes where the rule of time
+takes the forces: at the end of the step, or in its middle. Springs count at their particles. What else turns
+the points is "numerical": the way from points to grid and back, consistent inertia, and with Newmark's method
+the rule of time, see ``midpoint``.
+"""
+from typing import Any, Dict, List, NamedTuple, Optional
+
+import numpy as np
+
+from ..collective import total
+from ..points.moments import moment, wrenches
+from ..terms import midpoint
+
+GRAVITY, BODY, INTERFACE, OUTFLOW, NUMERICAL = "gravity", "body force", "interface", "outflow", "numerical"
+
+
+class Forces(NamedTuple):
+    """What a step knows at its end: the ``imbalance`` of the equations, shape (owned, D) [N]; ``places`` of
+    the nodes where forces act, shape (nodes, D) [m]; velocity ``v`` of the nodes as it came from the points,
+    (nodes, D) [m/s]; the ``body`` force, (nodes, D) [N], or None; ``springs``, pairs of a term with its
+    trial."""
+
+    imbalance: np.ndarray
+    places: np.ndarray
+    v: np.ndarray
+    body: Optional[np.ndarray]
+    springs: list
+
+
+class Impulses:
+    """Sums since the start by name, in rows of D linear [N s] and 1 or 3 angular numbers [N m s] about the
+    origin of the frame. ``names``: of the rows. Collective."""
+
+    def __init__(self, comm: Any, origin: np.ndarray, names: List[str], supports: List[str]) -> None:
+        """names: of what acts besides ``supports``, gravity and the scheme itself; supports: of each."""
+        self._comm, self._origin, self._dim = comm, origin, len(origin)
+        self.names = [*dict.fromkeys([GRAVITY, *names, *supports, NUMERICAL])]
+        self._row = {name: number for number, name in enumerate(self.names)}
+        self._of_support = np.array([self._row[name] for name in supports], int)
+        shape = len(self.names), self._dim + (1 if self._dim == 2 else 3)
+        self._sums, self._last = np.zeros(shape), np.zeros(shape)
+        self._before = np.zeros(shape[1])  # momentum of the points at the start of a step
+
+    def sums(self) -> Dict[str, np.ndarray]:
+        """Name → row, about zero in the user's coordinates."""
+        rows = self._sums.copy()
+        turned = [moment(self._origin[None], row[None, :self._dim]) for row in rows]
+        rows[:, self._dim:] += np.array(turned)
+        return dict(zip(self.names, rows))
+
+    # ---------------------------------------------------------------- who books
+
+    def start(self, bodies: list, gravity: np.ndarray) -> None:
+        """All points are at the start, on every rank, with the accelerations of gravity and body force."""
+        for p in (body.points for body in bodies):
+            pull = np.broadcast_to(gravity, p.x.shape)
+            self._last[self._row[GRAVITY]] += wrenches(p.x, p.mass[:, None] * pull).sum(axis=0)
+            if BODY in self._row:
+                self._last[self._row[BODY]] += wrenches(p.x, p.mass[:, None] * (p.a - pull)).sum(axis=0)
+
+    def leave(self, body: Any, chosen: np.ndarray) -> None:
+        """The ``chosen`` points of a body leave, with their momentum and the forces that they carry on."""
+        p, row = body.points, self._row[OUTFLOW]
+        linear = p.mass[chosen] @ p.v[chosen]
+        carried = wrenches(p.x[chosen], p.mass[chosen, None] * p.a[chosen]).sum(axis=0)
+        lost = total(self._comm, [[*linear, *body.angular_momentum(chosen)], carried])
+        self._sums[row] -= lost[0]
+        self._last[row] -= lost[1]
+
+    def begin(self, grid: Any) -> np.ndarray:
+        """The nodes have just got what the points have. Returns their velocity, before supports set it."""
+        self._before = self._of_points(grid.bodies)
+        return grid.v.copy()
+
+    def jumped(self, grid: Any, load: Any) -> None:
+        """A ``load`` has jumped at the start of a step, and with it the accelerations of the points: not
+        those of held nodes, where the support takes it."""
+        if grid.rule is midpoint:
+            return
+        change, nodal = load.change
+        jump = np.zeros_like(self._last)
+        self._add_loads(grid, load, grid.active_cells.places, change, jump)
+        self._add_supports(grid, grid.active_cells.places, -nodal, jump)
+        self._last += total(self._comm, jump)
+
+    def step(self, grid: Any, problem: Any, found: Any) -> None:
+        """A step is done, and all points have moved. found: what the step knows of it, a ``Forces``."""
+        now, dt = total(self._comm, np.vstack([self._forces(grid, problem, found), self._of_points(
+            grid.bodies), self._before])), grid.dt
+        forces, (after, before) = now[:-2], now[-2:]
+        if grid.rule is midpoint:
+            given = dt * forces
+            given += self._at_start(grid, found.v)
+        else:
+            given = 0.5 * dt * (self._last + forces)
+        turned = after[self._dim:] - before[self._dim:] - given[:, self._dim:].sum(axis=0)
+        given[self._row[NUMERICAL], self._dim:] += turned
+        self._sums += given
+        self._last = forces
+
+    def settled(self, grid: Any, problem: Any, found: Any, left: float) -> None:
+        """A load step without inertia is done, ``left`` is the part of the loads in it; the points stand, and
+        their accelerations are zero."""
+        forces = total(self._comm, self._forces(grid, problem, found, left))
+        forces[self._row[NUMERICAL]] -= forces.sum(axis=0)
+        self._last = forces
+
+    def now(self, bodies: list) -> np.ndarray:
+        """Momentum of the points, linear and about the origin, as a row."""
+        return total(self._comm, self._of_points(bodies))
+
+    def stop(self, momentum: np.ndarray) -> None:
+        """The points have been brought to rest from this ``momentum``, not by a step in time."""
+        self._sums[self._row[NUMERICAL]] -= momentum
+
+    # ---------------------------------------------------------------- sums over this rank
+
+    def _of_points(self, bodies: list) -> np.ndarray:
+        """Momentum and angular momentum of this rank's points."""
+        return sum(np.concatenate([body.points.mass @ body.points.v, body.angular_momentum()])
+                   for body in bodies)
+
+    def _forces(self, grid: Any, problem: Any, found: Any, part: float = 1.0) -> np.ndarray:
+        """Rows by name: forces of the step and their moments at the ``places`` of the nodes. part: of the
+        dead loads."""
+        rows, n, places = np.zeros_like(self._last), grid.active_cells.owned, found.places
+        weight = part * grid.mass[:n, None] * problem.gravity
+        rows[self._row[GRAVITY]] += wrenches(places[:n], weight).sum(axis=0)
+        if found.body is not None:
+            rows[self._row[BODY]] += part * wrenches(places[:n], found.body[:n]).sum(axis=0)
+        for load in (problem.interface, *problem.loads):
+            self._add_loads(grid, load, places, part * load.points.force, rows)
+        self._add_supports(grid, places, found.imbalance, rows)
+        free = np.where(grid.active_cells.fixed[:n], 0.0, found.imbalance)
+        rows[self._row[NUMERICAL]] += wrenches(places[:n], free).sum(axis=0)
+        for term, answer in found.springs:
+            self._add_springs(grid, term, answer, places, rows)
+        return rows
+
+    def _add_loads(self, grid: Any, load: Any, places: np.ndarray, force: np.ndarray,
+                   rows: np.ndarray) -> None:
+        if len(force) == 0 or not force.any():
+            return
+        found = load.wrenches(grid, places, force)
+        names = getattr(load, "names", None)
+        if names is None:
+            rows[self._row[INTERFACE]] += found.sum(axis=0)
+            return
+        names = names[load.points.gid]
+        for name in np.unique(names):
+            rows[self._row[str(name)]] += found[names == name].sum(axis=0)
+
+    def _add_supports(self, grid: Any, places: np.ndarray, force: np.ndarray, rows: np.ndarray) -> None:
+        """Of a ``force`` on the owned nodes what is at held unknowns goes to their holders."""
+        node, d, holder = grid.active_cells.held
+        f = np.zeros((len(node), self._dim))
+        f[np.arange(len(node)), d] = force[node, d]
+        row, found = self._of_support[holder], wrenches(places[node], f)
+        for k in range(found.shape[1]):  # several times as fast as numpy.add.at
+            rows[:, k] += np.bincount(row, found[:, k], len(rows))
+
+    def _add_springs(self, grid: Any, term: Any, answer: Any, places: np.ndarray, rows: np.ndarray) -> None:
+        """What they say themselves by name; the difference to what the nodes get is the scheme's."""
+        nodal = np.zeros_like(grid.v)
+        term.spread(grid, answer, nodal)
+        rows[self._row[NUMERICAL]] -= wrenches(places, nodal).sum(axis=0)
+        for name, held in term.held().items():
+            rows[self._row[name]] += held
+            rows[self._row[NUMERICAL]] -= held
+
+    def _at_start(self, grid: Any, v: np.ndarray) -> np.ndarray:
+        """With the midpoint rule: what setting the velocity ``v`` of held nodes does, and the momentum that
+        points get on their way to the nodes."""
+        rows, n, mass = np.zeros_like(self._last), grid.active_cells.owned, grid.mass[:, None]
+        self._add_supports(grid, grid.active_cells.places, mass * (grid.v - v), rows)
+        linear = slice(self._dim)
+        rows[self._row[NUMERICAL], linear] += mass[:n, 0] @ v[:n] - self._before[linear]
+        return total(self._comm, rows)
+
+    # ---------------------------------------------------------------- state
+
+    def get_state(self) -> Dict[str, np.ndarray]:
+        """As name → array copy."""
+        return {"impulses": np.stack([self._sums, self._last])}
+
+    def set_state(self, state: Dict[str, np.ndarray]) -> None:
+        """Go back to what ``get_state`` gave."""
+        self._sums, self._last = np.array(state["impulses"])
+
+
+def make_impulses(model: Any, scene: Any) -> Impulses:
+    """Of a ``model`` of the ``scene`` at its start, for all that acts on it."""
+    springs = [name for term in (*model.penalties, *model._contacts) for name in term.held()]
+    names = [*springs, *(str(load.name) for load in scene.loads)]
+    there = {BODY: model._bodies[0].has_body_force, INTERFACE: scene.interface is not None,
+             OUTFLOW: model._outflow.active}
+    names += [name for name, some in there.items() if some]
+    impulses = Impulses(model.comm, model.origin, names, model.supports.names)
+    impulses.start(model._bodies, model.gravity)
+    model._outflow.on_leave = impulses.leave
+    return impulses

@@ -208,3 +208,14 @@ def test_ranks_book_the_same(basis, run_ranks, tmp_path):
     one, two = found
     for name in one:
         np.testing.assert_allclose(two[name], one[name], atol=1e-9 * np.abs(one["gravity"]).max())
+
+
+def test_bodies_that_meet_give_each_other_nothing_in_sum():
+    """Two blocks with fields of their own, one thrown on the other."""
+    lower = Body(Box((0.2, 0.2), (0.6, 0.4)), (4, 2), 2, SOFT, 1000.0)
+    upper = Body(Box((0.2, 0.42), (0.6, 0.6)), (4, 2), 2, SOFT, 1000.0, velocity=(0.5, -2.0), friction=0.4)
+    floor = Support(lambda x: x[:, 1] < 0.2 + 1e-6, "xy", name="floor")
+    solid = MPM(room(2), [lower, upper], [floor], gravity=(0.0, -9.81), inertia="lumped")
+    assert steps(solid, 12, 2e-3).max() < 1e-12
+    assert np.abs(solid.reaction("bodies 0 and 1")).max() > 0.0
+    solid.close()

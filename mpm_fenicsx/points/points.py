@@ -68,8 +68,11 @@ def seed(body: Body, even: bool = False) -> Tuple[np.ndarray, np.ndarray]:
 
 def half_widths(body: Body, volume: np.ndarray) -> np.ndarray:
     """Of the boxes that evenly seeded points, with ``volume`` [m^3], shape (n,), stand for [m], shape (n, D):
-    in a Box of quadrilaterals or hexahedra its equal parts, else squares and cubes."""
+    in a Box of quadrilaterals or hexahedra its equal parts, of a Cloud those given, else squares and
+    cubes."""
     D = body.dim
+    if isinstance(body.shape, Cloud) and body.shape.half is not None:
+        return body.shape.half.copy()
     if isinstance(body.shape, Box) and body.cell in ("quadrilateral", "hexahedron"):
         half = 0.5 * body.shape.size / np.multiply(body.cells, body.points)
         return np.tile(half, (len(volume), 1))
@@ -80,7 +83,7 @@ def half_widths(body: Body, volume: np.ndarray) -> np.ndarray:
 def surface_distances(body: Body, volume: np.ndarray, even: bool = False) -> np.ndarray:
     """Of the body's outermost points from its surface, and of all others from the sides of their body cells,
     along the axes [m], shape (n, D); volume: of the points [m^3], shape (n,); even: see ``seed``. Points of a
-    Cloud have that of squares and cubes, half their side.
+    Cloud have half their widths.
 
     >>> from mpm_fenicsx import Box, linear
     >>> block = Body(Box((0.0, 0.0), (1.0, 0.5)), (2, 1), 1, linear(1e6, 0.3), 1000.0)

@@ -1,12 +1,13 @@
 """Bodies, grids and supports of a scene: frozen data in SI units, checked when made."""
-from dataclasses import dataclass
-from typing import Callable, Optional, Sequence, Tuple, Union
+from dataclasses import dataclass, replace
+from typing import Any, Callable, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 import mpm_dem_checks as check
 
 from ..laws import Law
+from .hollow import without_rocks
 from .mesh import BYTES_PER_CELL, START_PER_CELL, Box, Mesh, cell_count, cell_of
 
 AXES = "xyz"
@@ -60,7 +61,9 @@ class Grid:
 
 @dataclass(frozen=True)
 class Cloud:
-    """Material points given one by one: positions x [m], shape (n, dim), and volumes [m^3], shape (n,).
+    """Material points given one by one: positions x [m], shape (n, dim), and volumes [m^3], in the plane
+    areas [m^2], shape (n,). half: half widths [m], shape (n, dim), of the boxes that they stand for; None for
+    squares and cubes.
 
     >>> Cloud([(0.0, 0.0), (0.1, 0.2)], volume=[0.01, 0.01]).box
     Box(lower=(0.0, 0.0), upper=(0.1, 0.2))
@@ -68,6 +71,7 @@ class Cloud:
 
     x: np.ndarray
     volume: np.ndarray
+    half: Optional[np.ndarray] = None
 
     def __post_init__(self) -> None:
         x = check.array("positions of the cloud", self.x, ("n", 2), ("n", 3), unit="m")
@@ -79,6 +83,12 @@ class Cloud:
             raise ValueError(f"the volume of point {bad} of the cloud is {volume[bad]}: it must be positive")
         object.__setattr__(self, "x", x)
         object.__setattr__(self, "volume", volume)
+        if self.half is not None:
+            half = check.array("half widths of the cloud", self.half, x.shape, unit="m")
+            if not (half > 0).all():
+                raise ValueError(f"the half widths of the cloud go down to {half.min()} m: they must be "
+                                 "positive")
+            object.__setattr__(self, "half", half)
 
     @property
     def box(self) -> Box:
@@ -162,6 +172,28 @@ class Body:
         check.check_memory(f"{n:.3g} material points of the body ({cells:.3g} cells, points={self.points})",
                            n * BYTES_PER_POINT[self.dim],
                            "take fewer body cells (body or refine, a larger h), or fewer points in each")
+
+    def without(self, rocks: Any, gap: float = 0.0) -> "Body":
+        """The body without the material points in ``rocks``: `Spheres` and `Cluster` of `dem_liggghts`, or
+        lists of them, in a plane as discs. What is left is a ``Cloud``, whose volume and mass are those of
+        the body less the rocks; gap: least distance of a material point from a rock [m], such as the radius
+        of the balls that stand for the points in contacts. See ``hollow.around_rocks`` for the rule.
+
+        A Box is filled evenly, as smooth bases do; a Mesh is refused. Raises ValueError, too, when nothing is
+        left.
+
+        >>> from types import SimpleNamespace
+        >>> from mpm_fenicsx import linear
+        >>> block = Body(Box((0.0, 0.0), (1.0, 1.0)), (10, 10), 2, linear(1e6, 0.3), 1000.0)
+        >>> rock = SimpleNamespace(x=np.array([(0.5, 0.5)]), radius=0.2)  # as Spheres have them
+        >>> soil = block.without(rock)
+        >>> len(soil.shape.x), round(soil.shape.volume.sum(), 3), round(1 - np.pi * 0.2**2, 3)
+        (348, 0.874, 0.874)
+        """
+        if isinstance(self.shape, Mesh):
+            raise ValueError("the body is a Mesh: rocks can be cut out of a Box or a Cloud")
+        left = without_rocks(self, rocks, check.not_negative("gap", gap, "m"))
+        return replace(self, shape=Cloud(*left), cells=None, points=None, cell=None)
 
     @property
     def box(self) -> Box:

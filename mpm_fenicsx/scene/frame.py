@@ -81,7 +81,7 @@ def _(mesh: Mesh, by: np.ndarray) -> Mesh:
 
 @shifted.register(Cloud)
 def _(cloud: Cloud, by: np.ndarray) -> Cloud:
-    return Cloud(cloud.x + by, cloud.volume)
+    return Cloud(cloud.x + by, cloud.volume, cloud.half)
 
 
 @shifted.register(Body)

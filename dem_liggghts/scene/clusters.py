@@ -9,10 +9,11 @@ import mpm_dem_checks as check
 
 from .. import quaternion
 from .arrays import Array, finite, per_sphere
+from .cluster_checks import read_freedom, read_inertia, read_omega, read_orientation
 from .filling import Filling, check_box, inscribed, lattice
 from .materials import SPHERES
 from .packing import pack
-from .surface import closed_surface, read_surface
+from .surface import Surface, closed_surface, read_faces, read_surface
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class Cluster:
     free: Any = True
     material: str = SPHERES
     filling: Optional[Filling] = None  # how well the spheres fill a solid: of `from_surface` and `read`
+    surface: Optional[Surface] = None  # of that solid in the cluster's frame: to be seen, nothing meets it
 
     def __post_init__(self) -> None:
         put = partial(object.__setattr__, self)  # the class is frozen
@@ -54,10 +56,12 @@ class Cluster:
         for name in ("x", "centre", "v"):
             put(name, self._vector(name))
         check.positive("mass of the cluster", self.mass, "kg", "it must be positive")
-        put("omega", self._omega())
-        put("quaternion", self._orientation())
-        put("inertia", self._tensor())
-        put("free", self._freedom())
+        put("omega", read_omega(self.omega, self.dim))
+        put("quaternion", read_orientation(self.quaternion, self.angle, self.dim))
+        put("inertia", read_inertia(self.inertia, self.dim))
+        put("free", read_freedom(self.free, self.dim))
+        if self.surface is not None:
+            put("surface", Surface(*read_faces(*self.surface)))
 
     def _vector(self, name: str) -> np.ndarray:
         value = getattr(self, name)
@@ -65,51 +69,6 @@ class Cluster:
         if array.shape != (1, self.dim):
             raise ValueError(f"{name} of the cluster has shape {np.shape(value)}: give {self.dim} numbers")
         return array[0]
-
-    def _omega(self) -> np.ndarray:
-        omega = np.zeros(3)
-        name = "omega of the cluster"
-        given = np.atleast_1d(check.array(name, self.omega, (), (1,), (3,), unit="rad/s"))
-        if self.dim == 2 and given.shape == (1,):
-            omega[2] = check.finite(name, given[0], "rad/s")
-        elif given.shape == (3,):
-            omega[:] = check.numbers(name, given, 3, "rad/s")
-        elif given.shape != (1,) or given[0] != 0:
-            raise ValueError(f"{name} is {self.omega}: give a number in a plane, three in space")
-        if self.dim == 2 and omega[:2].any():
-            raise ValueError(f"{name} is {omega} rad/s: a plane body spins about the third axis only")
-        return omega
-
-    def _orientation(self) -> np.ndarray:
-        if self.quaternion is None:
-            return quaternion.of_angle(check.finite("angle of the cluster", self.angle, "rad"))
-        q = check.array("quaternion of the cluster", self.quaternion, (4,))
-        if self.dim == 2 or self.angle:
-            raise ValueError("the cluster has a quaternion and lies in a plane or has an angle: give angle "
-                             "in a plane, quaternion in space")
-        if q.shape != (4,) or not abs(np.sqrt(q @ q) - 1.0) < 1e-6:
-            raise ValueError(f"quaternion of the cluster is {self.quaternion}: give four numbers (w, x, y, "
-                             "z) of norm 1")
-        return q / np.sqrt(q @ q)
-
-    def _tensor(self) -> np.ndarray:
-        inertia = check.array("inertia of the cluster", self.inertia, (), (1,), (3,), (3, 3), unit="kg m^2")
-        if self.dim == 2 and inertia.size != 1 or self.dim == 3 and inertia.shape not in ((3,), (3, 3)):
-            raise ValueError(f"inertia of the cluster has shape {inertia.shape}: give a number in a plane, "
-                             "(3, 3) or (3,) in space")
-        tensor = np.diag(inertia) if inertia.ndim == 1 else inertia
-        tensor = inertia.item() * np.eye(3) if self.dim == 2 else tensor
-        if not (np.isfinite(tensor).all() and np.array_equal(tensor, tensor.T) and
-                np.linalg.eigvalsh(tensor).min() >= check.LEAST):
-            raise ValueError(f"inertia of the cluster is {self.inertia}: it must be symmetric and positive")
-        return tensor
-
-    def _freedom(self) -> Tuple[bool, ...]:
-        count = 3 if self.dim == 2 else 6
-        free = (self.free,) * count if np.ndim(self.free) == 0 else tuple(self.free)
-        if len(free) != count or any(f not in (0, 1) for f in free):
-            raise ValueError(f"free of the cluster is {self.free}: give one truth value, or {count}")
-        return tuple(map(bool, free))
 
     @property
     def dim(self) -> int:
@@ -214,7 +173,7 @@ class Cluster:
         rho = check.positive("rho", rho, "kg/m^3")
         centres, radii, filling = inscribed(solid, spheres, coverage, smallest)
         return cls(centres, radii, solid.centre if x is None else x, rho * solid.volume, rho * solid.inertia,
-                   solid.centre, filling=filling, **more)
+                   solid.centre, filling=filling, surface=Surface(solid.x, solid.triangles), **more)
 
     @classmethod
     def read(cls, path: Any, rho: float, x: Array = None, **more: Any) -> "Cluster":
@@ -227,9 +186,10 @@ class Cluster:
         f = check.positive("factor", factor)
         filling = self.filling and self.filling._replace(gap=f * self.filling.gap,
                                                          spacing=f * self.filling.spacing)
+        surface = self.surface and self.surface._replace(x=f * self.surface.x)
         return self._with(**{**dict(centres=f * self.centres, radii=f * self.radii, centre=f * self.centre,
-                                    mass=f**3 * self.mass, inertia=f**5 * self.inertia, filling=filling),
-                             **changes})
+                                    mass=f**3 * self.mass, inertia=f**5 * self.inertia, filling=filling,
+                                    surface=surface), **changes})
 
     def _with(self, **changes: Any) -> "Cluster":
         """The same with other fields, checked."""

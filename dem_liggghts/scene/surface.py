@@ -23,6 +23,19 @@ class Solid(NamedTuple):
     inertia: np.ndarray  # about the centre of mass [m^5], (3, 3)
 
 
+class Surface(NamedTuple):
+    """Triangles of a closed surface."""
+
+    x: np.ndarray  # vertices [m], (n, 3)
+    triangles: np.ndarray  # counter-clockwise seen from outside, (m, 3)
+
+
+def read_faces(vertices: Array, triangles: Array) -> Tuple[np.ndarray, np.ndarray]:
+    """Vertices [m], shape (n, 3), and triangles, shape (m, 3), as arrays; ValueError for others."""
+    x = finite(vertices, "vertices of the surface", (3,))
+    return x, check.indices("triangles of the surface", rows(triangles), len(x), (3,), "vertices")
+
+
 def closed_surface(vertices: Array, triangles: Array, scale: Optional[float] = None,
                    size: Optional[float] = None, volume: Optional[float] = None) -> Solid:
     """The solid inside the surface of ``triangles``, shape (m, 3), over ``vertices`` [m], shape (n, 3).
@@ -31,8 +44,7 @@ def closed_surface(vertices: Array, triangles: Array, scale: Optional[float] = N
     is inside out is turned. scale: factor of all lengths; or size [m]: the longest side of its box along the
     axes; or volume [m^3]. Raises ValueError when the surface is not closed, or encloses nothing.
     """
-    x = finite(vertices, "vertices of the surface", (3,))
-    t = check.indices("triangles of the surface", rows(triangles), len(x), (3,), "vertices")
+    x, t = read_faces(vertices, triangles)
     t = same_place(x)[t]
     t = t[(t[:, 0] != t[:, 1]) & (t[:, 1] != t[:, 2]) & (t[:, 2] != t[:, 0])]
     if not len(t):

@@ -176,6 +176,8 @@ def test_sizes_of_one_shape():
         assert other.arms() == pytest.approx(0.2 * one.arms(), abs=1e-12)
         assert other.radii == pytest.approx(0.2 * one.radii)
         assert other.filling.gap == pytest.approx(0.2 * one.filling.gap)
+        assert other.surface.x == pytest.approx(0.2 * one.surface.x, abs=1e-12)
+    assert len(one.surface.triangles) == len(t) and Cluster.packed([one], room(9, 9, 9), 1)[0].surface
     assert one.scaled(2.0, x=(1, 2, 3)).x.tolist() == [1, 2, 3] and one.scaled(2.0).material == "rock"
     plate = Cluster.box((0.02, 0.01), (4, 2), (0, 0), RHO, depth=0.1, angle=0.3).scaled(2.0)
     assert quaternion.angle(plate.quaternion) == pytest.approx(0.3) and plate.radii[0] == 0.005

@@ -216,6 +216,11 @@ class Model:
         return self._impulses.sums()
 
     @property
+    def regions(self) -> List[str]:
+        """Names in ``impulses`` of what the bodies meet: supports, walls and cells of structures."""
+        return self._impulses.regions
+
+    @property
     def driven(self) -> bool:
         """Whether motions, loads or body forces do work on the bodies, besides gravity and the interface."""
         stated = [*self.scene.supports, *self.scene.penalties]

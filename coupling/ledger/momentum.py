@@ -34,7 +34,7 @@ class Momentum:
         self._clusters = getattr(scene, "clusters", ())
         self._single = particles["body"] == 0 if self._clusters else slice(None)
         self._free = np.array([c.flags[:len(gravity)] for c in self._clusters]).reshape(-1, len(gravity))
-        self._start, self._torque = self._now(particles), self._torque_of_gravity(particles)
+        self._start, self._torque = self.now(particles), self._torque_of_gravity(particles)
         self._weight = gravity * (particles["mass"][self._single].sum()
                                   + np.array([c.mass for c in self._clusters]) @ self._free)
         self._begin, self._turned = time, 0.0 * self._torque
@@ -47,9 +47,19 @@ class Momentum:
         self._mass_left = left(self._grains, "mass")
         self._turned = self._turned + 0.5 * window * (self._torque + torque)
         self._torque, self._time = torque, time
-        linear, angular = (now - start for now, start in zip(self._now(particles), self._start))
+        linear, angular = (now - start for now, start in zip(self.now(particles), self._start))
         linear += left(self._grains, "momentum") + self._without
         return linear - self._weight * (time - self._begin), angular - self._turned
+
+    def now(self, particles: np.ndarray) -> Tuple[Any, Any]:
+        """Linear momentum [kg m/s] and angular momentum [kg m^2/s]. A cluster counts with its mass at its
+        centre of mass: the shares of its spheres have the same sum only where their own centre is there,
+        too."""
+        linear: Any = 0.0
+        angular: Any = 0.0
+        for mass, x, v in self._parts(particles):
+            linear, angular = linear + mass @ v, angular + turning(x, mass[:, None] * v)
+        return linear, angular + self._spin(particles)[-len(angular):]
 
     def get_state(self) -> dict:
         """As name → numbers."""
@@ -68,16 +78,6 @@ class Momentum:
         if self._clusters:
             bodies = self._grains.bodies()
             yield bodies["mass"], bodies["x"][:, :dim] - self._about, bodies["v"][:, :dim]
-
-    def _now(self, particles: np.ndarray) -> Tuple[Any, Any]:
-        """Linear momentum [kg m/s] and angular momentum [kg m^2/s]. A cluster counts with its mass at its
-        centre of mass: the shares of its spheres have the same sum only where their own centre is there,
-        too."""
-        linear: Any = 0.0
-        angular: Any = 0.0
-        for mass, x, v in self._parts(particles):
-            linear, angular = linear + mass @ v, angular + turning(x, mass[:, None] * v)
-        return linear, angular + self._spin(particles)[-len(angular):]
 
     def _spin(self, particles: np.ndarray) -> np.ndarray:
         """Angular momentum about the centres of mass [kg m^2/s], shape (3,)."""

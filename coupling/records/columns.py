@@ -4,6 +4,7 @@ from typing import Any, Dict, Tuple
 import numpy as np
 
 from ..ledger import exchange
+from ..ledger.books import Books
 from ..ledger.departures import Departures
 
 WINDOW = {  # name → (unit, meaning)
@@ -25,11 +26,11 @@ class RecordedColumns:
         self._of_case, self._solid, self._closed = of_case, solid, closed
         gravity = 0.0 if grains is None else getattr(grains.scene, "gravity", 0.0)
         self.ledger = None if grains is None else exchange.Ledger(solid, grains, gravity)
-        self._departures = Departures(solid, grains)
+        self._departures, self._books = Departures(solid, grains), Books(solid, grains)
         self._of_solid: Dict[str, tuple] = getattr(solid, "columns", dict)()
         self.meanings = {"time": ("s", "end of the window"), **_meanings(of_case), **WINDOW,
                          **(self.ledger.columns if self.ledger else {}), **self._departures.columns,
-                         **_meanings(self._of_solid)}
+                         **self._books.columns, **_meanings(self._of_solid)}
         # sums of iterations; computations, failed and refused attempts
         self.newton, self.counts = 0, np.zeros(3, int)
         self._last: Dict[str, float] = {}
@@ -42,18 +43,19 @@ class RecordedColumns:
         return {"time": window.time, **{name: of(window) for name, (_, _, of) in self._of_case.items()},
                 "newton": self._solid.iterations, "window": window.dt, "iterations": window.iterations,
                 "retries": window.failed + window.refused, **self._last, **self._departures.entries(),
-                **{name: value() for name, (_, _, value) in self._of_solid.items()}}
+                **self._books(window), **{name: value() for name, (_, _, value) in self._of_solid.items()}}
 
     def get_state(self) -> Dict[str, Any]:
         """Sums since the start, as name → numbers."""
         return {"newton": self.newton, "counts": self.counts.copy(),
-                "ledger": self.ledger and self.ledger.get_state()}
+                "ledger": self.ledger and self.ledger.get_state(), "books": self._books.get_state()}
 
     def set_state(self, state: Dict[str, Any], last: Any) -> None:
         """Go on from there, after the ``last`` window."""
         self.newton, self.counts = state["newton"], state["counts"].copy()
         if self.ledger:
             self.ledger.set_state(state["ledger"], last)
+        self._books.set_state(state["books"])
 
     def check(self, time: float) -> None:
         """``exchange.UnstableError`` when a closed system has gained energy until ``time`` [s]."""

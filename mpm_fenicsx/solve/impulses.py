@@ -50,12 +50,14 @@ class Forces(NamedTuple):
 
 class Impulses:
     """Sums since the start by name, in rows of D linear [N s] and 1 or 3 angular numbers [N m s] about the
-    origin of the frame. ``names``: of the rows. Collective."""
+    origin of the frame. ``names``: of the rows; ``regions``: those of supports, walls and structures.
+    Collective."""
 
     def __init__(self, comm: Any, origin: np.ndarray, names: List[str], supports: List[str]) -> None:
         """names: of what acts besides ``supports``, gravity and the scheme itself; supports: of each."""
         self._comm, self._origin, self._dim = comm, origin, len(origin)
         self.names = [*dict.fromkeys([GRAVITY, *names, *supports, NUMERICAL])]
+        self.regions: List[str] = [*dict.fromkeys(supports)]
         self._row = {name: number for number, name in enumerate(self.names)}
         self._of_support = np.array([self._row[name] for name in supports], int)
         shape = len(self.names), self._dim + (1 if self._dim == 2 else 3)
@@ -217,6 +219,7 @@ def make_impulses(model: Any, scene: Any) -> Impulses:
              OUTFLOW: model._outflow.active}
     names += [name for name, some in there.items() if some]
     impulses = Impulses(model.comm, model.origin, names, model.supports.names)
+    impulses.regions = [*dict.fromkeys([*springs, *impulses.regions])]
     impulses.start(model._bodies, model.gravity)
     model._outflow.on_leave = impulses.leave
     return impulses

@@ -33,7 +33,7 @@ def test_nothing_but_gravity_gives_no_impulse(dem, dim):
     scene = tumbling(dim)
     grains, g = dem(scene, DT), np.array(scene.gravity)
     book = Momentum(grains, g, 0.0)
-    size = book._now(grains.particles())
+    size = book.now(grains.particles())
     none = np.zeros((0, dim))
     for _ in range(50):
         grains.advance(20, none, none)

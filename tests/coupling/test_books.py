@@ -1,0 +1,78 @@
+"""Forces on regions in the history, and the books of momentum that they come from."""
+import numpy as np
+import pytest
+
+from coupling import Output, Run, Steps
+from coupling.ledger.books import Books, regions
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Support
+
+SOIL = LAWS["mohr_coulomb"](2e5, 0.3, 30.0, 0.0, 0.0)
+
+
+def column(**more):
+    """Soil that collapses between a wall and a floor."""
+    body = Body(Box((0.0, 0.0), (0.1, 0.2)), (4, 8), 2, SOIL, 1500.0)
+    floor = GridWall(lambda x: x[:, 1] < 1e-9, "+y", friction=0.4, separates=True, name="bed, rough")
+    wall = Support(lambda x: x[:, 0] < 1e-9, "x", name="wall")
+    return MPM(Grid(Box((0.0, 0.0), (0.4, 0.3)), (16, 12)), body, [wall], penalties=[floor],
+               gravity=(0.0, -9.81), inertia="lumped", **more)
+
+
+def test_a_solid_alone_has_forces_on_its_regions(tmp_path):
+    """Impulses are the sums of mean forces, gravity's with theirs is the momentum, and all is booked; a run
+    that goes on has the same rows."""
+    solid = column()
+    history = Run("column", solid, None, Steps(2e-3, 0.04), Output(
+        tmp_path, checkpoint="end")).go()["solid"]
+    impulse = np.cumsum(history["force_soil_bed_rough_y"]) * 2e-3
+    np.testing.assert_allclose(history["impulse_bed_rough_y"], impulse, rtol=1e-12)
+    given = history["impulse_bed_rough_x"][-1] + history["impulse_wall_x"][-1]
+    left = solid.impulses()["numerical"][0]  # by Newton's method
+    assert abs(left) < 1e-6 * abs(given) and solid.momentum()[0] == pytest.approx(left - given, rel=1e-12)
+    assert history["momentum_error"].max() < 1e-12 and history["angular_error"].max() < 1e-12
+    again = Run("column", column(), None, Steps(2e-3, 0.06), Output(tmp_path, restart=tmp_path)).go()["solid"]
+    assert len(again) == 30 and list(again.columns) == list(history.columns)
+    np.testing.assert_array_equal(again["force_soil_wall_x"][:20], history["force_soil_wall_x"])
+    assert again["momentum_error"].max() < 1e-12
+
+
+class Lying:
+    """A solid that forgets the impulse of its wall."""
+
+    dim, regions, given = 2, ("wall",), 0.0
+
+    def momentum(self):
+        return np.array([1.0 + self.given, 0.0])
+
+    def angular_momentum(self):
+        return 0.0
+
+    def impulses(self):
+        return {"wall": np.array([0.5 * self.given, 0.0, 0.0]), "gravity": np.zeros(3)}
+
+
+class Stop:
+    """Of a window, what the books ask for."""
+
+    number, time, dt, particles = 3, 0.25, 0.1, None
+
+
+def test_books_that_do_not_close_are_told_once():
+    solid = Lying()
+    books = Books(solid, None)
+    assert books(Stop)["momentum_error"] == 0.0
+    solid.given = 1.0
+    with pytest.warns(UserWarning, match=r"until t = 0.25 s \(window 3\) 0.25 of .* at the solid"):
+        row = books(Stop)
+    assert row["momentum_error"] == 0.25 and row["force_soil_wall_x"] == -5.0
+    assert row["impulse_wall_x"] == -0.5
+    books(Stop)
+
+
+def test_names_of_regions_become_names_of_columns():
+    """Those that read alike are one, and none reads like another column."""
+    solid = Lying()
+    solid.regions = ("wall", "grid wall", "grid-wall", "solid")
+    assert regions(solid, None) == {"wall": ("wall",), "grid_wall": ("grid wall", "grid-wall"),
+                                    "region_solid": ("solid",)}
+    assert Books(object(), None).columns == {} and Books(object(), None)(Stop) == {}

@@ -7,13 +7,12 @@ from typing import Any, Dict, Iterable, List, Optional, Sequence, Tuple, Union
 import numpy as np
 from mpi4py import MPI
 
-from ..loop.window import Window
-from ..protocols import RecordedGrains
 from .results import Results
 from .sharing import on_each, on_first
 from .writing import replace_text, writing
 
-Piece = Tuple[Any, dict, dict]  # points, cells by type, data by name
+Piece = Union[Tuple[Any, dict, dict],  # points, cells by type, data of the points by name
+              Tuple[Any, dict, dict, dict]]  # and data of the cells
 FILE = re.compile(r"(.+?)_\d{5,}(_\d{4,})?\.vtu")  # name of the series, number of the time, rank
 
 
@@ -27,7 +26,7 @@ class ParaView:
         self._series: Dict[str, Series] = {}
 
     def add(self, time: float, parts: Dict[str, Piece]) -> None:
-        """One time [s]; parts: name → (points, cells, data) of this rank, see ``Series.add``. Collective."""
+        """One time [s]; parts: name → ``Piece`` of this rank, see ``Series.add``. Collective."""
         comm, alone = self._comm, self._comm.size == 1
         there = comm.allgather(list(parts))
         ranks = {name: [None] if alone else [rank for rank, names in enumerate(there) if name in names]
@@ -39,7 +38,8 @@ class ParaView:
 
         def write() -> None:
             for name, part in parts.items():
-                self._of(name).write(*part, rank=None if alone else comm.rank)
+                self._of(name).write(*part[:3], part[3] if len(part) == 4 else None,
+                                     None if alone else comm.rank)
 
         def list_them() -> None:
             for name in ranks:
@@ -89,10 +89,11 @@ class Series:
         self._name, self.count = name, 0
         self._entries: List[str] = []
 
-    def add(self, time: float, x: np.ndarray, cells: dict, data: dict) -> None:
+    def add(self, time: float, x: np.ndarray, cells: dict, data: dict,
+            of_cells: Optional[dict] = None) -> None:
         """One time [s]: points x, shape (n, 2 or 3), cells {type: (m, k) connectivity}, data name → (n, …)
-        array."""
-        self.write(x, cells, data)
+        array; of_cells: name → (m, …) array, where there is one type."""
+        self.write(x, cells, data, of_cells)
         self.list(time)
         self.count += 1
 
@@ -103,15 +104,18 @@ class Series:
     def _file(self, rank: Optional[int]) -> str:
         return f"{self._name}_{self.count:05d}{'' if rank is None else f'_{rank:04d}'}.vtu"
 
-    def write(self, x: np.ndarray, cells: dict, data: dict, rank: Optional[int] = None) -> None:
+    def write(self, x: np.ndarray, cells: dict, data: dict, of_cells: Optional[dict] = None,
+              rank: Optional[int] = None) -> None:
         """The next file, or the piece of it that belongs to ``rank``."""
         import meshio  # 0.2 s that a run without ParaView files saves
 
         x = _in_space(np.asarray(x, float))
         data = {name: _in_space(np.asarray(values)) for name, values in data.items()}
+        own = {name: [_in_space(np.asarray(values))] for name, values in (of_cells or {}).items()}
         path = self._path(self._file(rank))
         with writing(path):
-            meshio.Mesh(x, [(kind, np.asarray(c)) for kind, c in cells.items()], point_data=data).write(path)
+            meshio.Mesh(x, [(kind, np.asarray(c)) for kind, c in cells.items()], point_data=data,
+                        cell_data=own).write(path)
 
     def list(self, time: float, ranks: Sequence[Optional[int]] = (None,)) -> None:
         """Name the next files, pieces of ``ranks``, in the PVD file."""
@@ -152,17 +156,3 @@ def _in_space(values: np.ndarray) -> np.ndarray:
         full[:, :values.shape[1], :values.shape[2]] = values
         return full.reshape(len(values), 9)
     return values
-
-
-def particles_and_wall(grains: RecordedGrains, window: Optional[Window]) -> Dict[str, Piece]:
-    """Parts of ``ParaView.add``: the particles now, and the wall at the end of a ``Window``, or at the start
-    for None. Collective."""
-    particles, wall = grains.particles(), grains.scene.wall
-    kind = ["vertex", "line", "triangle"][np.shape(wall.elements)[1] - 1]
-    x, v, force = wall.nodes, np.zeros_like(wall.nodes), np.zeros_like(wall.nodes)
-    if window is not None:
-        x, v, force = window.wall_x + window.dt * window.wall_v, window.wall_v, window.wall_force
-    return {"particles": (particles["x"], {"vertex": [[i] for i in range(len(particles))]},
-                          {"velocity": particles["v"], "spin": particles["omega"],
-                           "radius": particles["radius"], "mass": particles["mass"]}),
-            "wall": (x, {kind: wall.elements}, {"velocity": v, "force": force})}

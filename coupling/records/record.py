@@ -16,7 +16,7 @@ from . import report
 from .columns import RecordedColumns
 from .files import Files, Names
 from .history import History
-from .paraview import particles_and_wall
+from .pieces import Pieces
 from .progress import Progress
 from .results import Results
 from .resumed import Resumed
@@ -62,6 +62,7 @@ class Record:
         self._complete, self._begun, self._pictures = False, False, plan.pictures
         self._resolution: Dict[str, Any] = {}
         self._figure, self._report = f"{plan.case}{suffix}.png", f"report{suffix}.json"
+        self._pieces = Pieces(solid, grains) if plan.output.paraview else None
         self._resumed: Optional[Resumed] = None
         self._restarts: Tuple[dict, ...] = ()
 
@@ -80,12 +81,15 @@ class Record:
     def get_state(self) -> Dict[str, Any]:
         """What the record goes on from, as plain data, that of rank 0. Collective."""
         return {"columns": self._columns.get_state(), "seconds": self._timing.sums(),
-                "restarts": self._restarts, **self._files.get_state()}
+                "restarts": self._restarts, "pieces": self._pieces and self._pieces.get_state(),
+                **self._files.get_state()}
 
     def resume(self, state: Dict[str, Any], last: Window, source: Path) -> None:
         """Before ``with``: go on after the ``last`` window with what ``get_state`` gave; the files so far are
         in the folder ``source``."""
         self._columns.set_state(state["columns"], last)
+        if self._pieces and state.get("pieces"):
+            self._pieces.set_state(state["pieces"])
         self._resumed = Resumed(state, source)
         self._restarts = (*state["restarts"], {"window": last.number, "time": last.time,
                                                "ranks": MPI.COMM_WORLD.size})
@@ -139,14 +143,11 @@ class Record:
         signals.raise_again()
 
     def _paraview(self, time: float, window: Optional[Window]) -> None:
-        """Points, grid and interface by the ranks that have them, wall and particles by rank 0, at one time
-        [s]."""
-        if not self._plan.output.paraview:
+        """Points, grid and interface by the ranks that have them, all else by rank 0, at one time [s]."""
+        if self._pieces is None:
             return
-        parts = self.solid.snapshot()  # collective
-        if self.grains is not None:
-            more = particles_and_wall(self.grains, window)  # collective
-            parts.update(more if self._first else {})
+        parts, more = self.solid.snapshot(), self._pieces(time, window)  # both collective
+        parts.update(more if self._first else {})
         self._files.add_pieces(time, parts)
 
     def __exit__(self, kind: Optional[type], error: Optional[BaseException], trace: Any) -> None:

@@ -1,0 +1,76 @@
+"""What the ParaView series show of rocks, walls and forces is where it is."""
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from coupling.loop.window import Window
+from coupling.records.pieces import Pieces
+from coupling.shapes import rocks
+from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, quaternion
+
+BRICK = np.array([[k >> d & 1 for d in range(3)] for k in range(8)]) * [0.04, 0.02, 0.01]
+SIDES = (0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)
+TRIANGLES = [t for a, b, c, d in SIDES for t in ((a, b, c), (a, c, d))]
+SOLID, STEP = SimpleNamespace(time=0.0), 1e-5
+
+
+def scene(spheres=None, **more):
+    """Two bricks that spin, a sphere, a floor that is no interface."""
+    turn = quaternion.of_angle(0.5)
+    bricks = [Cluster.from_surface(BRICK, TRIANGLES, 2600.0, (0.0, 0.0, 0.1), spheres=40, quaternion=turn,
+                                   omega=(0.0, 0.0, 20.0)),
+              Cluster.from_surface(BRICK, TRIANGLES, 2600.0, (0.5, 0.0, 0.1), spheres=40, v=(0.0, 1.0, 0.0))]
+    around = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+    floor = Wall(around, [(0, 1, 2), (0, 2, 3)], material="floor")
+    stone = Material(1e7, 0.3)
+    return Scene(spheres, Wall.none(3), stone, stone, clusters=bricks, walls=[floor],
+                 materials={"floor": stone}, interactions={("spheres", "floor"): Interaction()}, **more)
+
+
+def test_surfaces_go_with_their_rocks(dem):
+    """Turned about the centre of mass by what they spin, moved by what they fly, each vertex as fast as the
+    differences of its places."""
+    grains = dem(scene(), STEP)
+    pieces = Pieces(SOLID, grains)
+    start = pieces(0.0, None)["rocks"]
+    grains.advance(1000, np.zeros((0, 3)), np.zeros((0, 3)))
+    x, cells, data, of_cells = pieces(0.01, None)["rocks"]
+    turn = quaternion.matrix(quaternion.of_angle(0.5 + 20.0 * 0.01))
+    middle = BRICK.mean(axis=0)
+    assert x[:8] == pytest.approx((BRICK - middle) @ turn.T + [0.0, 0.0, 0.1], abs=1e-7)
+    assert x[8:] == pytest.approx(BRICK - middle + [0.5, 0.01, 0.1], abs=1e-9)
+    assert data["velocity"][:8] == pytest.approx(np.cross([0.0, 0.0, 20.0], x[:8] - [0, 0, 0.1]), abs=1e-6)
+    assert data["velocity"][8:] == pytest.approx(np.tile([0.0, 1.0, 0.0], (8, 1)))
+    assert cells["triangle"].shape == (24, 3) and np.array_equal(cells["triangle"], start[1]["triangle"])
+    assert of_cells["body"].tolist() == [1] * 12 + [2] * 12
+    assert of_cells["mass"] == pytest.approx(2600.0 * 8e-6)
+
+
+def test_a_rock_that_has_left_is_seen_no_more(dem):
+    grains = dem(scene(domain=((-1.0, -1.0, -1.0), (1.0, 0.05, 1.0)), outflow={"+y": "remove"}), 2e-5)
+    grains.advance(3000, np.zeros((0, 3)), np.zeros((0, 3)))
+    faces, bodies = rocks(grains)
+    assert len(faces.elements) == 12 and bodies["id"].tolist() == [1]
+
+
+def test_walls_are_written_once_and_spheres_have_no_surface(dem):
+    ball = Spheres([[0.0, 0.5, 0.5]], [[0.0, 0.0, 0.0]], 0.01, 2600.0)
+    pieces = Pieces(SOLID, dem(scene(ball), STEP))
+    first, second = pieces(0.0, None), pieces(1.0, None)
+    assert first["walls"][1]["triangle"].tolist() == [[0, 1, 2], [0, 2, 3]] and "walls" not in second
+    assert second["particles"][2]["body"].tolist()[0] == 0 and "structures" not in first
+    later = Pieces(SOLID, None)
+    later.set_state(pieces.get_state())
+    assert later.get_state() == pieces.get_state() and Pieces(SOLID, None)(0.0, None) == {}
+
+
+def test_contacts_are_the_nodes_that_are_pushed(dem):
+    steel, wall = Material(1e7, 0.3), Wall([[-1.0, 0.0], [0.0, 0.0], [1.0, 0.0]], [[0, 1], [1, 2]])
+    grains = dem(Scene(Spheres([[0.5, 0.0101]], [[0.0, -1.0]], 0.01, 1000.0), wall, steel, steel), STEP)
+    still = np.zeros((3, 2))
+    force = grains.advance(50, wall.nodes, still)
+    window = Window(1, 5e-4, 5e-4, wall.nodes, still, force, *5 * [still], grains.particles(), {})
+    x, _, data = Pieces(SOLID, grains)(5e-4, window)["contacts"]
+    assert x.tolist() == [[0.0, 0.0], [1.0, 0.0]]
+    assert data["force"] == pytest.approx(force[1:]) and (data["force"][:, 1] < 0.0).all()

@@ -25,9 +25,9 @@ class ActiveCells:
     cells: (all local cells, K) nodes in their local numbering (owned first, then ghosts), -1 outside; row:
     (all local cells,) row of an owned cell in the element matrices, -1 else; point_row: the same for cells
     that points may be in; active: (all local cells,) mask of these; node: (n,) the grid node behind each
-    local number; places: (n, D) of these [m]; fixed: (n, D) mask of supported directions; held: see ``hold``;
-    element_matrices: (rows, K, D, D, K) [N/m], derivative by (node, direction) of (direction, node). Cells
-    with walls that share a node with those for points have a row too, as that node may come to carry mass.
+    local number; places: (n, D) of these [m]; fixed: (n, D) mask of supported directions; element_matrices:
+    (rows, K, D, D, K) [N/m], derivative by (node, direction) of (direction, node). Cells with walls that
+    share a node with those for points have a row too, as that node may come to carry mass.
 
     elements: ``PointElements`` of the material points; nodes_of_patch: (patches, M) nodes of F-bar's patches,
     -1 where one has fewer; own_patches: the first so many are this rank's; point_matrices: to which the
@@ -71,12 +71,6 @@ class ActiveCells:
         self._make_elements(background, chosen, averaged)
         self.pairs = find_pairs(background, meeting, self.cells, self.point_row) if meeting else None
         self._make_matrix(background, chosen, walls is not None)
-
-    def hold(self, holder):
-        """Tell who holds the owned nodes, shape (owned, D), -1 where free: ``held`` has node, direction and
-        holder of each held unknown."""
-        node, direction = np.nonzero(holder >= 0)
-        self.held = node, direction, holder[node, direction]
 
     def _flags(self, vec, nodes):
         """Mask of the grid nodes, owned and ghost, that are among the ``nodes`` of any rank."""

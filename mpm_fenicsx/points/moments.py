@@ -22,6 +22,25 @@ def wrenches(x, f):
 
 
 @compiled
+def add_wrenches(x, f, row, rows):
+    """Add each component of the forces f, with its moment about the origin, to one of the ``rows`` of
+    ``wrenches``: that with the number ``row``; x, f, row: (n, D)."""
+    D = x.shape[1]
+    for p in range(len(x)):
+        for i in range(D):
+            value, to = f[p, i], row[p, i]
+            if value == 0.0:
+                continue
+            rows[to, i] += value
+            if D == 2:
+                rows[to, 2] += x[p, 0] * value if i == 1 else -x[p, 1] * value
+            else:
+                after, before = (i + 1) % 3, (i + 2) % 3
+                rows[to, 3 + after] += x[p, before] * value
+                rows[to, 3 + before] -= x[p, after] * value
+
+
+@compiled
 def angular_momentum(mass, x, v):
     """Of points about the origin [kg m^2/s], shape (1,) in a plane, about z, else (3,); mass (n,), x and v
     (n, D)."""

@@ -29,7 +29,7 @@ from typing import Any, Dict, List, NamedTuple, Optional
 import numpy as np
 
 from ..collective import total
-from ..points.moments import moment, wrenches
+from ..points.moments import add_wrenches, moment, wrenches
 from ..terms import midpoint
 
 GRAVITY, BODY, INTERFACE, OUTFLOW, NUMERICAL = "gravity", "body force", "interface", "outflow", "numerical"
@@ -39,13 +39,14 @@ class Forces(NamedTuple):
     """What a step knows at its end: the ``imbalance`` of the equations, shape (owned, D) [N]; ``places`` of
     the nodes where forces act, shape (nodes, D) [m]; velocity ``v`` of the nodes as it came from the points,
     (nodes, D) [m/s]; the ``body`` force, (nodes, D) [N], or None; ``springs``, pairs of a term with its
-    trial."""
+    trial; ``holder``: number of the support of each unknown, (owned, D), -1 where there is none."""
 
     imbalance: np.ndarray
     places: np.ndarray
     v: np.ndarray
     body: Optional[np.ndarray]
     springs: list
+    holder: np.ndarray
 
 
 class Impulses:
@@ -59,7 +60,7 @@ class Impulses:
         self.names = [*dict.fromkeys([GRAVITY, *names, *supports, NUMERICAL])]
         self.regions: List[str] = [*dict.fromkeys(supports)]
         self._row = {name: number for number, name in enumerate(self.names)}
-        self._of_support = np.array([self._row[name] for name in supports], int)
+        self._holder = np.array([self._row[name] for name in (*supports, NUMERICAL)], int)  # last: of none
         shape = len(self.names), self._dim + (1 if self._dim == 2 else 3)
         self._sums, self._last = np.zeros(shape), np.zeros(shape)
         self._before = np.zeros(shape[1])  # momentum of the points at the start of a step
@@ -67,8 +68,8 @@ class Impulses:
     def sums(self) -> Dict[str, np.ndarray]:
         """Name → row, about zero in the user's coordinates."""
         rows = self._sums.copy()
-        turned = [moment(self._origin[None], row[None, :self._dim]) for row in rows]
-        rows[:, self._dim:] += np.array(turned)
+        if self._origin.any():
+            rows[:, self._dim:] += [moment(self._origin[None], row[None, :self._dim]) for row in rows]
         return dict(zip(self.names, rows))
 
     # ---------------------------------------------------------------- who books
@@ -95,7 +96,7 @@ class Impulses:
         self._before = self._of_points(grid.bodies)
         return grid.v.copy()
 
-    def jumped(self, grid: Any, load: Any) -> None:
+    def jumped(self, grid: Any, load: Any, holder: np.ndarray) -> None:
         """A ``load`` has jumped at the start of a step, and with it the accelerations of the points: not
         those of held nodes, where the support takes it."""
         if grid.rule is midpoint:
@@ -103,7 +104,7 @@ class Impulses:
         change, nodal = load.change
         jump = np.zeros_like(self._last)
         self._add_loads(grid, load, grid.active_cells.places, change, jump)
-        self._add_supports(grid, grid.active_cells.places, -nodal, jump)
+        self._add_supports(holder, grid.active_cells.places, -nodal, jump)
         self._last += total(self._comm, jump)
 
     def step(self, grid: Any, problem: Any, found: Any) -> None:
@@ -113,7 +114,7 @@ class Impulses:
         forces, (after, before) = now[:-2], now[-2:]
         if grid.rule is midpoint:
             given = dt * forces
-            given += self._at_start(grid, found.v)
+            given += self._at_start(grid, found)
         else:
             given = 0.5 * dt * (self._last + forces)
         turned = after[self._dim:] - before[self._dim:] - given[:, self._dim:].sum(axis=0)
@@ -147,15 +148,14 @@ class Impulses:
         """Rows by name: forces of the step and their moments at the ``places`` of the nodes. part: of the
         dead loads."""
         rows, n, places = np.zeros_like(self._last), grid.active_cells.owned, found.places
-        weight = part * grid.mass[:n, None] * problem.gravity
-        rows[self._row[GRAVITY]] += wrenches(places[:n], weight).sum(axis=0)
+        mass, pull = grid.mass[:n], part * problem.gravity
+        rows[self._row[GRAVITY]] += wrenches((mass @ places[:n])[None], pull[None])[0]
+        rows[self._row[GRAVITY], :self._dim] = mass.sum() * pull
         if found.body is not None:
             rows[self._row[BODY]] += part * wrenches(places[:n], found.body[:n]).sum(axis=0)
         for load in (problem.interface, *problem.loads):
             self._add_loads(grid, load, places, part * load.points.force, rows)
-        self._add_supports(grid, places, found.imbalance, rows)
-        free = np.where(grid.active_cells.fixed[:n], 0.0, found.imbalance)
-        rows[self._row[NUMERICAL]] += wrenches(places[:n], free).sum(axis=0)
+        add_wrenches(places[:n], found.imbalance, self._holder[found.holder], rows)
         for term, answer in found.springs:
             self._add_springs(grid, term, answer, places, rows)
         return rows
@@ -173,14 +173,13 @@ class Impulses:
         for name in np.unique(names):
             rows[self._row[str(name)]] += found[names == name].sum(axis=0)
 
-    def _add_supports(self, grid: Any, places: np.ndarray, force: np.ndarray, rows: np.ndarray) -> None:
-        """Of a ``force`` on the owned nodes what is at held unknowns goes to their holders."""
-        node, d, holder = grid.active_cells.held
-        f = np.zeros((len(node), self._dim))
-        f[np.arange(len(node)), d] = force[node, d]
-        row, found = self._of_support[holder], wrenches(places[node], f)
-        for k in range(found.shape[1]):  # several times as fast as numpy.add.at
-            rows[:, k] += np.bincount(row, found[:, k], len(rows))
+    def _add_supports(self, holder: np.ndarray, places: np.ndarray, force: np.ndarray,
+                      rows: np.ndarray) -> None:
+        """Of a ``force`` on the nodes what is at held unknowns of this rank goes to their holders."""
+        n = len(holder)
+        force = np.where(holder >= 0, force[:n], 0.0)
+        if force.any():
+            add_wrenches(places[:n], force, self._holder[holder], rows)
 
     def _add_springs(self, grid: Any, term: Any, answer: Any, places: np.ndarray, rows: np.ndarray) -> None:
         """What they say themselves by name; the difference to what the nodes get is the scheme's."""
@@ -191,13 +190,13 @@ class Impulses:
             rows[self._row[name]] += held
             rows[self._row[NUMERICAL]] -= held
 
-    def _at_start(self, grid: Any, v: np.ndarray) -> np.ndarray:
-        """With the midpoint rule: what setting the velocity ``v`` of held nodes does, and the momentum that
-        points get on their way to the nodes."""
-        rows, n, mass = np.zeros_like(self._last), grid.active_cells.owned, grid.mass[:, None]
-        self._add_supports(grid, grid.active_cells.places, mass * (grid.v - v), rows)
-        linear = slice(self._dim)
-        rows[self._row[NUMERICAL], linear] += mass[:n, 0] @ v[:n] - self._before[linear]
+    def _at_start(self, grid: Any, found: Forces) -> np.ndarray:
+        """With the midpoint rule: what setting the velocity of held nodes does, and the momentum that points
+        get on their way to the nodes."""
+        rows, v, n, linear = np.zeros_like(self._last), found.v, len(found.holder), slice(self._dim)
+        kick = grid.mass[:n, None] * (grid.v[:n] - v[:n])
+        self._add_supports(found.holder, grid.active_cells.places, kick, rows)
+        rows[self._row[NUMERICAL], linear] += grid.mass[:n] @ v[:n] - self._before[linear]
         return total(self._comm, rows)
 
     # ---------------------------------------------------------------- state

@@ -41,7 +41,7 @@ class Step:
             background, filled, problem.supports.fixed, symmetric, any(record.f_bar for record in records),
             facets, walls_in_reach(penalties, background),
             [pair for penalty in penalties for pair in getattr(penalty, "pairs", ())])
-        cells.hold(problem.supports.holders(cells.node[:cells.owned]))
+        self._holder = problem.supports.holders(cells.node[:cells.owned])
         self.active, self.mass_then = np.zeros(len(cells.node), bool), np.zeros(len(cells.node))
         lightest = min(body.body.rho * body.thickness for body in problem.bodies)
         self.full_mass = np.prod(background.h) * lightest
@@ -155,7 +155,7 @@ class Step:
                 grid.a[:] += jump
                 for term in moving:
                     term.accelerate(grid, jump)
-                self.problem.impulses.jumped(grid, force)
+                self.problem.impulses.jumped(grid, force, self._holder)
         for penalty in penalties:
             penalty.begin(grid, load)
         load += grid.mass[:, None] * self.problem.gravity
@@ -226,7 +226,7 @@ class Step:
         springs = [(term, of_term) for term, of_term in zip(self.equations.terms, trial.of_terms)
                    if term in self.problem.penalties]
         return Forces(self.equations.imbalance(trial), self.active_cells.places + place * trial.increment.u,
-                      self._v, self._body_force, springs)
+                      self._v, self._body_force, springs, self._holder)
 
     # ---------------------------------------------------------------- state
 

@@ -28,6 +28,12 @@ def check_held(background, active_cells, known, grid):
     modes[:, known.idle | (group < 0)[:, None]] = 0.0
     force = known.load[:n]
     diagonal, products = _products(active_cells, modes)
+    if active_cells.pairs:  # groups that touch resist each other: each moves alone
+        for g in range(count):
+            of_g = group == g
+            alone = _products(active_cells, modes * of_g[:, None])[1]
+            for product, own in zip(products, alone):
+                product[of_g] = own[of_g]
     energy = np.array([[sums(np.sum(a * b, axis=1)) for b in products] for a in modes])
     scale = np.array([sums(np.sum(a * a * diagonal, axis=1)) for a in modes])
     work = np.array([sums(np.sum(a * force, axis=1)) for a in modes])

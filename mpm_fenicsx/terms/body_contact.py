@@ -26,6 +26,7 @@ from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, sprin
 
 NEAR = 1.0  # cells between bodies at which a step looks
 DRIFT = 0.25  # cells
+TOUCH = 1e-7  # cells
 
 
 class Other(NamedTuple):
@@ -84,8 +85,10 @@ class BodyContact:
         both = heavy[mine] & heavy[theirs]
         if not somewhere(cells.comm, both.any())[0]:
             return None
-        shared = np.zeros(len(heavy), bool)
-        shared[mine[both]] = shared[theirs[both]] = True
+        shared = np.zeros((len(heavy), 1))
+        shared[mine[both]] = shared[theirs[both]] = 1.0
+        cells.largest(shared)  # points in cells that are no pair may be near a node of one
+        shared = shared[:, 0] > 0.0
         mine, first = np.unique(mine[both], return_index=True)
         theirs = theirs[both][first]
         fields = self._body.field, other
@@ -118,15 +121,16 @@ class BodyContact:
         sides = Sides(cells.places, shared, np.zeros((n, 2 * D - 1, D)), np.empty((n, 2 * D - 1)))
         normals = self._directions(grid, near, nodes)
         for tilt in (*TILTS, None):
+            sides.reach[:], sides.normals[:] = NONE, NONE
             sides.normals[mine] = sides.normals[theirs] = normals
-            sides.reach[:] = NONE
+            cells.largest(sides.normals.reshape(n, -1))
             for sign, of_field in zip((-1.0, 1.0), near):
                 for _, points, _ in of_field:
                     self._reach_out(points, cells.cells, sign, sides)
             cells.largest(sides.reach)
             gap = -(sides.reach[mine] + sides.reach[theirs])
-            gap[:, 1:] -= BETTER * self._h
-            best = np.arange(len(mine)), np.argmax(gap, axis=1)
+            wide = gap >= gap.max(axis=1, keepdims=True) - BETTER * self._h
+            best = np.arange(len(mine)), np.argmax(wide, axis=1)  # the first of those: no tie is a matter of luck
             if tilt is None:
                 sides.normals[mine, 0] = sides.normals[theirs, 0] = normals[best]
                 sides.reach[mine, 0], sides.reach[theirs, 0] = (sides.reach[some][best] for some in nodes)
@@ -169,13 +173,17 @@ class BodyContact:
         self._index, normal, p = (found.point, number), found.normal, self._body.points
         self._forget_others()
         rub, force = p.meet_gap[self._index], p.meet_force[self._index]
-        self._start = self._gap(found.gap)[:, None] * normal
+        gap = self._gap(found.gap)
+        self._start = gap[:, None] * normal
         self._start += rub - np.sum(rub * normal, axis=1)[:, None] * normal
         velocity = np.zeros_like(normal)
         self._follow(self._pair, grid.active_cells.pairs.nodes, self._weights, grid.v, velocity)
         base = self._start - AHEAD * grid.dt * velocity
+        if grid.dt == 0.0:  # without inertia, bodies that touch hold each other from the first guess on
+            base -= TOUCH * self._h * normal
         pressed, stiffness = np.sum(force * normal, axis=1), p.meet_stiffness[self._index]
-        pressed, self._sticks = (np.full_like(pressed, STICKS) if self._sticks else pressed), False
+        if self._sticks:
+            pressed, self._sticks = np.where(gap <= TOUCH * self._h, STICKS, 0.0), False
         limit = np.where(pressed > 0.0, self._friction[number], 0.0) * pressed / stiffness
         self._springs = Springs(base, normal, stiffness, limit, np.ones(len(limit), bool),
                                 LEAD if grid.dt > 0.0 else 1.0)

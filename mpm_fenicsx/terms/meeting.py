@@ -15,7 +15,7 @@ import numpy as np
 D, K = 2, 4  # fixed by specialise
 DIRECTIONS = 3  # to try at a time, as many in the plane; fixed by specialise
 TILTS = 0.4 * 0.5 ** np.arange(7)  # by which others are tried, one after the other [rad]
-BETTER = 1e-6  # cells, by which a direction must leave a wider gap to be taken
+BETTER = 1e-6  # cells, by which a direction must leave a wider gap than those before it
 NONE = -1e300  # nothing reaches a node
 
 
@@ -83,7 +83,7 @@ def around(normals):
     if normals.shape[1] == 2:
         across = [np.column_stack([-normals[:, 1], normals[:, 0]])]
     else:
-        axis = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+        axis = np.eye(3)[np.argmin(np.round(np.abs(normals), 6), axis=1)]
         first = np.cross(normals, axis)
         first /= np.linalg.norm(first, axis=1)[:, None]
         across = [first, np.cross(normals, first)]

@@ -17,14 +17,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..collective import somewhere
 from ..compiled import specialise
 from ..points.transfer import interpolate, spread
-from .meeting import BETTER, NONE, TILTS, Meetings, NearPoints, Sides, around, meet, outward, reach_out
-from .penalty import LIGHT, STICKS
+from .meeting import Meetings
+from .meeting_search import MeetingSearch
+from .penalty import STICKS
 from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spring_matrix, tangent
 
-NEAR = 1.0  # cells between bodies at which a step looks
 DRIFT = 0.25  # cells
 TOUCH = 1e-7  # cells
 
@@ -62,93 +61,15 @@ class BodyContact:
         p.add(meet_stiffness=stiffness * area[:, None], meet_force=np.zeros((n, W, D)),
               meet_gap=np.zeros((n, W, D)), meet_normal=np.full((n, W), np.inf),
               meet_status=np.zeros((n, W), np.int8), meet_sunk=np.full((n, W), np.nan))
+        self._search = MeetingSearch(body, background)
         self._compile(background)
 
     def _compile(self, background):
         D, K = self._dim, background.cells.shape[1]
-        self._outward, self._meet = (specialise(kernel, D=D, K=K) for kernel in (outward, meet))
-        self._reach_out = specialise(reach_out, D=D, K=K, DIRECTIONS=2 * D - 1)
         both = dict(D=D, K=2 * K)
         self._respond, self._follow, self._spread = (specialise(kernel, **both)
                                                      for kernel in (respond, interpolate, spread))
         self._tangent = specialise(tangent, **both, spring_matrix=specialise(spring_matrix, D=D))
-
-    # ---------------------------------------------------------------- where it meets others
-
-    def _find(self, grid, other):
-        """``Meetings`` with the bodies in the field ``other``, their points numbered as the body's, and the
-        pair of cells of each. Collective."""
-        cells, K = grid.active_cells, grid.active_cells.cells.shape[1]
-        row = cells.pairs.row[self._body.field, other]
-        mine, theirs = cells.pairs.nodes[row[row >= 0]].reshape(-1, 2, K).transpose(1, 0, 2).reshape(2, -1)
-        heavy = grid.mass > LIGHT * grid.full_mass
-        both = heavy[mine] & heavy[theirs]
-        if not somewhere(cells.comm, both.any())[0]:
-            return None
-        shared = np.zeros((len(heavy), 1))
-        shared[mine[both]] = shared[theirs[both]] = 1.0
-        cells.largest(shared)  # points in cells that are no pair may be near a node of one
-        shared = shared[:, 0] > 0.0
-        mine, first = np.unique(mine[both], return_index=True)
-        theirs = theirs[both][first]
-        fields = self._body.field, other
-        near = [[self._near(grid, body, shared) for body in grid.bodies if body.field == field]
-                for field in fields]
-        sides = self._search(grid, near, shared, (mine, theirs))
-        index, points, _ = next(part for part, body in zip(
-            near[0], (body for body in grid.bodies if body.field == fields[0])) if body is self._body)
-        n = len(index)
-        found = Meetings(np.empty(n, np.int64), np.empty((n, 2 * K)), np.empty((n, self._dim)), np.empty(n))
-        count = self._meet(points, row, cells.pairs.nodes, sides, found)
-        chosen = np.flatnonzero(found.gap[:count] < NEAR * self._h)
-        found = Meetings(*(values[chosen] for values in found))
-        return found._replace(point=index[found.point]), row[points.cell[found.point]]
-
-    def _near(self, grid, body, shared):
-        """Numbers of the points of ``body`` in cells with a ``shared`` node, and these as ``NearPoints``, and
-        their volumes."""
-        p, cells = body.points, grid.active_cells.cells
-        index = np.flatnonzero((shared[cells] & (cells >= 0)).any(axis=1)[p.cell])
-        cell, x, n, K = p.cell[index], p.x[index], len(index), cells.shape[1]
-        N, G = np.empty((n, K)), np.empty((n, K, self._dim))
-        grid.shapes(cell, x, N, G)
-        return index, NearPoints(cell, x, p.half[index], N, G), p.V0[index]
-
-    def _search(self, grid, near, shared, nodes):
-        """``Sides`` with the best directions found first. nodes: of both fields, two arrays. Collective."""
-        mine, theirs = nodes
-        D, cells, n = self._dim, grid.active_cells, len(shared)
-        sides = Sides(cells.places, shared, np.zeros((n, 2 * D - 1, D)), np.empty((n, 2 * D - 1)))
-        normals = self._directions(grid, near, nodes)
-        for tilt in (*TILTS, None):
-            sides.reach[:], sides.normals[:] = NONE, NONE
-            sides.normals[mine] = sides.normals[theirs] = normals
-            cells.largest(sides.normals.reshape(n, -1))
-            for sign, of_field in zip((-1.0, 1.0), near):
-                for _, points, _ in of_field:
-                    self._reach_out(points, cells.cells, sign, sides)
-            cells.largest(sides.reach)
-            gap = -(sides.reach[mine] + sides.reach[theirs])
-            wide = gap >= gap.max(axis=1, keepdims=True) - BETTER * self._h
-            best = np.arange(len(mine)), np.argmax(wide, axis=1)  # the first of those: no tie is a matter of luck
-            if tilt is None:
-                sides.normals[mine, 0] = sides.normals[theirs, 0] = normals[best]
-                sides.reach[mine, 0], sides.reach[theirs, 0] = (sides.reach[some][best] for some in nodes)
-                return sides
-            normals = normals[best][:, None] + tilt * np.pad(around(normals[best]), ((0, 0), (1, 0), (0, 0)))
-            normals /= np.linalg.norm(normals, axis=2)[..., None]
-
-    def _directions(self, grid, near, nodes):
-        """To start from, shape (m, 2 D - 1, D), see ``meeting``. Collective."""
-        mine, theirs = nodes
-        area = np.zeros_like(grid.v)
-        for of_field in near:
-            for _, points, volume in of_field:
-                self._outward(points, volume, grid.active_cells.cells, area)
-        grid.active_cells.accumulate(area)
-        n = np.stack([area[theirs] - area[mine], -area[mine], area[theirs]], axis=1)
-        n /= np.maximum(np.linalg.norm(n, axis=2), 1e-300)[..., None]
-        return n if self._dim == 2 else n[:, [0, 1, 2, 0, 0]]
 
     # ---------------------------------------------------------------- one step, see ``grid_state``
 
@@ -166,7 +87,7 @@ class BodyContact:
         K = grid.active_cells.cells.shape[1]
         none = (Meetings(np.zeros(0, int), np.zeros((0, 2 * K)), np.zeros((0, self._dim)), np.zeros(0)),
                 np.zeros(0, np.int32))
-        parts = [self._find(grid, other.field) or none for other in self._others]
+        parts = [self._search(grid, other.field) or none for other in self._others]
         number = np.repeat(np.arange(len(parts)), [len(part.gap) for part, _ in parts])
         found = Meetings(*(np.concatenate(values) for values in zip(*(part for part, _ in parts))))
         self._pair, self._weights = np.concatenate([pair for _, pair in parts]), found.weights

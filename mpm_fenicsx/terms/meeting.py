@@ -31,12 +31,13 @@ class NearPoints(NamedTuple):
 
 
 class Sides(NamedTuple):
-    """What is known of the nodes of the active cells, n here: ``places`` (n, D) [m]; ``shared`` (n,), mask of
-    those that both bodies reach; ``normals`` (n, directions, D), from the second body to the first; ``reach``
-    (n, directions), how far the points of the node's own body reach along it toward the other [m]."""
+    """What is known of the n nodes that both bodies reach: ``number`` (nodes,) of the nodes of the active
+    cells among them, -1 of others; ``places`` (n, D) [m]; ``normals`` (n, directions, D), from the second
+    body to the first; ``reach`` (n, directions), how far the points of the node's own body reach along it
+    toward the other [m]."""
 
+    number: np.ndarray
     places: np.ndarray
-    shared: np.ndarray
     normals: np.ndarray
     reach: np.ndarray
 
@@ -52,22 +53,23 @@ class Meetings(NamedTuple):
     gap: np.ndarray
 
 
-def outward(points: NearPoints, V, cells, nodal):
-    """Add V grad N, V (n,) volumes [m^3], to ``nodal``, shape (nodes, D)."""
+def outward(points: NearPoints, V, cells, number, nodal):
+    """Add V grad N, V (n,) volumes [m^3], to ``nodal``, shape (n, D); number: see ``Sides``."""
     for p in range(len(points.cell)):
         for a in range(K):
-            node = cells[points.cell[p], a]
-            for i in range(D):
-                nodal[node, i] += V[p] * points.G[p, a, i]
+            node = number[cells[points.cell[p], a]]
+            if node >= 0:
+                for i in range(D):
+                    nodal[node, i] += V[p] * points.G[p, a, i]
 
 
 def reach_out(points: NearPoints, cells, sign, sides: Sides):
     """Raise ``reach`` of the nodes to that of the points, along ``sign`` times the normals."""
-    places, shared, normals, reach = sides
+    number, places, normals, reach = sides
     for p in range(len(points.cell)):
         for a in range(K):
-            node = cells[points.cell[p], a]
-            if not shared[node]:
+            node = number[cells[points.cell[p], a]]
+            if node < 0:
                 continue
             for c in range(DIRECTIONS):
                 along, square = 0.0, 0.0
@@ -93,7 +95,7 @@ def around(normals):
 def meet(points: NearPoints, row, pairs, sides: Sides, meetings: Meetings):
     """Fill ``meetings`` with those of the near points of the first body; returns how many. row: (cells,), of
     each cell its number among the ``pairs``, (pairs, 2K) nodes; of the directions the first one counts."""
-    places, shared, normals, reach = sides
+    number, places, normals, reach = sides
     point, weights, normal, gap = meetings
     n, count = np.empty(D), 0
     for p in range(len(points.cell)):
@@ -102,8 +104,8 @@ def meet(points: NearPoints, row, pairs, sides: Sides, meetings: Meetings):
             continue
         n[:], length = 0.0, 0.0
         for a in range(K):
-            node = pairs[r, a]
-            if shared[node]:
+            node = number[pairs[r, a]]
+            if node >= 0:
                 for i in range(D):
                     n[i] += points.N[p, a] * normals[node, 0, i]
         for i in range(D):
@@ -116,8 +118,8 @@ def meet(points: NearPoints, row, pairs, sides: Sides, meetings: Meetings):
             half += (n[i] * points.half[p, i]) ** 2
         half = np.sqrt(half)
         for a in range(K):
-            node, other, w = pairs[r, a], pairs[r, K + a], 0.0
-            if shared[node]:
+            node, other, w = number[pairs[r, a]], number[pairs[r, K + a]], 0.0
+            if node >= 0 and other >= 0:
                 w = points.N[p, a]
                 for i in range(D):
                     w -= half * n[i] * points.G[p, a, i]  # at the foot

@@ -1,14 +1,7 @@
 """Geometry of surfaces of segments or triangles, each with its outside, see ``Interface``."""
 import numpy as np
 
-
-def normal_areas(x, elements):
-    """Area times outward unit normal of each element [m^2; m in the plane], shape (m, D); x: (n, D) [m]."""
-    first = x[elements[:, 0]]
-    if x.shape[1] == 2:
-        edge = x[elements[:, 1]] - first
-        return np.column_stack([-edge[:, 1], edge[:, 0]])  # on the left
-    return 0.5 * np.cross(x[elements[:, 1]] - first, x[elements[:, 2]] - first)
+from ..scene.facets import normal_areas
 
 
 def to_particles(values, elements, count):

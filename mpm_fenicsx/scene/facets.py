@@ -33,3 +33,12 @@ def corner_volumes(x: np.ndarray) -> np.ndarray:
         edges = [(x[:, a ^ (1 << d)] - x[:, a]) * (-1 if (a >> d) & 1 else 1) for d in range(dim)]
         corners.append(np.linalg.det(np.stack(edges, axis=1)))
     return np.stack(corners, axis=1)
+
+
+def normal_areas(x: np.ndarray, elements: np.ndarray) -> np.ndarray:
+    """Area times outward unit normal of each element [m^2; m in the plane], shape (m, D); x: (n, D) [m]."""
+    first = x[elements[:, 0]]
+    if x.shape[1] == 2:
+        edge = x[elements[:, 1]] - first
+        return np.column_stack([-edge[:, 1], edge[:, 0]])  # on the left
+    return 0.5 * np.cross(x[elements[:, 1]] - first, x[elements[:, 2]] - first)

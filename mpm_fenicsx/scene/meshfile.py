@@ -85,6 +85,19 @@ def read_cloud(path: Union[str, Path], dim: int) -> Cloud:
     return Cloud(data.points[:, :dim], np.ravel(data.point_data["volume"]))
 
 
+def read_triangles(path: Union[str, Path]) -> Tuple[np.ndarray, np.ndarray]:
+    """Vertices [m], shape (n, 3), and triangles, shape (m, 3), of a file, as STL, OBJ or PLY; quadrilaterals
+    are divided. ValueError for a file that has none."""
+    data, path = _read(path)
+    found = [np.asarray(block.data) for block in data.cells if block.type == "triangle"]
+    for quads in (np.asarray(block.data) for block in data.cells if block.type == "quad"):
+        found += [quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]
+    if not found:
+        raise ValueError(f"{path} holds {', '.join(sorted({block.type for block in data.cells})) or 'no cells'}"
+                         ": give a surface of triangles")
+    return np.asarray(data.points, float), np.concatenate(found).astype(np.int64)
+
+
 def _read(given: Union[str, Path]) -> Tuple[Any, Path]:
     import meshio  # slow to import, and few scenes read files
 

@@ -36,8 +36,8 @@ from .settling import Settled  # noqa: E402
 
 __all__ = [  # a scene; how it is computed; laws; points; what is read off; errors
     "Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "Load", "Mesh", "Penalty", "Resampling",
-    "SimplySupportedBeam", "Structure", "Support", "at_rest", "fall_room", "flow_grid", "level_floor", "read_cloud",
-    "read_mesh",
+    "SimplySupportedBeam", "Structure", "Support", "at_rest", "fall_room", "flow_grid", "level_floor",
+    "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS", "Settled",
     "LAWS", "Soil", "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "von_mises",
     "of_points", "seed",

@@ -28,7 +28,7 @@ from .solve.losses import Losses
 from .terms.behind import watch
 from .terms.kernels import compile_grid_kernels
 from .terms.loads import PointForces, SurfaceLoads
-from .terms.scene_contacts import make_meetings
+from .terms.scene_contacts import make_meetings, warn_if_thin
 from .terms.scene_penalties import make_contacts, make_penalties, reaction
 from .terms.start import Start, warn_if_in_pieces
 from .terms.transfers import TRANSFERS, make_bodies
@@ -67,12 +67,11 @@ class Model:
         check_inside(scene.grid, self.boundary.x, "a boundary particle", self.origin)
         self.background.keep_mine(self.boundary, np.full(len(self.boundary), "the interface"))
         self._forces = PointForces(self.boundary, self._outflow)
-        loads = list(scene.loads)
-        self.loads = (SurfaceLoads(loads, self.dim, start, self._outflow),) if loads else ()
+        self.loads = (SurfaceLoads(scene.loads, self.dim, start, self._outflow),) if scene.loads else ()
         self.penalties = make_penalties(list(scene.penalties), self.background, start)
-        self._contacts = (*make_contacts(scene.penalties, self.background, start, self._bodies),
+        self._contacts = (*make_contacts(scene.walls, self.background, start, self._bodies),
                           *make_meetings(self._bodies, self.background))
-        self._behind = watch(scene.penalties, self.background, self._bodies)
+        self._behind = watch(scene.walls, self.background, self._bodies)
         for condition in (*self.loads, *self.penalties):
             self.background.keep_mine(condition.points, condition.names)
         self._impulses = make_impulses(self, scene)
@@ -82,6 +81,7 @@ class Model:
             body.compile(self.background, scene.inertia != "lumped")
             self.background.keep_mine(body.points, np.full(len(body.points), "the body"))
         warn_if_in_pieces(self._bodies, self.background)
+        warn_if_thin(scene.structures, self.background)
 
     def _distribute(self, x: np.ndarray, owner: Optional[np.ndarray] = None) -> None:
         """Distribute the grid over the ranks for points at x [m], shape (n, dim); each rank gives some.
@@ -223,7 +223,7 @@ class Model:
     @property
     def driven(self) -> bool:
         """Whether motions, loads or body forces do work on the bodies, besides gravity and the interface."""
-        stated = [*self.scene.supports, *self.scene.penalties]
+        stated = [*self.scene.supports, *self.scene.walls]
         moved = any(getattr(one, "motion", None) is not None for one in stated)
         return bool(self.loads or self._bodies[0].has_body_force or moved)
 

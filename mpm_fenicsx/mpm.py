@@ -19,6 +19,7 @@ from .scene.interface import Interface
 from .scene.mesh import Mesh
 from .scene.numerics import Numerics
 from .scene.solid import SolidScene
+from .scene.structures import Structure
 from .solve.clock import PHASES
 from .solve.options import Doubt
 from .solve.problem import Problem
@@ -36,8 +37,9 @@ class MPM(Restarting):
     leaves the grid, "stop" (the run ends), "hold" (at the edge, at rest) or "remove", or a dict by side, such
     as {"+x": "remove"}, whose other sides stop, see ``outflow`` and ``removed``; bonded: whether bodies stick
     where they share grid nodes (layers of one soil), True, or groups of the numbers of those that do, such as
-    [(0, 1)]; others push, rub and part, see ``terms.body_contact``; numerics: see ``Numerics``; basis: at the
-    material points, instead of that of ``numerics``.
+    [(0, 1)]; others push, rub and part, see ``terms.body_contact``; numerics: see ``Numerics``; structures:
+    ``Structure`` records, which the soil meets; basis: at the material points, instead of that of
+    ``numerics``.
 
     ``bodies`` are the bodies with their points, numbered through, see ``bodies.BodyTerm``; ``phases`` sums
     the seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,
@@ -84,11 +86,12 @@ class MPM(Restarting):
                  penalties: Sequence[Union[Penalty, GridWall]] = (), body_force: Optional[Callable] = None,
                  outflow: Union[str, Dict[str, str]] = "stop",
                  bonded: Union[bool, Sequence[Sequence[int]]] = False, numerics: Numerics = Numerics(),
-                 basis: Optional[str] = None, comm: MPI.Comm = MPI.COMM_WORLD):
+                 structures: Sequence[Structure] = (), basis: Optional[str] = None,
+                 comm: MPI.Comm = MPI.COMM_WORLD):
         if basis is not None:
             numerics = replace(check.record("numerics", numerics, Numerics), basis=basis)
         super().__init__(SolidScene(grid, body, supports, interface, gravity, inertia, loads, penalties,
-                                    body_force, outflow, bonded, numerics), comm)
+                                    body_force, outflow, bonded, numerics, structures), comm)
         self.iterations, self.rebalances, self.closed = 0, [], False
         self.phases, self._doubt = dict.fromkeys(PHASES, 0.0), Doubt()
         self._located = False  # whether the points are in their cells
@@ -210,6 +213,11 @@ class MPM(Restarting):
     def applied(self) -> np.ndarray:
         """Sum of the interface forces that reached the nodes in the last step [N], shape (dim,)."""
         return self._ladder.applied(self.step.problem.interface.applied)
+
+    @property
+    def structures(self) -> tuple:
+        """``Structure`` records of the scene, in the user's coordinates."""
+        return self.scene.structures
 
     def window_mass(self) -> np.ndarray:
         """See ``PointForces.window_mass``, of all boundary particles, the same on every rank."""

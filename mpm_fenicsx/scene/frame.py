@@ -17,6 +17,7 @@ from .conditions import GridWall, Load, Penalty
 from .interface import SIDES, Interface, Resampling
 from .mesh import Box, Mesh
 from .solid import SolidScene
+from .structures import Structure
 
 FAR = 64.0  # distance from zero over the size of the grid: from there on six bits of the coordinates are lost
 
@@ -114,6 +115,13 @@ def _(penalty: Penalty, by: np.ndarray) -> Penalty:
                    at=None if penalty.at is None else np.asarray(penalty.at, float) + by)
 
 
+@shifted.register(Structure)
+def _(structure: Structure, by: np.ndarray) -> Structure:
+    other = copy.copy(structure)  # not made anew: nothing that was checked has changed
+    object.__setattr__(other, "x", structure.x + by)
+    return other
+
+
 @shifted.register(Load)
 def _(load: Load, by: np.ndarray) -> Load:
     return replace(load, surface=shifted(load.surface, by))
@@ -126,7 +134,8 @@ def _(scene: SolidScene, by: np.ndarray) -> SolidScene:
 
     return replace(scene, grid=shifted(scene.grid, by), body=several(scene.bodies),
                    supports=several(scene.supports), loads=several(scene.loads),
-                   penalties=several(scene.penalties), body_force=_of_shifted(scene.body_force, by),
+                   penalties=several(scene.penalties), structures=several(scene.structures),
+                   body_force=_of_shifted(scene.body_force, by),
                    interface=scene.interface and shifted(scene.interface, by))
 
 

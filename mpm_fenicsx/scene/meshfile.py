@@ -93,8 +93,8 @@ def read_triangles(path: Union[str, Path]) -> Tuple[np.ndarray, np.ndarray]:
     for quads in (np.asarray(block.data) for block in data.cells if block.type == "quad"):
         found += [quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]
     if not found:
-        raise ValueError(f"{path} holds {', '.join(sorted({block.type for block in data.cells})) or 'no cells'}"
-                         ": give a surface of triangles")
+        kinds = sorted({block.type for block in data.cells})
+        raise ValueError(f"{path} holds {', '.join(kinds) or 'no cells'}: give a surface of triangles")
     return np.asarray(data.points, float), np.concatenate(found).astype(np.int64)
 
 

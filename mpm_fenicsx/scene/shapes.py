@@ -1,5 +1,5 @@
 """Surfaces of simple shapes as vertices and elements, see ``Structure``; their outside."""
-from itertools import product
+from itertools import combinations, product
 from typing import List, Sequence, Tuple, Union
 
 import numpy as np
@@ -34,7 +34,7 @@ def plane_surface(name: str, at: Sequence[float], normal: Union[str, Sequence[fl
     corners = np.array(list(product(*zip(box.lower, box.upper))))
     height, found = (corners - point) @ n, []
     height[np.abs(height) < SAME * box.size.max()] = 0.0
-    for a, b in ((a, b) for a in range(len(corners)) for b in range(a)):
+    for b, a in combinations(range(len(corners)), 2):
         if np.count_nonzero(corners[a] != corners[b]) == 1 and height[a] * height[b] <= 0.0 and (
                 height[a] or height[b]):
             found.append(corners[a] + (corners[b] - corners[a]) * height[a] / (height[a] - height[b]))
@@ -107,8 +107,8 @@ def _polygon(radius: float, sides: int) -> np.ndarray:
 def cylinder_surface(name: str, start: Sequence[float], end: Sequence[float], radius: float,
                      sides: int) -> Surface:
     """A prism with the volume of a cylinder."""
-    a, b = (np.array(check.numbers(f"{what} of {name}", x, 3, "m")) for what, x in (("start", start),
-                                                                                    ("end", end)))
+    a = np.array(check.numbers(f"start of {name}", start, 3, "m"))
+    b = np.array(check.numbers(f"end of {name}", end, 3, "m"))
     if np.array_equal(a, b):
         raise ValueError(f"{name} starts and ends at {a.tolist()} m: give two points on its axis")
     axis = (b - a) / np.linalg.norm(b - a)

@@ -11,6 +11,7 @@ from .conditions import GridWall, Load, Penalty
 from .interface import Interface
 from .mesh import Mesh
 from .numerics import Numerics
+from .structures import Structure
 
 INERTIA = "consistent", "lumped", "ghost"  # the kinds there are
 
@@ -60,6 +61,7 @@ class SolidScene:
     outflow: Union[str, Dict[str, str]] = "stop"
     bonded: Union[bool, Sequence[Sequence[int]]] = False
     numerics: Numerics = field(default_factory=Numerics)
+    structures: Sequence[Structure] = ()
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:
@@ -70,6 +72,8 @@ class SolidScene:
         put("supports", check.records("supports", self.supports, Support))
         put("loads", check.records("loads", self.loads, Load))
         put("penalties", check.records("penalties", self.penalties, Penalty, GridWall))
+        put("structures", check.records("structures", self.structures, Structure))
+        self._check_structures()
         check.choice("inertia", self.inertia, INERTIA)
         check.record("numerics", self.numerics, Numerics)
         if self.interface is not None:
@@ -79,6 +83,28 @@ class SolidScene:
         if self.body_force is not None:
             check.function("body_force", self.body_force)
         find_fields(self.bonded, len(self.bodies))
+
+    def _check_structures(self) -> None:
+        """ValueError for one of another dimension, outside the grid, or of a name that is taken."""
+        taken = [one.name for one in (*self.supports, *self.penalties, *self.loads)]  # type: ignore[union-attr]
+        box = self.grid.box
+        for one in self.structures:
+            if one.dim != box.dim:
+                raise ValueError(f"{one.name} has {one.dim} dimensions, the grid {box.dim}: give both the "
+                                 "same")
+            if (one.x.max(axis=0) < box.lower).any() or (one.x.min(axis=0) > box.upper).any():
+                raise ValueError(f"{one.name} lies outside the grid, from {one.x.min(axis=0).tolist()} to "
+                                 f"{one.x.max(axis=0).tolist()} m, where no soil can come: the grid covers "
+                                 f"{box.lower} to {box.upper} m, move it or enlarge the grid")
+            for name in {one.name, *one.cells} & set(taken):
+                raise ValueError(f"{name!r} is the name of two structures, supports, penalties or loads: "
+                                 "give each its own, as forces are told by name")
+            taken += {one.name, *one.cells}
+
+    @property
+    def walls(self) -> Tuple[Union[Penalty, GridWall, Structure], ...]:
+        """Penalties and structures."""
+        return (*self.penalties, *self.structures)
 
     @property
     def bodies(self) -> Tuple[Body, ...]:

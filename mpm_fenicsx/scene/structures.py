@@ -76,12 +76,12 @@ class Structure:
     @classmethod
     def plane(cls, name: str, at: Sequence[float], normal: Union[str, Sequence[float]], box: Box,
               **more: Any) -> "Structure":
-        """The part inside ``box`` of the plane through ``at`` [m], whose outside is where ``normal`` points: a
-        direction such as "+y", or shape (dim,), of any length. more: further fields. ValueError when the plane
-        misses the box.
+        """The part inside ``box`` of the plane through ``at`` [m], whose outside is where ``normal`` points:
+        a direction such as "+y", or shape (dim,), of any length. more: further fields. ValueError when the
+        plane misses the box.
 
         >>> Structure.plane("slope", (0.0, 0.0), (1.0, 2.0), Box((-2.0, -1.0), (2.0, 1.0))).x.tolist()
-        [[2.0, -1.0], [-2.0, 1.0]]
+        [[-2.0, 1.0], [2.0, -1.0]]
         """
         return cls(name, *plane_surface(name, at, normal, check.record("box", box, Box)), **more)
 
@@ -161,19 +161,19 @@ class Structure:
         >>> (paddle.x + paddle.motion(0.5)).round(12)[0].tolist(), paddle.x[0].tolist()
         ([0.0, 0.0], [0.0, 0.0])
         """
-        at = np.array(check.numbers(f"a point on the axis of {self.name}", at, self.dim, "m"))
+        point = np.array(check.numbers(f"a point on the axis of {self.name}", at, self.dim, "m"))
         if self.dim == 3:
             n = np.array(check.numbers(f"axis of {self.name}", axis if axis is not None else (), 3))
             if not n.any():
                 check.refuse(f"axis of {self.name}", axis, "give a direction that is not zero")
             n = n / np.linalg.norm(n)
         rate = angle if callable(angle) else check.finite(f"rate of {self.name}", angle, "rad/s")
-        arm = self.x - at
+        arm = self.x - point
 
         def motion(time: float) -> np.ndarray:
             phi = rate(time) if callable(rate) else rate * time
             sine, versine = np.sin(phi), 2.0 * np.sin(0.5 * phi) ** 2  # exact for small angles
-            if len(at) == 2:
+            if len(point) == 2:
                 return sine * np.column_stack([-arm[:, 1], arm[:, 0]]) - versine * arm
             across = np.cross(n, arm)
             return sine * across + versine * np.cross(n, across)

@@ -13,6 +13,7 @@ from typing import Any, Dict, List, NamedTuple, Optional
 import numpy as np
 
 from ..errors import MPMDivergedError
+from ..terms.scene_penalties import names_of
 
 INERTIA, STIFFNESS = "the ghost penalty on inertia", "the ghost penalty on stiffness"
 PARTS = 1, 1, 2, 4, 8  # steps in place of one at each level; all but the first with ghost stiffness
@@ -129,7 +130,7 @@ class Ladder:
     def _in_parts(self, solid, dt, force):
         parts, begin, iterations, seen, names = PARTS[self._level], solid.time, 0, [], ()
         if parts > 1:
-            names = sorted({str(name) for one in solid.step.problem.penalties for name in one.names})
+            names = names_of(solid.step.problem.penalties)
         for _ in range(parts):
             solid.attempt_once(dt / parts, force)
             iterations += solid.iterations

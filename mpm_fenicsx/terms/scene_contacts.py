@@ -1,4 +1,6 @@
-"""Which bodies of a scene meet which others: those in different fields of the grid."""
+"""Which bodies of a scene meet which others: those in different fields of the grid. Which structures the grid
+is too coarse for."""
+import warnings
 from itertools import combinations
 
 from ..points.points import surface_distances
@@ -34,3 +36,14 @@ def _name(one, others):
     if len(others) > 1 or one < others[0]:
         return f"bodies {one} and {', '.join(map(str, others))}", 1.0
     return f"bodies {others[0]} and {one}", -1.0
+
+
+def warn_if_thin(structures, background):
+    """One warning on the first rank for each closed one of the ``structures`` that is thinner than a cell."""
+    h = background.h.max()
+    for one in structures:
+        if one.closed and one.width < (1.0 - 1e-9) * h and background.comm.rank == 0:
+            warnings.warn(f"{one.name} is {one.width:.3g} m thick, the cells of the grid {h:.3g} m: soil on "
+                          "both sides of it shares grid nodes, so that what is on one side drags along what "
+                          f"is on the other; take cells of at most {0.5 * one.width:.3g} m, a thicker "
+                          "structure, or keep soil on one side", stacklevel=2)

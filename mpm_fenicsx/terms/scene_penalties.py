@@ -96,10 +96,15 @@ def _check_motion(penalty):
                          "start from zero")
 
 
+def names_of(terms):
+    """Names under which penalties and contacts tell their forces, sorted."""
+    return sorted({str(name) for term in terms for name in (*term.names, *term.held())})
+
+
 def reaction(penalties, contacts, name):
     """Force of the penalties and ``contacts`` of that name on the body, this rank's share [N]; raises
     ValueError for an unknown name."""
-    names = sorted({str(other) for penalty in (*penalties, *contacts) for other in penalty.names})
+    names = names_of((*penalties, *contacts))
     if name not in names:
         raise ValueError(f"there is no penalty {name!r}: choose one of {', '.join(names) or 'none'}")
     held = [p.points.force[p.names[p.points.gid] == name].sum(axis=0) for p in penalties]

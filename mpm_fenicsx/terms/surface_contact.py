@@ -45,6 +45,7 @@ class SurfaceContact:
     def __init__(self, body, surfaces, stiffness, background):
         self.penalties = [surface.record for surface in surfaces]
         self.names, self._body, self._dim = [s.name for s in surfaces], body, background.dim
+        self._cells, self._cell = [s.cells for s in surfaces], [s.cell for s in surfaces]
         self._h = background.h.max()
         self._walls = [WallSurfaces([surface], self._h, 2.0 * NEAR * self._h) for surface in surfaces]
         self.moves = any(wall.moves for wall in self._walls)
@@ -53,7 +54,8 @@ class SurfaceContact:
         p.add(half=surface_distances(body.body, p.V0, background.basis.smooth), sunk=np.zeros(n),
               wall_stiffness=(stiffness * area).T.copy(),
               wall_side=np.zeros((n, W), np.int8), wall_status=np.zeros((n, W), np.int8),
-              wall_force=np.zeros((n, W, D)), wall_gap=np.zeros((n, W, D)))
+              wall_force=np.zeros((n, W, D)), wall_gap=np.zeros((n, W, D)),
+              wall_foot=np.zeros((n, W, D)), wall_cell=np.zeros((n, W), np.int16))
         self._friction = np.array([surface.record.friction for surface in surfaces], float)
         self._compile(background)
         found, _ = self._find_feet()
@@ -102,6 +104,8 @@ class SurfaceContact:
                 wall.place(grid.time)
         feet, number = self._find_feet()
         self._index, normal = (feet.point, number), feet.normal
+        self._arm, self._on_cell = -feet.reach[:, None] * normal, np.concatenate(
+            [cell[feet.element[number == w]] for w, cell in enumerate(self._cell)])
         element, nodes = np.ascontiguousarray(body._element[feet.point]), body._elements.nodes
         shape = len(element), nodes.shape[1]
         self._basis = FootBasis(element, nodes, np.empty(shape), np.empty(shape), normal)
@@ -162,9 +166,11 @@ class SurfaceContact:
 
     def held(self):
         """See ``penalty.Penalties.held``, at the feet of the points."""
-        p, found = self._body.points, {name: 0.0 for name in self.names}
-        for name, force in zip(self.names, p.wall_force.transpose(1, 0, 2)):
-            found[name] = found[name] + wrenches(p.x, force).sum(axis=0)
+        p, found = self._body.points, {name: 0.0 for cells in self._cells for name in cells}
+        for w, cells in enumerate(self._cells):
+            rows = wrenches(p.x + p.wall_foot[:, w], p.wall_force[:, w])
+            for cell, name in enumerate(cells):
+                found[name] = found[name] + rows[p.wall_cell[:, w] == cell].sum(axis=0)
         return found
 
     def switched(self, answer):
@@ -186,11 +192,18 @@ class SurfaceContact:
         gap = np.where(status[:, None] % CLOSED == STICK, moved, -force / springs.stiffness[:, None])
         p.wall_gap[self._index] = gap - np.sum(gap * springs.normal, axis=1)[:, None] * springs.normal
         p.wall_force[self._index] = force
+        p.wall_foot[self._index], p.wall_cell[self._index] = self._arm, self._on_cell
 
     def move(self, time):
         """Nothing: the walls are placed at the start of a step."""
 
     def reaction(self, name):
-        """Force of the walls of that name on the points of this rank [N], shape (D,)."""
-        chosen = [w for w, other in enumerate(self.names) if other == name]
-        return self._body.points.wall_force[:, chosen].sum(axis=(0, 1))
+        """Force of the walls, or of the force cell of one, of that name on the points of this rank [N], shape
+        (D,)."""
+        p, force = self._body.points, np.zeros(self._dim)
+        for w, cells in enumerate(self._cells):
+            if self.names[w] == name:
+                force += p.wall_force[:, w].sum(axis=0)
+            elif name in cells:
+                force += p.wall_force[p.wall_cell[:, w] == cells.index(name), w].sum(axis=0)
+        return force

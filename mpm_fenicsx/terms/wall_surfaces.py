@@ -8,6 +8,7 @@ from ..points.closest import closest
 from ..points.surface import normal_areas
 from ..scene.conditions import GridWall
 from ..scene.mesh import FACETS
+from ..scene.structures import Structure
 
 D = 2  # fixed by specialise
 # of two elements equally near, as at their common corner, the one that looks more straight at the point
@@ -26,7 +27,8 @@ class WallElements(NamedTuple):
 
 class Surface(NamedTuple):
     """A wall: its ``record`` and ``name``, particles x (n, D) [m], ``motion`` or None, ``elements`` (m, D),
-    and ``front`` (n, D), directions to the front."""
+    and ``front`` (n, D), directions to the front; names of its force ``cells``, and the ``cell`` of each
+    element, (m,)."""
 
     record: object
     name: str
@@ -34,6 +36,8 @@ class Surface(NamedTuple):
     motion: object
     elements: np.ndarray
     front: np.ndarray
+    cells: tuple
+    cell: np.ndarray
 
 
 def nearest(p, x, bins: Bins, elements: WallElements, far, weight, best_weight, work):
@@ -117,10 +121,13 @@ def find_rim(x, elements, h):
 
 
 def find_surfaces(scene, background):
-    """A ``Surface`` of each of a scene's ``Penalty`` and ``GridWall`` records that is in space, has a front
-    side and elements."""
+    """A ``Surface`` of each of a scene's ``Penalty``, ``GridWall`` and ``Structure`` records that is in
+    space, has a front side and elements."""
     surfaces = []
     for condition in scene:
+        if isinstance(condition, Structure):
+            surfaces.append(_of_structure(condition))
+            continue
         if isinstance(condition, GridWall):
             x, cells = background.whole
             wall = condition.penalty(x)
@@ -132,8 +139,23 @@ def find_surfaces(scene, background):
             facets, front = np.asarray(condition.surface.elements), condition.normal
         watched = front is not None and not getattr(condition, "follows", False)
         if watched and len(facets) and facets.shape[1] == background.dim:
-            surfaces.append(Surface(condition, condition.name, x, motion, facets, front))
+            surfaces.append(Surface(condition, condition.name, x, motion, facets, front, (condition.name,),
+                                    np.zeros(len(facets), int)))
     return surfaces
+
+
+def _of_structure(structure):
+    """Each element has vertices of its own, and its own side of them is the front, which turns with it."""
+    elements, given = structure.elements, structure.motion
+
+    def motion(time):
+        w = np.asarray(given(time), float)
+        return w if w.ndim == 1 else w[elements.ravel()]
+
+    own = np.arange(elements.size).reshape(elements.shape)
+    x = structure.x[elements].reshape(elements.size, -1)
+    return Surface(structure, structure.name, x, None if given is None else motion, own, np.zeros_like(x),
+                   structure.cells, structure.cell)
 
 
 def wall_facets(x, cells, kind, on_wall, normal):

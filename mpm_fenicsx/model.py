@@ -1,18 +1,17 @@
 """What there is of a scene on the ranks: its particles, and the background grid that the ranks share."""
-from typing import Callable, Dict, List, Optional, Tuple, Union
+from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 from mpi4py import MPI
 
+from .accounts import Accounts
 from .basis.smooth import Basis
-from .collective import total
 from .grid.background import Background, Needs, check_inside
 from .grid.supports import Supports
 from .laws import ELASTIC_STATE
 from .output.states import fingerprint
 from .points.boundary_particles import BoundaryParticles
 from .points.migrate import Router
-from .points.moments import moment
 from .points.outflow import Outflow, read_ways
 from .points.points import Points
 from .points.sets import Set, Sets
@@ -25,16 +24,17 @@ from .solve import options
 from .solve.impulses import make_impulses
 from .solve.ladder import Ladder
 from .solve.losses import Losses
+from .solve.works import Works
 from .terms.behind import watch
 from .terms.kernels import compile_grid_kernels
 from .terms.loads import PointForces, SurfaceLoads
 from .terms.scene_contacts import make_meetings, warn_if_thin
-from .terms.scene_penalties import make_contacts, make_penalties, reaction
+from .terms.scene_penalties import make_contacts, make_penalties
 from .terms.start import Start, warn_if_in_pieces
 from .terms.transfers import TRANSFERS, make_bodies
 
 
-class Model:
+class Model(Accounts):
     """Material points and boundary particles of a ``SolidScene``, and the grid that ``MPM`` moves them with.
 
     It computes in the frame of ``origin``, see ``frame``; what is asked here is answered in the user's
@@ -74,7 +74,8 @@ class Model:
         self._behind = watch(scene.walls, self.background, self._bodies)
         for condition in (*self.loads, *self.penalties):
             self.background.keep_mine(condition.points, condition.names)
-        self._impulses = make_impulses(self, scene)
+        self._impulses, self._works = make_impulses(self, scene), Works(comm)
+        self._outflow.books = self._impulses, self._works
         self._sets = self._all_points()
         self._fingerprint = fingerprint(self, [*self._sets.names(), *(c.names for c in self._contacts)])
         for body in self._bodies:
@@ -178,78 +179,6 @@ class Model:
     def helped(self) -> Dict[str, List[float]]:
         """What helped where Newton's method failed, name → [time of the first step [s], number of steps]."""
         return {what: list(steps) for what, steps in self._ladder.helped.items()}
-
-    # ---------------------------------------------------------------- energy, momentum, forces
-
-    def energy(self) -> Dict[str, float]:
-        """``kinetic``, ``strain`` and ``potential`` (zero at ``origin``) energy of the points [J]."""
-        sums = np.sum([body.energies(self.gravity) for body in self._bodies], axis=0)
-        return dict(zip(("kinetic", "strain", "potential"), total(self.comm, sums).tolist()))
-
-    def momentum(self) -> np.ndarray:
-        """Momentum of the points [kg m/s], shape (dim,)."""
-        return total(self.comm, sum(body.points.mass @ body.points.v for body in self._bodies))
-
-    def angular_momentum(self) -> Union[float, np.ndarray]:
-        """Of the points about zero [kg m^2/s], a number in a plane scene (counter-clockwise), else (3,);
-        with APIC and TPIC it has that of the velocity around the points."""
-        mine = sum(body.angular_momentum() for body in self._bodies)
-        about_origin = total(self.comm, mine) + moment(self.origin[None], self.momentum()[None])
-        return float(about_origin[0]) if self.dim == 2 else about_origin
-
-    @property
-    def transfer_losses(self) -> Optional[dict]:
-        """What the transfers have added since the start where ``Numerics.losses`` asks for it, see
-        ``losses.Losses.sums``."""
-        return self._losses.sums() if self._losses.active else None
-
-    def reaction(self, name: str) -> np.ndarray:
-        """Force of the penalties of that name on the body over the last step [N], shape (dim,)."""
-        last = total(self.comm, reaction(self.penalties, self._contacts, name))
-        return self._ladder.reaction(name, last)
-
-    def impulses(self) -> Dict[str, np.ndarray]:
-        """Impulse since the start by the name of what has given it to the material points: linear [N s],
-        (dim,), then angular about zero [N m s], one number in a plane scene, else three, see
-        ``solve.impulses``. With "outflow", what has left, they sum to the change of ``momentum`` and
-        ``angular_momentum``."""
-        return self._impulses.sums()
-
-    @property
-    def regions(self) -> List[str]:
-        """Names in ``impulses`` of what the bodies meet: supports, walls and cells of structures."""
-        return self._impulses.regions
-
-    @property
-    def driven(self) -> bool:
-        """Whether motions, loads or body forces do work on the bodies, besides gravity and the interface."""
-        stated = [*self.scene.supports, *self.scene.walls]
-        moved = any(getattr(one, "motion", None) is not None for one in stated)
-        return bool(self.loads or self._bodies[0].has_body_force or moved)
-
-    @property
-    def springs(self) -> bool:
-        """Whether there are any, which store energy that ``energy`` does not count."""
-        return bool(self.penalties or self._contacts)
-
-    def behind(self) -> Dict[str, int]:
-        """Material points that have gone through walls and not come back, as name of the wall → number."""
-        counts = {} if self._behind is None else zip(self._behind.names, self._behind.counts().tolist())
-        return {name: count for name, count in sorted(counts)} if counts else {}
-
-    def columns(self) -> Dict[str, Tuple[str, str, Callable]]:
-        """What else the history should have, as name → (unit, meaning, function without arguments)."""
-        found = {}
-        if self._losses.active:
-            for k, axis in enumerate("xyz"[-1 if self.dim == 2 else 0:]):
-                found[f"angular_momentum_{axis}"] = (
-                    "N m s", f"angular momentum of the solid about {axis}",
-                    lambda k=k: float(np.ravel(self.angular_momentum())[k]))
-            found |= self._losses.columns()
-        if self._behind is not None:
-            meaning = "material points that have gone through a wall"
-            found["behind"] = ("1", meaning, lambda: sum(self.behind().values()))
-        return found
 
     def options(self) -> Dict[str, str]:
         """PETSc's options that a user gave and that somebody asked for, as they are typed, name → text."""

@@ -161,7 +161,7 @@ class MPM(Restarting):
             self._facets = Facets(self.background, self.kernels.shapes)
         problem = Problem(self._bodies, self._forces, self.loads, (*self.penalties, *self._contacts),
                           self.supports, self.gravity, self.scene.inertia != "lumped", self.numerics.solver,
-                          self._transfer.rule, self._losses, self._impulses)
+                          self._transfer.rule, self._losses, self._impulses, self._works)
         self.step = kind(self.background, self.kernels, filled, problem, self.phases, self._doubt,
                          self._facets if ghost else None)
         self._renew_arrays()
@@ -178,6 +178,7 @@ class MPM(Restarting):
         """Everything that decides the future of this rank's points, as name → array copy."""
         return {**self._sets.get_state(), **self._surface.get_state(), **self._outflow.get_state(),
                 **self.step.get_state(), **self._losses.get_state(), **self._impulses.get_state(),
+                **self._works.get_state(),
                 "scene": self._fingerprint.copy(), **self._ladder.get_state(),
                 "time": np.array([self.time, self.steps, self.background.checksum])}
 
@@ -186,7 +187,8 @@ class MPM(Restarting):
         """Go back to ``state``; the run continues bit for bit, but over a new distribution of the grid to
         round-off. ValueError for a state of another scene."""
         check_state(state, self._fingerprint)
-        for part in (self._sets, self._surface, self._outflow, self._losses, self._impulses):
+        for part in (self._sets, self._surface, self._outflow, self._losses, self._impulses,
+                     self._works):
             part.set_state(state)
         self._located, other = False, self._ladder.set_state(state)
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])

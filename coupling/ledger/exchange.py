@@ -62,7 +62,8 @@ class Ledger:
     """Momentum and energy exchanged at the interface since the start, and the energy of both sides; call it
     with each ``Window``. The entries are those of ``columns``.
 
-    gravity: on the particles [m/s^2], upward, or all components, shape (dim,).
+    gravity: on the particles [m/s^2], upward, or all components, shape (dim,). ``energies``: of both sides by
+    kind, after the last window.
     """
 
     def __init__(self, solid: Any, grains: Any, gravity: Any = 0.0) -> None:
@@ -79,8 +80,14 @@ class Ledger:
         parts = self._energies()
         self._start, self._scale = sum(parts), max(map(abs, parts))
 
+    @property
+    def work_wall(self) -> float:
+        """Of the exchanged force on the wall since the start [J]."""
+        return self._work_wall
+
     def _energies(self) -> Tuple[float, float]:
-        return sum(self._grains.energy().values()), sum(self._solid.energy().values())
+        self.energies = {"grains": self._grains.energy(), "solid": self._solid.energy()}
+        return sum(self.energies["grains"].values()), sum(self.energies["solid"].values())
 
     def __call__(self, window: Any) -> Dict[str, float]:
         """Entries after this window, name → number."""

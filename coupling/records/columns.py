@@ -6,6 +6,7 @@ import numpy as np
 from ..ledger import exchange
 from ..ledger.books import Books
 from ..ledger.departures import Departures
+from ..ledger.dissipation import Dissipation
 
 WINDOW = {  # name → (unit, meaning)
     "newton": ("1", "Newton iterations of the MPM, in the last computation of the window"),
@@ -27,10 +28,11 @@ class RecordedColumns:
         gravity = 0.0 if grains is None else getattr(grains.scene, "gravity", 0.0)
         self.ledger = None if grains is None else exchange.Ledger(solid, grains, gravity)
         self._departures, self._books = Departures(solid, grains), Books(solid, grains)
+        self._dissipation = Dissipation(solid, grains)
         self._of_solid: Dict[str, tuple] = getattr(solid, "columns", dict)()
         self.meanings = {"time": ("s", "end of the window"), **_meanings(of_case), **WINDOW,
                          **(self.ledger.columns if self.ledger else {}), **self._departures.columns,
-                         **self._books.columns, **_meanings(self._of_solid)}
+                         **self._dissipation.columns, **self._books.columns, **_meanings(self._of_solid)}
         # sums of iterations; computations, failed and refused attempts
         self.newton, self.counts = 0, np.zeros(3, int)
         self._last: Dict[str, float] = {}
@@ -43,7 +45,8 @@ class RecordedColumns:
         return {"time": window.time, **{name: of(window) for name, (_, _, of) in self._of_case.items()},
                 "newton": self._solid.iterations, "window": window.dt, "iterations": window.iterations,
                 "retries": window.failed + window.refused, **self._last, **self._departures.entries(),
-                **self._books(window), **{name: value() for name, (_, _, value) in self._of_solid.items()}}
+                **self._dissipation(self.ledger), **self._books(window),
+                **{name: value() for name, (_, _, value) in self._of_solid.items()}}
 
     def get_state(self) -> Dict[str, Any]:
         """Sums since the start, as name → numbers."""

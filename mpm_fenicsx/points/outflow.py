@@ -42,7 +42,7 @@ class Outflow:
     def __init__(self, ways, grid, comm, gravity):
         self._ways, self._grid, self._box, self._comm, self._gravity = ways, grid, grid.box, comm, gravity
         self.active = bool((ways != "stop").any())
-        self.held, self.on_leave = [], None  # function of a body and the numbers of its points that leave
+        self.held, self.books = [], ()  # whose ``leave`` is told of a body and its points that leave
         self._sums = np.zeros(3 + len(ways))  # count, mass, energy, momentum
 
     @property
@@ -83,8 +83,8 @@ class Outflow:
         """Add the ``chosen`` points to the sums of what has left."""
         p = body.points
         energy, momentum = sum(body.energies(self._gravity, chosen)), p.mass[chosen] @ p.v[chosen]
-        if self.on_leave:
-            self.on_leave(body, chosen)
+        for book in self.books:
+            book.leave(body, chosen, self._gravity)
         self._sums += total(self._comm, [len(chosen), p.mass[chosen].sum(), energy, *momentum])
 
     def _hold(self, points, held, mask):

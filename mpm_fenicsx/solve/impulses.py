@@ -82,7 +82,7 @@ class Impulses:
             if BODY in self._row:
                 self._last[self._row[BODY]] += wrenches(p.x, p.mass[:, None] * (p.a - pull)).sum(axis=0)
 
-    def leave(self, body: Any, chosen: np.ndarray) -> None:
+    def leave(self, body: Any, chosen: np.ndarray, gravity: np.ndarray) -> None:
         """The ``chosen`` points of a body leave, with their momentum and the forces that they carry on."""
         p, row = body.points, self._row[OUTFLOW]
         linear = p.mass[chosen] @ p.v[chosen]
@@ -107,7 +107,7 @@ class Impulses:
         self._add_supports(holder, grid.active_cells.places, -nodal, jump)
         self._last += total(self._comm, jump)
 
-    def step(self, grid: Any, problem: Any, found: Any) -> None:
+    def step(self, grid: Any, problem: Any, found: Any, increment: Any) -> None:
         """A step is done, and all points have moved. found: what the step knows of it, a ``Forces``."""
         now, dt = total(self._comm, np.vstack([self._forces(grid, problem, found), self._of_points(
             grid.bodies), self._before])), grid.dt
@@ -220,5 +220,4 @@ def make_impulses(model: Any, scene: Any) -> Impulses:
     impulses = Impulses(model.comm, model.origin, names, model.supports.names)
     impulses.regions = [*dict.fromkeys([*springs, *impulses.regions])]
     impulses.start(model._bodies, model.gravity)
-    model._outflow.on_leave = impulses.leave
     return impulses

@@ -8,13 +8,14 @@ from ..grid.supports import Supports
 from ..terms.loads import PointForces
 from .impulses import Impulses
 from .losses import Losses
+from .works import Works
 
 
 class Problem(NamedTuple):
     """What acts in every step: ``bodies``, surface ``loads`` and ``penalties`` with their points, the
     ``interface``'s forces, ``supports``, ``gravity`` [m/s^2], shape (D,), whether inertia is ``consistent``,
     the linear ``solver``, the ``rule`` of time, see ``GridState``, and who books ``losses`` of transfers and
-    ``impulses``."""
+    ``impulses`` and ``works``."""
 
     bodies: list
     interface: PointForces
@@ -27,3 +28,4 @@ class Problem(NamedTuple):
     rule: ModuleType
     losses: Losses
     impulses: Impulses
+    works: Works

@@ -218,7 +218,8 @@ class Step:
             term.finish(self.grid, of_term, trial.increment)
         if losses.active:
             losses.to_points(self.grid)
-        self.problem.impulses.step(self.grid, self.problem, forces)
+        for books in (self.problem.impulses, self.problem.works):
+            books.step(self.grid, self.problem, forces, trial.increment)
         self.clock.lap("to points")
 
     def _forces(self, trial, place):

@@ -22,7 +22,7 @@ from ..points.transfer import interpolate, spread
 from .meeting import Meetings
 from .meeting_search import MeetingSearch
 from .penalty import STICKS
-from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spring_matrix, tangent
+from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spend, spring_matrix, tangent
 
 DRIFT = 0.25  # cells
 TOUCH = 1e-7  # cells
@@ -161,8 +161,10 @@ class BodyContact:
         """Keep forces and gaps."""
         p, (_, force, status), springs = self._body.points, answer, self._springs
         along = lambda vectors: np.sum(vectors * springs.normal, axis=1)  # noqa: E731
-        moved = self._start
+        moved = np.zeros_like(force)
         self._follow(self._pair, grid.active_cells.pairs.nodes, self._weights, increment.u, moved)
+        self.spent = spend(springs, p.meet_force[self._index], force, moved)
+        moved += self._start
         gap = np.where(status[:, None] % CLOSED == STICK, moved, -force / springs.stiffness[:, None])
         p.meet_normal[self._index] = along(moved)
         p.meet_gap[self._index] = gap - along(gap)[:, None] * springs.normal
@@ -170,6 +172,11 @@ class BodyContact:
 
     def move(self, time):
         """Nothing: the bodies move by themselves."""
+
+    def stored(self):
+        """Energy in the springs of this rank [J]."""
+        p = self._body.points
+        return 0.5 * np.sum(p.meet_force**2 / p.meet_stiffness[..., None])
 
     def held(self):
         """Nothing: what bodies give to each other is zero in sum."""

@@ -94,6 +94,16 @@ class PointForces:
         rows[:, :force.shape[1]] *= self._N.sum(axis=1)[:, None]
         return rows
 
+    def _carried(self, grid, u):
+        """Displacement of the particles [m], shape (n, D), with the nodes' u, shape (nodes, D)."""
+        ahead = np.zeros_like(self.points.x)
+        grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, u, ahead)
+        return ahead
+
+    def work(self, grid, u):
+        """Of this rank's forces [J] while the nodes move by u [m], shape (nodes, D)."""
+        return np.vdot(self.points.force, self._carried(grid, u)) if self.points.force.any() else 0.0
+
     def accelerate(self, grid, jump):
         """The particles' share in a ``jump`` of the nodes' acceleration [m/s^2], shape (nodes, D)."""
         grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, jump, self.points.a)
@@ -174,12 +184,6 @@ class SurfaceLoads(PointForces):
         """How far the nodes carry the particles in half a step, at the velocity and acceleration of its start
         [m]."""
         return self._carried(grid, 0.5 * grid.dt * grid.v + 0.125 * grid.dt**2 * grid.a)
-
-    def _carried(self, grid, u):
-        """Displacement of the particles [m], shape (n, D), with the nodes' u, shape (nodes, D)."""
-        ahead = np.zeros_like(self.points.x)
-        grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, u, ahead)
-        return ahead
 
     def on_nodes(self, grid, u):
         """This rank's share of the loads at the grid's time [N], (nodes, D), where the nodes' displacement u

@@ -7,7 +7,19 @@ from ..compiled import specialise
 from ..points.moments import wrenches
 from ..points.points import Points
 from .soil_distance import SoilDistance
-from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spring_matrix, tangent, weigh
+from .springs import (
+    AHEAD,
+    CLOSED,
+    LEAD,
+    STICK,
+    Answer,
+    Springs,
+    respond,
+    spend,
+    spring_matrix,
+    tangent,
+    weigh,
+)
 
 HALF = 0.5 - 1e-9  # share of its basis on nodes with mass from which a particle in space touches the body
 # Mass of a node, over that of a full cell, below which it takes no part: one that the body has just reached
@@ -177,6 +189,10 @@ class Penalties:
         """Subtract the forces of the ``answer`` [N] from R, shape (nodes, D)."""
         grid.kernels.spread(self._cell, grid.active_cells.cells, self._N, -answer.force, R)
 
+    def stored(self):
+        """Energy in the springs of this rank [J]."""
+        return 0.5 * np.sum(self.points.force**2 / self._stiffness[self.points.gid, None])
+
     def held(self):
         """Force [N] and moment about the origin [N m] on the body at the end of the last step by name, this
         rank's share, shape (D + 1,) in a plane, (6,) in space."""
@@ -199,6 +215,7 @@ class Penalties:
         normal, stiffness = self._springs.normal, self._springs.stiffness
         moved = p.gap[index] - self._wall
         grid.kernels.interpolate(self._cell, cells, self._N, increment.u, moved)
+        self.spent = spend(self._springs, p.force[index], force, moved - p.gap[index], self._wall)
         along = lambda vectors: np.sum(vectors * normal, axis=1)[:, None] * normal
         spring = np.where(status[:, None] % CLOSED == STICK, moved, -force / stiffness[:, None])
         p.gap[index] = along(moved) + spring - along(spring)

@@ -148,3 +148,14 @@ def tangent(cell, row, N, springs: Springs, answer: Answer, Ke):
                 for i in range(D):
                     for j in range(D):
                         Ke[c, b, j, i, a] += w * C[i, j]
+
+
+def spend(springs: Springs, before, after, moved, wall=0.0):
+    """Work of the walls on the body, and energy that friction takes, in a step [J]: of forces from ``before``
+    to ``after`` [N] while the body has moved by ``moved`` against the wall, and that by ``wall`` [m], all (n,
+    D). Of what is done along the wall friction takes all that its springs do not store."""
+    mean, rubs = 0.5 * (before + after), springs.normal.any(axis=1)
+    along = [f - np.sum(f * springs.normal, axis=1)[:, None] * springs.normal for f in (before, after, mean)]
+    stored = np.sum(along[1] ** 2 - along[0] ** 2, axis=1) / (2.0 * springs.stiffness)
+    taken = -np.sum(along[2] * moved, axis=1) - stored
+    return np.sum(mean * wall), np.sum(taken[rubs])

@@ -26,7 +26,7 @@ from ..points.moments import wrenches
 from ..points.points import surface_distances
 from .feet import Feet, FootBasis, ThickPoints, find_feet, follow, foot_basis, spread_feet, tangent
 from .penalty import STICKS
-from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spring_matrix
+from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spend, spring_matrix
 from .wall_surfaces import WallSurfaces, nearest
 
 NEAR = 1.0  # cells between a wall and the points that a step looks at
@@ -115,9 +115,11 @@ class SurfaceContact:
         self._slip = rub - np.sum(rub * normal, axis=1)[:, None] * normal
         base = feet.gap[:, None] * normal + self._slip
         self._follow(self._basis, -AHEAD * grid.dt, grid.v, base)
+        self._wall_moved = 0.0
         if self.moves:
             before, half, now = (self._motion(feet, grid.time + k * grid.dt) for k in (0.0, 0.5, 1.0))
-            self._slip -= now - before
+            self._wall_moved = now - before
+            self._slip -= self._wall_moved
             base -= now - before + AHEAD * (before - 4.0 * half + 3.0 * now)  # dt times its last velocity
         pressed, stiffness = np.sum(force * normal, axis=1), p.wall_stiffness[self._index]
         pressed, self._sticks = (np.full_like(pressed, STICKS) if self._sticks else pressed), False
@@ -164,6 +166,11 @@ class SurfaceContact:
         """Subtract the forces of the ``answer`` [N] from R, shape (nodes, D)."""
         self._spread(self._basis, answer.force, R)
 
+    def stored(self):
+        """Energy in the springs of this rank [J]."""
+        p = self._body.points
+        return 0.5 * np.sum(p.wall_force**2 / p.wall_stiffness[..., None])
+
     def held(self):
         """See ``penalty.Penalties.held``, at the feet of the points."""
         p, found = self._body.points, {name: 0.0 for cells in self._cells for name in cells}
@@ -187,8 +194,11 @@ class SurfaceContact:
     def finish(self, grid, answer, increment):
         """Keep the forces, and the gaps along the walls; the others follow from where the points are."""
         p, (_, force, status), springs = self._body.points, answer, self._springs
-        moved = self._slip
+        moved = np.zeros_like(force)
         self._follow(self._basis, 1.0, increment.u, moved)
+        wall = self._wall_moved
+        self.spent = spend(springs, p.wall_force[self._index], force, moved - wall, wall)
+        moved += self._slip
         gap = np.where(status[:, None] % CLOSED == STICK, moved, -force / springs.stiffness[:, None])
         p.wall_gap[self._index] = gap - np.sum(gap * springs.normal, axis=1)[:, None] * springs.normal
         p.wall_force[self._index] = force

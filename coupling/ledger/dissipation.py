@@ -20,8 +20,8 @@ COLUMNS = {
     "energy_plastic": ("J", "energy that plastic flow has taken, with the error of the stress in time"),
     "energy_contact_damping": ("J", "energy that contacts of the particles have taken, by damping and "
                                     "friction, with the error of their steps"),
-    "energy_numerical": ("J", "energy that transfers, held nodes and the exchange have taken: what is left of "
-                              "the balance"),
+    "energy_numerical": ("J", "energy that transfers, held nodes and the exchange have taken: what remains "
+                              "of the balance"),
 }
 WORK = "loads", "body force", "interface", "supports", "walls"
 

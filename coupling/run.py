@@ -199,10 +199,12 @@ class Run:
         """Observers that make the general pictures."""
         views: List[Any] = []
         if self.output.picture:
-            views.append(EndPicture(self.name, self.output.picture, solid, grains))
+            views.append(EndPicture(self.name, self.output.picture, solid, grains,
+                                    self.output.view))
         if self.output.animation:
-            shapes = [observer.shapes for observer in observers if hasattr(observer, "shapes")]
-            views.append(Animation(self.name, self.output.animation, solid, grains, *shapes[:1]))
+            shapes = next((observer.shapes for observer in observers if hasattr(observer, "shapes")), None)
+            views.append(Animation(self.name, self.output.animation, solid, grains, shapes,
+                                   self.output.view))
         return views
 
     def _mapping(self, solid: Any) -> Mapping:

@@ -1,5 +1,4 @@
-"""Pictures in perspective of spheres, triangles and lines, computed pixel by pixel with a depth buffer; y
-points upward.
+"""Pictures in perspective of spheres, triangles and lines, computed pixel by pixel with a depth buffer.
 
 No screen and no graphics driver is needed, so that a picture is the same on a laptop and on a cluster's node.
 Lengths are in whatever unit the scene has, x: places, shape (n, 3); colours are red, green and blue from 0 to
@@ -22,16 +21,18 @@ FINE = 2  # pixels of the buffer per pixel of the picture and direction
 
 class Camera:
     """Looks at the box from ``low`` to ``high``, shape (3,), so that it fills a picture ``width`` pixels
-    wide; its ``height`` follows. elevation, azimuth: of the eye, about x [degrees]; away: of the eye, in
-    diagonals of the box."""
+    wide; its ``height`` follows. elevation, azimuth: of the eye [degrees], the latter from ``level_axes``;
+    away: of the eye, in diagonals of the box; up: the axis that points upward."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, width: int = 900, elevation: float = 20.0,
-                 azimuth: float = -62.0, away: float = 2.2) -> None:
-        up, turn = np.radians((elevation, azimuth))
-        back = np.array([np.cos(up) * np.cos(turn), np.sin(up), -np.cos(up) * np.sin(turn)])
-        right = np.array([back[2], 0.0, -back[0]]) / np.hypot(back[0], back[2])
+                 azimuth: float = -62.0, away: float = 2.2, up: int = 1) -> None:
+        rise, turn = np.radians((elevation, azimuth))
+        ahead, left, upward = level_axes(up)
+        back = np.cos(rise) * (np.cos(turn) * ahead + np.sin(turn) * left) + np.sin(rise) * upward
+        right = np.cross(upward, back)
+        right /= np.linalg.norm(right)
         self._axes = np.array([right, np.cross(back, right), back])
-        self._eye = 0.5 * (low + high) + away * np.linalg.norm(high - low) * back
+        self.eye = 0.5 * (low + high) + away * np.linalg.norm(high - low) * back
         corners = np.array([[(low, high)[(k >> d) & 1][d] for d in range(3)] for k in range(8)])
         self._scale, self._shift = 1.0, np.zeros(2)
         place = self(corners)[0]
@@ -41,9 +42,14 @@ class Camera:
         self.height = int((most[1] - least[1]) * self._scale + 2 * margin)
         self._shift = margin - least * self._scale
 
+    @property
+    def picture_height(self) -> int:
+        """Of the picture [pixels]."""
+        return self.height // FINE
+
     def __call__(self, x: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Pixels, shape (n, 2), depths, shape (n,), and pixels per unit of length there."""
-        right, up, back = ((x - self._eye) @ self._axes.T).T
+        right, up, back = ((x - self.eye) @ self._axes.T).T
         size = self._scale / -back
         return np.column_stack([right * size, -up * size]) + self._shift, -back, size
 
@@ -63,38 +69,50 @@ class Spheres(NamedTuple):
     colour: np.ndarray
 
 
+class Triangles(NamedTuple):
+    """As the camera sees them: ``corner`` (n, 3, 2) on the picture, ``edges`` (n, 2, 2) from the first corner
+    and twice the ``area`` (n,) that they span, ``depth`` (n, 3) of the corners, ``colour`` (n, 3)."""
+
+    corner: np.ndarray
+    edges: np.ndarray
+    area: np.ndarray
+    depth: np.ndarray
+    colour: np.ndarray
+
+
 class Canvas:
     """What the ``camera`` sees. Things may be drawn in any order, but see-through ones last."""
 
     def __init__(self, camera: Camera) -> None:
-        self._camera = camera
+        self.camera = camera
         self._depth = np.full(camera.height * camera.width, np.inf)
         self._colour = np.ones((camera.height * camera.width, 3))
 
     def picture(self) -> np.ndarray:
         """Array of shape (height, width, 3)."""
-        height, width = self._camera.height // FINE, self._camera.width // FINE
-        whole = self._colour.reshape(self._camera.height, self._camera.width, 3)[:height * FINE,
+        height, width = self.camera.height // FINE, self.camera.width // FINE
+        whole = self._colour.reshape(self.camera.height, self.camera.width, 3)[:height * FINE,
                                                                                  :width * FINE]
         return whole.reshape(height, FINE, width, FINE, 3).mean(axis=(1, 3))
 
     def _put(self, place: np.ndarray, depth: np.ndarray, colour: np.ndarray, opacity: float = 1.0) -> None:
         """Pixels at ``place``, shape (n, 2), where nothing is in front of them."""
         column, row = place.T
-        seen = (column >= 0) & (column < self._camera.width) & (row >= 0) & (row < self._camera.height)
-        number, depth, colour = (row * self._camera.width + column)[seen], depth[seen], colour[seen]
+        seen = (column >= 0) & (column < self.camera.width) & (row >= 0) & (row < self.camera.height)
+        number, depth, colour = (row * self.camera.width + column)[seen], depth[seen], colour[seen]
+        free = depth < self._depth[number]
         if opacity < 1.0:
-            free = depth < self._depth[number]
             self._colour[number[free]] += opacity * (colour[free] - self._colour[number[free]])
             return
-        np.minimum.at(self._depth, number, depth)
-        front = depth == self._depth[number]
-        self._colour[number[front]] = colour[front]
+        while free.any():  # of several at one pixel the last is written, until none is in front of it
+            number, depth, colour = number[free], depth[free], colour[free]
+            self._depth[number], self._colour[number] = depth, colour
+            free = depth < self._depth[number]
 
     def spheres(self, x: np.ndarray, radius: Union[float, np.ndarray], colour: np.ndarray) -> None:
         """Shaded spheres, radius: shape (n,). Those of similar size are drawn in lots, from front to back, so
         that the hidden ones, most of a body, can be left out."""
-        (centre, depth, size), colour = self._camera(x), np.broadcast_to(colour, x.shape)
+        (centre, depth, size), colour = self.camera(x), np.broadcast_to(colour, x.shape)
         radius = np.broadcast_to(radius, len(x))
         pixels, scene = radius * size, Spheres(centre, depth, radius, radius * size, colour)
         kinds = np.ceil(np.log2(np.maximum(pixels, SMALL) / SMALL))
@@ -112,8 +130,8 @@ class Canvas:
         for arm in RIM:
             at = scene.centre[chosen] + scene.pixels[chosen, None] * arm
             column, row = np.rint(at).astype(int).T
-            seen = (column >= 0) & (column < self._camera.width) & (row >= 0) & (row < self._camera.height)
-            number = np.where(seen, row * self._camera.width + column, 0)
+            seen = (column >= 0) & (column < self.camera.width) & (row >= 0) & (row < self.camera.height)
+            number = np.where(seen, row * self.camera.width + column, 0)
             hidden &= ~seen | (self._depth[number] < front)
         return hidden
 
@@ -134,39 +152,49 @@ class Canvas:
 
     def triangles(self, x: np.ndarray, elements: np.ndarray, colour: np.ndarray,
                   opacity: float = 1.0) -> None:
-        """Shaded on both sides; elements: shape (m, 3)."""
-        place, depth, _ = self._camera(x)
-        a, b, c = (x[column] for column in elements.T)
-        normals = self._camera.normals(np.cross(b - a, c - a))
-        colour = np.broadcast_to(colour, (len(elements), 3))
-        for corners, normal, own in zip(elements, normals, colour):
-            normal = normal / (np.linalg.norm(normal) or 1.0)
-            self._triangle(place[corners], depth[corners],
-                           shaded(own[None], normal[None] * (1 if normal[2] > 0 else -1)), opacity)
+        """Shaded on both sides; elements: shape (m, 3). Those of similar size are drawn in lots."""
+        place, depth, _ = self.camera(x)
+        normal = unit(self.camera.normals(normals(x, elements)))
+        normal *= np.where(normal[:, 2:] > 0, 1.0, -1.0)
+        colour = shaded(np.broadcast_to(colour, (len(elements), 3)), normal)
+        corner, depth = place[elements], depth[elements]
+        edges = corner[:, 1:] - corner[:, :1]
+        area = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
+        low = np.maximum(np.ceil(corner.min(axis=1)).astype(int), 0)
+        high = np.minimum(np.floor(corner.max(axis=1)).astype(int),
+                          (self.camera.width - 1, self.camera.height - 1))
+        span = high - low + 1  # pixels along both directions
+        seen = np.flatnonzero((span > 0).all(axis=1) & (np.abs(area) > 1e-9))
+        kinds = np.ceil(np.log2(np.maximum(span.max(axis=1), SMALL) / SMALL))
+        for kind in np.unique(kinds[seen]):
+            chosen = seen[kinds[seen] == kind]
+            for lot in np.array_split(chosen, 1 + int(span[chosen].prod(axis=1).max()) * len(chosen) // LOT):
+                width, height = span[lot].max(axis=0, initial=1)
+                rows = max(1, LOT // (int(width) * max(len(lot), 1)))
+                for row in range(0, int(height), rows):
+                    self._faces(Triangles(corner[lot], edges[lot], area[lot], depth[lot], colour[lot]),
+                                low[lot] + [0, row], (width, rows), opacity)
 
-    def _triangle(self, corner: np.ndarray, depth: np.ndarray, colour: np.ndarray, opacity: float) -> None:
-        low = np.maximum(np.floor(corner.min(axis=0)).astype(int), 0)
-        high = np.minimum(np.ceil(corner.max(axis=0)).astype(int),
-                          (self._camera.width - 1, self._camera.height - 1))
-        column, row = (a.ravel() for a in np.meshgrid(np.arange(low[0], high[0] + 1),
-                                                      np.arange(low[1], high[1] + 1)))
-        edges = np.column_stack([corner[1] - corner[0], corner[2] - corner[0]])
-        if not len(column) or abs(np.linalg.det(edges)) < 1e-9:
-            return
-        s, t = np.linalg.solve(edges, np.stack([column - corner[0, 0], row - corner[0, 1]]))
+    def _faces(self, some: "Triangles", low: np.ndarray, span: Tuple[int, int], opacity: float) -> None:
+        """The pixels of ``some`` triangles, out of the columns and rows of the ``span`` from ``low`` on."""
+        column, row = (a.ravel() for a in np.meshgrid(np.arange(span[0]), np.arange(span[1])))
+        place = low[:, None] + np.column_stack([column, row])
+        off, (one, two) = place - some.corner[:, :1], np.moveaxis(some.edges[:, :, None], 1, 0)
+        s = (off[..., 0] * two[..., 1] - off[..., 1] * two[..., 0]) / some.area[:, None]
+        t = (off[..., 1] * one[..., 0] - off[..., 0] * one[..., 1]) / some.area[:, None]
         on = (s >= 0) & (t >= 0) & (s + t < 1)
+        s, t, own = s[on], t[on], np.nonzero(on)[0]
         # linear on the picture, unlike depth
-        inverse = (1 - s - t)[on] / depth[0] + s[on] / depth[1] + t[on] / depth[2]
-        self._put(np.column_stack([column, row])[on], 1.0 / inverse, np.repeat(colour, on.sum(), axis=0),
-                  opacity)
+        inverse = ((1 - s - t) / some.depth[own, 0] + s / some.depth[own, 1] + t / some.depth[own, 2])
+        self._put(place[on], 1.0 / inverse, some.colour[own], opacity)
 
     def lines(self, starts: np.ndarray, ends: np.ndarray, colour: np.ndarray, opacity: float = 1.0) -> None:
         """Two pixels wide, straight ways from starts to ends, shape (n, 3) both."""
         for a, b in zip(starts, ends):
             t = np.linspace(0.0, 1.0,
-                            2 + int(np.abs(np.diff(self._camera(np.array([a, b]))[0], axis=0)).max()))[:,
+                            2 + int(np.abs(np.diff(self.camera(np.array([a, b]))[0], axis=0)).max()))[:,
                                                                                                        None]
-            place, depth, _ = self._camera((1 - t) * a + t * b)
+            place, depth, _ = self.camera((1 - t) * a + t * b)
             for shift in ((0, 0), (1, 0), (0, 1)):
                 self._put(np.rint(place).astype(int) + shift, depth, np.broadcast_to(colour, (len(t), 3)),
                           opacity)
@@ -178,6 +206,25 @@ def shaded(colour: np.ndarray, normal: np.ndarray) -> np.ndarray:
     glance = np.clip(normal @ ((LIGHT + [0, 0, 1]) / np.linalg.norm(LIGHT + [0, 0, 1])), 0.0, 1.0)[:,
                                                                                                    None] ** 30
     return np.clip(colour * (AMBIENT + (1.0 - AMBIENT) * light) + SHINE * glance, 0.0, 1.0)
+
+
+def level_axes(up: int) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Two level directions, the second to the left of the first, and upward, where the axis ``up`` points
+    upward."""
+    ahead, upward = np.eye(3)[0 if up else 1], np.eye(3)[up]
+    return ahead, np.cross(upward, ahead), upward
+
+
+def normals(x: np.ndarray, elements: np.ndarray) -> np.ndarray:
+    """Normals of triangles, as long as twice their area, to the side that sees them counter-clockwise."""
+    a, b, c = (x[column] for column in elements.T)
+    return np.cross(b - a, c - a)
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Of length one, but for zeros."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(length > 0.0, length, 1.0)
 
 
 def edges_of(low: np.ndarray, high: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:

@@ -6,8 +6,10 @@ import numpy as np
 from mpi4py import MPI
 
 from . import animation, picture
+from .sights import Sight, magnified, sight
+from .space import gravity_of
 
-ROUND = np.linspace(0.0, 2.0 * np.pi, 17)[:-1]  # [rad] corners of the polygon that stands for a sphere
+Angles = Optional[Tuple[float, float]]  # of the eye, see ``space.view_of``
 
 
 def gathered(part: Optional[tuple], comm: MPI.Comm = MPI.COMM_WORLD) -> Optional[tuple]:
@@ -24,28 +26,26 @@ def gathered(part: Optional[tuple], comm: MPI.Comm = MPI.COMM_WORLD) -> Optional
             {name: np.concatenate([data[name] for _, _, data in pieces]) for name in pieces[0][2]})
 
 
-def particles_of(grains: Any, dim: int) -> Tuple[np.ndarray, np.ndarray]:
-    """Centres [m], shape (n, dim), and radii [m], shape (n,), of the particles; none without ``grains``."""
-    if grains is None:
-        return np.zeros((0, dim)), np.zeros(0)
-    particles = grains.particles()
-    return particles["x"][:, :dim], particles["radius"]
+def dimension(solid: Any) -> int:
+    """2 in the plane, 3 in space. Collective."""
+    return solid.surface()[0].shape[1]
 
 
 class EndPicture:
     """Picture of the end of a run, with the displacements since now times ``magnification`` and the normal
     stress along x in colour. Observer of the run; ``take`` it at the end. Collective."""
 
-    def __init__(self, name: str, magnification: float, solid: Any, grains: Any) -> None:
+    def __init__(self, name: str, magnification: float, solid: Any, grains: Any,
+                 angles: Angles = None) -> None:
         self._name, self._by, self._solid, self._grains = name, magnification, solid, grains
+        self._angles, self._gravity = angles, gravity_of(solid, grains)
         self._start = self._look()
-        self._end: Optional[Tuple[dict, tuple]] = None
+        self._end: Optional[Tuple[dict, Sight]] = None
 
-    def _look(self) -> Tuple[dict, tuple]:
+    def _look(self) -> Tuple[dict, Sight]:
         parts = self._solid.snapshot()
         solid = {name: gathered(parts.get(name)) for name in ("points", "grid", "interface")}
-        dim = self._solid.surface()[0].shape[1]
-        return solid, particles_of(self._grains, dim)
+        return solid, sight(self._solid, self._grains, dimension(self._solid), self._solid.time)
 
     def __call__(self, window: Any) -> None:
         """Nothing to do: what is shown is the end."""
@@ -61,29 +61,31 @@ class EndPicture:
     def _draw(self, path: Path) -> None:
         if self._end is None:
             return  # the run has stopped
-        (start, (centre, _)), (end, (moved, radius)) = self._start, self._end
-        (x, _, before), (y, _, after) = start["points"], end["points"]
-        _, old, new = np.intersect1d(before["gid"], after["gid"], return_indices=True)
+        (start, before), (end, after) = self._start, self._end
+        things = magnified(before, after, self._by)
+        (x, _, first), (y, _, last) = start["points"], end["points"]
+        _, old, new = np.intersect1d(first["gid"], last["gid"], return_indices=True)
         (vertices, around, _), by = start["grid"], self._by
         wall = (x[:0], np.zeros((0, x.shape[1]), int))
         if end["interface"] is not None:
             nodes, elements, surface = end["interface"]
             wall = nodes + (by - 1) * surface["displacement"], *elements.values()
-        picture.draw(path, x[old] + by * (y[new] - x[old]), (vertices, *around.values()), wall,
-                     (centre + by * (moved - centre), radius), 1e-6 * after["cauchy_stress"][new, 0, 0],
-                     "stress along x [MPa]")
+        picture.draw(path, x[old] + by * (y[new] - x[old]), (vertices, *around.values()), wall, things,
+                     1e-6 * last["cauchy_stress"][new, 0, 0], "stress along x [MPa]",
+                     (self._gravity, self._angles))
 
 
 class Animation:
-    """Animated GIF of the points of the solid by speed and of the particles, seen along z: a picture every so
-    many windows. shapes: polygons [m], shape (m, corners, 2), to be drawn in the place of the particles, a
-    function without arguments. Observer of the run, to be called after the one that gives the shapes.
-    Collective."""
+    """Animated GIF of the points of the solid by speed, with particles, rocks, structures and walls: a
+    picture every so many windows, in space in perspective, see ``space.view_of`` for the ``angles``. shapes:
+    polygons [m], shape (m, corners, 2), to be drawn in the place of the particles, seen along z, a function
+    without arguments. Observer of the run, to be called after the one that gives the shapes. Collective."""
 
-    def __init__(self, name: str, every: int, solid: Any, grains: Any,
-                 shapes: Optional[Callable] = None) -> None:
+    def __init__(self, name: str, every: int, solid: Any, grains: Any, shapes: Optional[Callable] = None,
+                 angles: Angles = None) -> None:
         self._name, self._every, self._solid, self._grains = name, every, solid, grains
-        self._shapes = shapes or self._particles
+        self._shapes, self._dim = shapes, 2 if shapes else dimension(solid)
+        self._angles, self._gravity = angles, gravity_of(solid, grains)
         self._frames: List[tuple] = []
 
     def __call__(self, window: Any) -> None:
@@ -91,12 +93,16 @@ class Animation:
         if window.number % self._every:
             return
         points = gathered(self._solid.snapshot().get("points"))
-        shapes = self._shapes()
+        things = sight(self._solid, self._grains, self._dim, window.time)
+        if self._shapes:
+            things.pop("spheres", None)
+            things["shapes"] = np.asarray(self._shapes()), np.zeros(0)
         if points is not None:
             x, _, data = points
             order, speed = np.argsort(data["gid"]), np.sqrt(np.einsum("pi,pi->p", data["velocity"],
                                                                       data["velocity"]))
-            self._frames.append((f"t = {window.time:.3f} s", x[order, :2].copy(), speed[order], shapes))
+            self._frames.append((f"t = {window.time:.3f} s", x[order, :self._dim].copy(), speed[order],
+                                 things))
 
     def get_state(self) -> tuple:
         """The pictures so far, for checkpoints, on rank 0."""
@@ -106,15 +112,10 @@ class Animation:
         """The counterpart."""
         self._frames = list(state) if MPI.COMM_WORLD.rank == 0 else []
 
-    def _particles(self) -> np.ndarray:
-        """Each as a polygon."""
-        centre, radius = particles_of(self._grains, 2)
-        return centre[:, None] + radius[:, None, None] * np.column_stack([np.cos(ROUND), np.sin(ROUND)])
-
     def pictures(self) -> Dict[str, Callable]:
         """For the record of the run."""
         return {f"{self._name}_flow.gif": self._draw}
 
     def _draw(self, path: Path) -> None:
         if self._frames:
-            animation.save(path, self._frames, "speed [m/s]")
+            animation.save(path, self._frames, "speed [m/s]", (self._gravity, self._angles))

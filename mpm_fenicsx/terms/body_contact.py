@@ -17,6 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mpm_dem_direct import direct
+
 from ..compiled import specialise
 from ..points.transfer import interpolate, spread
 from .meeting import Meetings
@@ -67,9 +69,9 @@ class BodyContact:
     def _compile(self, background):
         D, K = self._dim, background.cells.shape[1]
         both = dict(D=D, K=2 * K)
-        self._respond, self._follow, self._spread = (specialise(kernel, **both)
-                                                     for kernel in (respond, interpolate, spread))
-        self._tangent = specialise(tangent, **both, spring_matrix=specialise(spring_matrix, D=D))
+        self._respond = direct(specialise(respond, **both))
+        self._follow, self._spread = (specialise(kernel, **both) for kernel in (interpolate, spread))
+        self._tangent = direct(specialise(tangent, **both, spring_matrix=specialise(spring_matrix, D=D)))
 
     # ---------------------------------------------------------------- one step, see ``grid_state``
 

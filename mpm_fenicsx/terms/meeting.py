@@ -14,7 +14,7 @@ import numpy as np
 
 D, K = 2, 4  # fixed by specialise
 DIRECTIONS = 3  # to try at a time, as many in the plane; fixed by specialise
-TILTS = 0.4 * 0.5 ** np.arange(7)  # by which others are tried, one after the other [rad]
+TILTS = 0.4 / 3.0 ** np.arange(5)  # by which others are tried, one after the other [rad]
 BETTER = 1e-6  # cells, by which a direction must leave a wider gap than those before it
 NONE = -1e300  # nothing reaches a node
 

@@ -2,6 +2,8 @@
 ``meeting``; on several ranks together, as points of all of them are near a node that they share."""
 import numpy as np
 
+from mpm_dem_direct import direct
+
 from ..collective import somewhere
 from ..compiled import specialise
 from .meeting import BETTER, NONE, TILTS, Meetings, NearPoints, Sides, around, meet, outward, reach_out
@@ -16,8 +18,8 @@ class MeetingSearch:
     def __init__(self, body, background):
         self._body, self._dim, self._h = body, background.dim, background.h.max()
         size = dict(D=self._dim, K=background.cells.shape[1])
-        self._outward, self._meet = (specialise(kernel, **size) for kernel in (outward, meet))
-        self._reach_out = specialise(reach_out, **size, DIRECTIONS=2 * self._dim - 1)
+        self._outward, self._meet = (direct(specialise(kernel, **size)) for kernel in (outward, meet))
+        self._reach_out = direct(specialise(reach_out, **size, DIRECTIONS=2 * self._dim - 1))
 
     def __call__(self, grid, other):
         """``Meetings`` with the bodies in the field ``other``, their points numbered as the body's, and the

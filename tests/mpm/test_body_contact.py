@@ -242,11 +242,12 @@ def advance(first, last):
         push.append(solid.reaction("bodies 0 and 1"))
     return x
 
-advance(0, 30)
+last = 30 if D == 3 else 45
+advance(0, last - 15)
 solid.save(path + ".h5")
-end = advance(30, 45)
+end = advance(last - 15, last)
 solid.load(path + ".h5")
-again, gather = advance(30, 45), lambda values: np.concatenate(solid.comm.allgather(values))
+again, gather = advance(last - 15, last), lambda values: np.concatenate(solid.comm.allgather(values))
 fields, energy, momentum = {}, list(solid.energy().values()), solid.momentum()
 for k, body in enumerate(solid.bodies):
     order = np.argsort(gather(body.points.gid))

@@ -64,8 +64,8 @@ class Pieces:
         forces = {}
         for side, old, new in zip(SIDES, before, now):
             if any(name in new for name in names):
-                change = [new[name][:dim] - old[name][:dim] if name in new and name in old else np.zeros(dim)
-                          for name in names]
+                nothing = np.zeros(dim)
+                change = [new.get(name, nothing)[:dim] - old.get(name, nothing)[:dim] for name in names]
                 forces[side] = -np.array(change) / (span if span > 0.0 else 1.0)
         self._impulses, self._time = now, time
         return forces

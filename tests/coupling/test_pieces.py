@@ -8,6 +8,7 @@ from coupling.loop.window import Window
 from coupling.records.pieces import Pieces
 from coupling.shapes import rocks
 from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, quaternion
+from mpm_fenicsx import MPM, Body, Box, Grid, Structure, linear
 
 BRICK = np.array([[k >> d & 1 for d in range(3)] for k in range(8)]) * [0.04, 0.02, 0.01]
 SIDES = (0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)
@@ -74,3 +75,33 @@ def test_contacts_are_the_nodes_that_are_pushed(dem):
     x, _, data = Pieces(SOLID, grains)(5e-4, window)["contacts"]
     assert x.tolist() == [[0.0, 0.0], [1.0, 0.0]]
     assert data["force"] == pytest.approx(force[1:]) and (data["force"][:, 1] < 0.0).all()
+
+
+def test_structures_are_where_they_have_moved_and_feel_what_the_body_loses():
+    """A block that falls onto a sill in two halves, one of them moving away: what both feel is what the
+    block's momentum and gravity say."""
+    size = Box((0.0, 0.005), (0.2, 0.105))
+    block = Body(size, (8, 4), 2, linear(E=1e6, nu=0.3), rho=1000.0, velocity=(0.0, -0.5))
+    sill = Structure.box("sill", Box((-0.05, -0.1), (0.25, 0.0)), cells=(2, 1))
+    pile = Structure.circle("pile", (0.5, 0.0), 0.1, sides=8).moving((-1.0, 0.0))
+    grid = Grid(Box((-0.2, -0.2), (0.7, 0.3)), (36, 20))
+    solid = MPM(grid, block, gravity=(0.0, -10.0), inertia="lumped", structures=[sill, pile])
+    pieces, before = Pieces(solid, None), solid.momentum()
+    first = pieces(0.0, None)["structures"]
+    for _ in range(30):
+        solid.advance(1e-3)
+    x, cells, data, of_cells = pieces(solid.time, None)["structures"]
+    assert not first[3]["force_soil"].any() and "force_rock" not in of_cells
+    lines = len(sill.elements)
+    assert data["displacement"][-8:] == pytest.approx(np.tile([-0.03, 0.0], (8, 1)))
+    assert np.array_equal(x[:len(sill.x)], sill.x)
+    assert of_cells["structure"].tolist() == [0] * lines + [1] * 8
+    assert set(of_cells["cell"][:lines]) == {0, 1} and set(of_cells["cell"][lines:]) == {2}
+    force = np.array([of_cells["force_soil"][of_cells["cell"] == k][0] for k in range(3)])
+    lost = before - solid.momentum() + 0.03 * np.array([0.0, -10.0]) * 20.0
+    # but for what Newton's method leaves of the residual
+    assert 0.03 * force.sum(axis=0) == pytest.approx(lost, rel=1e-6, abs=1e-9) and lost[1] < -1.0
+    assert (force[:2, 1] < 0.0).all() and not force[2].any()
+    around = 2 * (0.15 + 0.1) - 0.1  # of half a sill: without the cut
+    assert of_cells["traction_soil"][0] == pytest.approx(of_cells["force_soil"][0] / around)
+    solid.close()

@@ -10,8 +10,10 @@ import numpy as np
 from mpi4py import MPI
 
 from . import signals
+from .automatic import choose_window
 from .checkpoint import Checkpoints, Parts, Stopped, contradictions, find, found
 from .durations import read_every, seconds
+from .ledger.deepest import DepthWatch, watches_depth
 from .loop.couple import check_end, couple
 from .maps.mapping import Mapping, copy, linear
 from .output import Output
@@ -83,6 +85,10 @@ class Run:
         parameters: of the report, besides scheme and output; began: moment from which the start-up time
         counts. Raises what the partitions and the loop raise; see ``Record`` for what is left then.
         """
+        if self.scheme.dt is None:
+            chosen = replace(self, scheme=choose_window(self.scheme, self.solid, self.grains))
+            object.__setattr__(chosen, "_running", self._running)  # it is this run that an observer saves
+            return chosen.go(parameters, began)
         histories: dict = {}
         coupled = self.scheme if isinstance(self.scheme, Scheme) and self.grains is not None else None
         back_ends = coupled.back_ends if coupled else (ALONE,)
@@ -139,7 +145,7 @@ class Run:
         mapping = None if grains is None else self._mapping(solid)
         observers = list(self.observe(solid, grains)) if self.observe else []
         views = self._views(solid, grains, observers)
-        observers += views
+        observers += views + ([DepthWatch(solid, grains)] if watches_depth(solid, grains) else [])
         columns, pictures = dict(self.columns), {}
         for observer in observers:
             columns.update(getattr(observer, "columns", dict)())

@@ -32,28 +32,49 @@ def count_windows(t_end: float, dt: float, substeps: int = 1, start: float = 0.0
     return count
 
 
+def _automatic(keys: dict) -> bool:
+    return keys["dt"] is None
+
+
 @dataclass(frozen=True)
 class Steps:
-    """Time steps of a solid alone. ValueError unless ``dt`` divides the time.
+    """Time steps of a solid alone. ValueError unless ``dt`` divides the time. With dt=None a ``Run`` chooses
+    it, see ``automatic``.
 
     >>> Steps(dt=1e-3, t_end=0.5).windows
     500
     """
 
-    dt: float  # time step [s]
+    dt: Optional[float]  # time step [s]; none: as long as courant, waves and contacts bear
     t_end: float  # end of the run [s]
     adapt: Optional[float] = 0.0  # shorter windows; none: never, 0: where one fails, 0.01: for that error [-]
+    courant: Optional[float] = None  # cells a point may cross per step [-]; none: any, with dt=none a half
+    speed: Optional[float] = None  # largest that is expected, for dt=none [m/s]; none: of the deepest fall
+    waves: Optional[float] = None  # cells an elastic wave may cross per step, for dt=none [-]; none: any
 
     substeps: ClassVar[int] = 1
-    may_change: ClassVar[Dict[str, Any]] = dict.fromkeys(("dt", "t_end", "adapt"))  # at a restart
+    counts: ClassVar[dict] = {name: (_automatic, "where the window is chosen, dt=none")
+                              for name in ("speed", "waves")}
+    may_change: ClassVar[Dict[str, Any]] = dict.fromkeys(("dt", "t_end", "adapt", "courant"))  # at a restart
 
     def __post_init__(self) -> None:
-        count_windows(self.t_end, self.dt, self.substeps)
+        for name in ("courant", "speed", "waves"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, check.positive(name, getattr(self, name)))
+        if self.dt is not None:
+            count_windows(self.t_end, self.dt, self.substeps)
+
+    @property
+    def window(self) -> float:
+        """The longest one [s]. ValueError while it is not chosen."""
+        if self.dt is None:
+            raise ValueError("dt is none, and only a Run chooses the window: give a dt [s]")
+        return self.dt
 
     @property
     def windows(self) -> int:
         """Number of windows of full length."""
-        return count_windows(self.t_end, self.dt, self.substeps)
+        return count_windows(self.t_end, self.window, self.substeps)
 
 
 def _repeats(keys: dict) -> bool:
@@ -80,23 +101,23 @@ class Scheme(Steps):
     (500, 5e-05, ('reference',))
     """
 
-    dt: float  # coupling window and MPM time step [s]
+    dt: Optional[float]  # coupling window and MPM time step [s]; none: as long as contacts and courant bear
     substeps: int = 1  # DEM steps per window [-]
     iterate: int = 0  # most repetitions of a window until both sides agree [-]; 0: weak coupling
     tol: float = 1e-4  # how well they agree, as a part of the force [-]
     relax: Literal["aitken", "constant", "iqn"] = "aitken"  # how the force is corrected in a repetition
     dem: Literal["reference", "liggghts", "compare"] = "reference"  # back end; compare runs both
 
-    counts: ClassVar[dict] = {name: (_repeats, "where windows are repeated, iterate=20")
-                              for name in ("tol", "relax")}
+    counts: ClassVar[dict] = {**Steps.counts, **dict.fromkeys(
+        ("tol", "relax"), (_repeats, "where windows are repeated, iterate=20"))}
     may_change: ClassVar[Dict[str, Any]] = {  # at a restart, and where not always, the rule
-        "t_end": None, "adapt": None, "tol": None, "dt": _keeps_inner_step, "substeps": _keeps_inner_step,
+        "t_end": None, "adapt": None, "tol": None, "courant": None, "dt": _keeps_inner_step, "substeps": _keeps_inner_step,
         "iterate": _keeps_kind}
 
     @property
     def inner(self) -> float:
         """Time step of the DEM [s]."""
-        return self.dt / self.substeps
+        return self.window / self.substeps
 
     @property
     def back_ends(self) -> tuple:

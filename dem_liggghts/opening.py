@@ -1,10 +1,12 @@
 """The scene as a user states it, and the partition that computes it."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from .common.checks import check_start
 from .contact.critical_step import warn_if_too_long
+from .contact.rule import ContactRule, contact_rule, depth_at_wall
 from .protocol import DEM
+from .scene.materials import WALL
 from .scene.scene import SceneData
 
 
@@ -38,6 +40,34 @@ class Scene(SceneData):
         too long for the contact. Collective on ``comm`` (default: all ranks).
         """
         return open_scene(self, backend, dt, comm)
+
+    def contact_rule(self, scales: Any, speed: float) -> ContactRule:
+        """Modulus, window and step for balls in the place of material points, as they meet rocks at ``speed``
+        [m/s]; scales: of the points, as `MPM.contact_scales()` gives them. See `contact.rule.contact_rule`.
+
+        >>> from dem_liggghts.contact.rule import Scales
+        >>> rock = Spheres([[0.0, 0.0, 0.026]], [[0.0, 0.0, -1.0]], radius=0.02, rho=7850.0)
+        >>> stone, soil = Material(E=1e9, nu=0.2), Material(E=1e6, nu=0.2)
+        >>> scene = Scene(rock, Wall.discs([[0.0, 0.0, 0.0]], 0.0025), stone, soil, gravity=(0, 0, -9.81))
+        >>> scales = Scales(0.005, 7.5e-5, 2.5e-5, 600.0, wave=30.0, height=0.2, speed=1.0)
+        >>> print(scene.contact_rule(scales, speed=1.0))  # doctest: +NORMALIZE_WHITESPACE
+        contact modulus 1e+06 Pa, where 0.531 N, the most expected on a material point, press it 0.081 of
+        its spacing into a rock (7.26e+05 Pa: 0.1)
+        """
+        return contact_rule(self, scales, speed)
+
+    def fitted(self, scales: Any, speed: float) -> "Scene":
+        """The same scene with the modulus that `contact_rule` asks for in the material of its moving wall."""
+        name, modulus = self.wall.material, self.contact_rule(scales, speed).modulus
+        material = replace(self.materials[name], E=modulus)
+        if name == WALL:
+            return replace(self, wall_material=material,
+                           materials={k: m for k, m in self.materials.items() if k != name})
+        return replace(self, materials={**self.materials, name: material})
+
+    def depth_at_wall(self, force: float) -> float:
+        """Deepest overlap [m] of a sphere with the moving wall under ``force`` [N]."""
+        return depth_at_wall(self, force)
 
 
 def open_scene(scene: SceneData, backend: str, dt: float, comm: Any = None) -> DEM:

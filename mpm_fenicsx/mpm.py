@@ -9,6 +9,7 @@ import mpm_dem_checks as check
 
 from .output import snapshots
 from .output.resolution import resolution
+from .output.scales import Scales, contact_scales, fastest
 from .output.states import check_state, while_open
 from .points.boundary_particles import near_mass
 from .points.outline import OutlineChange
@@ -238,3 +239,13 @@ class MPM(Restarting):
     def resolution(self) -> dict:
         """Sizes of the cells, points in them and explicit limit, see ``resolution``."""
         return resolution(self)
+
+    @while_open
+    def contact_scales(self) -> Scales:
+        """Sizes of the points and of their motion, see ``scales.contact_scales``."""
+        return contact_scales(self)
+
+    @while_open
+    def fastest(self) -> float:
+        """Largest speed of a material point now [m/s]."""
+        return fastest(self)

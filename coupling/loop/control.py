@@ -1,5 +1,5 @@
 """Lengths of time steps: they may fail or be too long, are halved then, and grow back later."""
-from typing import Optional, Tuple
+from typing import Any, Optional, Tuple
 
 import mpm_dem_checks as check
 
@@ -20,6 +20,7 @@ class StepControl:
             tolerance = check.not_negative("adapt", tolerance, rule=RULE)
             tolerance = check.between("adapt", tolerance, 0, 1, rule=RULE)
         self.most, self.size, self.tolerance, self._good = most, most, tolerance, 0
+        self.limit = most  # units of the next step at most
 
     @property
     def active(self) -> bool:
@@ -33,7 +34,7 @@ class StepControl:
 
     def next(self, left: int) -> int:
         """Units of the next step, of which ``left`` are left to the end."""
-        return min(self.size, left)
+        return min(self.size, self.limit, left)
 
     def shorten(self, taken: int) -> bool:
         """A step of ``taken`` units is given up: the next one is half as long. False when that cannot be."""
@@ -63,3 +64,15 @@ class StepControl:
     def set_state(self, state: Tuple[int, int]) -> None:
         """The counterpart."""
         self.size, self._good = state
+
+
+def limit_speed(control: StepControl, solid: Any, scheme: Any) -> None:
+    """Let no material point of ``solid`` cross more than ``scheme.courant`` cells in the next step at the speed
+    that it has now: the longest step is halved until that is so. Nothing where no step can be given up, and
+    for a solid that tells no ``fastest()`` and no ``resolution()``. Collective."""
+    control.limit = control.most
+    if scheme.courant is None or not control.can_shorten or not hasattr(solid, "fastest"):
+        return
+    way = scheme.window * solid.fastest() / min(solid.resolution()["cell_size"])
+    while control.limit > 1 and way * control.limit / control.most > scheme.courant:
+        control.limit //= 2

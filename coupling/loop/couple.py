@@ -8,7 +8,7 @@ from ..ledger.energy_watch import EnergyWatch
 from ..maps.mapping import Mapping
 from ..protocols import Grains, Observer, Solid
 from ..scheme import WORK_PER_PARTICLE, Scheme, Steps, count_windows
-from .control import StepControl
+from .control import StepControl, limit_speed
 from .iterate import MOST_REPETITIONS, Iterated, NotConvergedError
 from .ladder import Ladder
 from .relaxation import RELAXATIONS
@@ -102,6 +102,7 @@ def couple(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], s
             change = resample_interface(solid, grains, mapping)
             if change is not None:
                 method.transfer(change)
+        limit_speed(control, solid, scheme)
         window, how = ladder.climb(attempt, method.error, number, done, total)
         done += how.steps
         method.accept(window)
@@ -123,19 +124,19 @@ def _positions(scheme: Steps, control: StepControl, now: float,
                last: Optional[Window]) -> Tuple[Position, int]:
     """Where a run from ``now`` [s] on, or after its ``last`` window, begins, and the number of its shortest
     steps at the end."""
-    at, most = Position(now, scheme.dt, control.most, 0), control.most
+    at, most = Position(now, scheme.window, control.most, 0), control.most
     if last is not None and scheme.t_end < now * (1.0 - 1e-9):
         raise ValueError(f"t_end is {scheme.t_end} s, and the run has already come to {now:.10g} s: give a "
                          "later end")
     if last is not None and last.state is not None:
         before = last.state.position
-        if (before.dt, before.most) == (scheme.dt, most):
+        if (before.dt, before.most) == (scheme.window, most):
             at = before
             if before.done and abs(now - scheme.t_end) <= 1e-9 * scheme.t_end:
                 return at, at.done  # nothing is left to do
     if control.active and last is not None:  # shorter windows may have left any number of them
-        return at, count_windows(scheme.t_end, scheme.dt / most, 1, at.start)
-    return at, count_windows(scheme.t_end, scheme.dt, scheme.substeps, at.start) * most
+        return at, count_windows(scheme.t_end, scheme.window / most, 1, at.start)
+    return at, count_windows(scheme.t_end, scheme.window, scheme.substeps, at.start) * most
 
 
 def _method(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], scheme: Union[Scheme, Steps],
@@ -143,16 +144,16 @@ def _method(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], 
     """How a window is computed, and its ``Ladder``, going on from the ``last`` window. The trend of the force
     is kept only where it is needed."""
     state = None if last is None else last.state
-    if state is not None and (state.position.dt, state.position.most) == (scheme.dt, control.most):
+    if state is not None and (state.position.dt, state.position.most) == (scheme.window, control.most):
         control.set_state(state.control)
     if grains is None:
-        ladder = Ladder(solid, None, control, scheme.dt, keep_solid=False)
+        ladder = Ladder(solid, None, control, scheme.window, keep_solid=False)
         return Alone(solid, ladder), ladder
     if mapping is None or not isinstance(scheme, Scheme):
         raise ValueError("mapping and scheme do not say how to couple grains: give a Mapping and a Scheme")
     _check(scheme, grains.dt, len(grains.particles()))
     needs_trend = scheme.iterate > 0 or bool(control.tolerance)
-    ladder = Ladder(solid, grains, control, scheme.dt, keep_solid=needs_trend)
+    ladder = Ladder(solid, grains, control, scheme.window, keep_solid=needs_trend)
     trend = ((state and state.trend) or Trend()) if needs_trend else None
     sides = Sides(solid, grains, mapping, ladder)
     if scheme.iterate and trend is not None:
@@ -176,7 +177,7 @@ def _begin(solid: Solid, on_window: Iterable[Any],
 
 def _check(scheme: Scheme, inner: float, particles: int) -> None:
     """ValueError for a scheme that makes no sense, and for more work in a window than anybody waits for."""
-    dt, substeps = scheme.dt, scheme.substeps
+    dt, substeps = scheme.window, scheme.substeps
     if abs(substeps * inner - dt) > 1e-9 * dt:
         raise ValueError(f"{substeps} substeps of the DEM's {inner} s do not make a window of {dt} s: let "
                          "them fit")

@@ -1,0 +1,114 @@
+"""Modulus of the balls that stand for material points, window and time step, from what meets what."""
+from typing import Any, NamedTuple, Tuple
+
+import numpy as np
+
+import mpm_dem_checks as check
+
+from ..scene.scene import SceneData
+from ..scene.tables import SphereTable, sphere_table
+from .critical_step import critical_step
+from .law import constant, law_table
+from .window import longest_window
+
+DEPTH = 0.1  # to which a point may be pressed into a rock, in spacings of the points
+# mass that one of many pressed points moves, in masses of a point: at a flat free surface in the linear basis, two
+# points per cell and direction, 1 / sum_i N_i 2^(D-1) N_i / M_i = 1.68 and more, whatever D; a smooth basis has more
+SHARE = 1.6
+SWING = 0.2  # DEM step in sqrt(m / k) of a rock that is held by all balls around it
+
+
+class Scales(NamedTuple):
+    """Of the material points, as `MPM.contact_scales` gives them."""
+
+    spacing: float  # of the points [m]
+    mass: float  # of one of them [kg]
+    area: float  # that a point has on a surface [m^2]
+    rho: float  # density of the soil [kg/m^3]
+    wave: float  # speed of its compression waves [m/s], 0 when not known
+    height: float  # of the soil along gravity [m]
+    speed: float  # largest that is expected [m/s]
+
+
+class ContactRule(NamedTuple):
+    """What the contact of the balls with the rocks asks for; see `contact_rule`."""
+
+    modulus: float  # of the balls to take, E [Pa]
+    force: float  # largest expected on one point [N]
+    depth: float  # to which it presses a point with the modulus of the scene [spacings]
+    window: float  # longest that weak coupling bears with it [s]
+    inner: float  # longest time step of the DEM with it [s]
+    given: float  # modulus of the balls in the scene [Pa]
+
+    def __str__(self) -> str:
+        return (f"contact modulus {self.given:.3g} Pa, where {self.force:.3g} N, the most expected on a "
+                f"material point, press it {self.depth:.2g} of its spacing into a rock "
+                f"({self.modulus:.3g} Pa: {DEPTH})")
+
+
+def contact_rule(scene: SceneData, scales: Any, speed: float) -> ContactRule:
+    """Modulus, window and step for the balls of ``scene.wall`` that meet its rocks at ``speed`` [m/s], as
+    they are now and as they should be. scales: see `Scales`.
+
+    The largest force on a point is that which stops at DEPTH s, s the spacing, what is pressed with it:
+    5/4 m v^2 / (DEPTH s) of Hertz's contact with m = SHARE times the mass of a point, or the pressure rho c v
+    of the wave in the soil on its area, the larger one; and besides the pressure rho g H of the soil and the
+    weight of a rock over pi R^2. The modulus is that with which this force presses a ball DEPTH s into the
+    rock of the smallest radius: E* = 3/4 F / sqrt(R* d^3). The window is that of `longest_window` under that
+    force with the mass m. The step is the critical one, or SWING sqrt(M / k) of a rock of mass M that all
+    balls that have room on half of its surface hold with the stiffness k. Raises ValueError for rocks that
+    are too soft for any balls.
+    """
+    check.not_negative("speed", speed, "m/s", "the speed at which rocks meet the soil must be 0 or more")
+    spheres, m = sphere_table(scene), SHARE * scales.mass
+    g, s = float(np.linalg.norm(scene.gravity)), scales.spacing
+    if not len(spheres.x) or not len(scene.wall.elements):
+        return ContactRule(0.0, 0.0, 0.0, np.inf, float(min(critical_step(scene))), 0.0)
+    heaviest = spheres.contact_mass.max()
+    stopped = 1.25 * m * heaviest / (m + heaviest) * speed**2 / (DEPTH * s)
+    resting = float((spheres.contact_mass * g / (np.pi * spheres.radius**2)).min())
+    force = max(stopped, scales.rho * scales.wave * speed * scales.area) + scales.area * (
+        scales.rho * g * scales.height + resting)
+    if not force > 0.0:
+        raise ValueError("nothing presses rocks and soil on each other (speed and gravity are 0): give speed=, "
+                         "at which they meet [m/s]")
+    E, R, rock = _pairs(scene, spheres)
+    needed = float((0.75 * force / np.sqrt(R * (DEPTH * s) ** 3)).max())
+    depth = float(((0.75 * force / (E * np.sqrt(R))) ** (2.0 / 3.0)).max()) / s
+    stiffness = 2.0 * E * np.sqrt(R * min(depth, DEPTH) * s)
+    around = np.maximum(np.pi * spheres.radius / s if scene.dim == 2 else
+                        2.0 * np.pi * (spheres.radius / s) ** 2, 1.0)
+    swing = SWING * float(np.sqrt(spheres.contact_mass / (around * stiffness)).min())
+    ball = scene.materials[scene.wall.material]
+    return ContactRule(_modulus(needed, ball.nu, rock), force, depth, longest_window(scene, m, force),
+                       min(*critical_step(scene), swing), ball.E)
+
+
+def _pairs(scene: SceneData, spheres: SphereTable) -> Tuple[np.ndarray, np.ndarray, float]:
+    """Effective modulus [Pa] and radius [m] of the contact of each sphere with the wall, (n,); and the largest
+    (1 - nu^2)/E of the spheres [1/Pa]."""
+    names = list(scene.names)
+    E = constant(law_table(scene, scene.wall_pairs()), "E")[spheres.material, names.index(scene.wall.material)]
+    disc = scene.wall.radius
+    R = spheres.radius if disc is None else spheres.radius * disc / (spheres.radius + disc)
+    rocks = [scene.materials[names[k]] for k in np.unique(spheres.material)]
+    return E, R, max((1.0 - rock.nu**2) / rock.E for rock in rocks)
+
+
+def _modulus(effective: float, nu: float, rock: float) -> float:
+    """E [Pa] of balls with which the effective modulus is as given; rock: (1 - nu^2)/E of the rocks."""
+    if not effective * rock < 0.9:
+        raise ValueError(f"the rocks have an E / (1 - nu^2) of {1.0 / rock:.3g} Pa, and the force of the soil "
+                         f"presses its points further into them than {DEPTH} of their spacing, whatever the "
+                         f"modulus of the balls: give the rocks a modulus of at least {2.0 * effective:.2g} Pa")
+    return float((1.0 - nu**2) / (1.0 / effective - rock))
+
+
+def depth_at_wall(scene: SceneData, force: float) -> float:
+    """Deepest overlap [m] of a sphere of ``scene`` with the moving wall under ``force`` [N]: Hertz's law with
+    the smallest stiffness."""
+    spheres = sphere_table(scene)
+    if not len(spheres.x) or not len(scene.wall.elements):
+        return 0.0
+    E, R, _ = _pairs(scene, spheres)
+    return float(((0.75 * force / (E * np.sqrt(R))) ** (2.0 / 3.0)).max())

@@ -13,17 +13,17 @@ COURANT = 0.5  # cells a point may cross per step where nothing is said
 
 
 def choose_window(scheme: Steps, solid: Any, grains: Optional[Any]) -> Steps:
-    """The ``scheme`` with its window, and as many DEM steps as the grains need in it, when its dt is None: the
-    smallest of
+    """The ``scheme`` with its window, and as many DEM steps as the grains need in it, when its dt is None:
+    the smallest of
 
         weak coupling    what the contact of the grains with the interface bears, unless windows are repeated
-        points           ``courant`` cells (a half) at the expected speed: ``speed``, else that of a fall from the
-                         highest place of the solid to the lowest one of its grid
+        points           ``courant`` cells (a half) at the expected speed: ``speed``, else that of a fall from
+                         the highest place of the solid to the lowest one of its grid
         waves            ``waves`` cells at the speed of elastic waves, where asked for
 
-    and a whole part of the run. One line tells which; ``Run`` calls it before it begins. solid: an `MPM`, or what
-    has its ``contact_scales()`` and ``resolution()``; grains: a `Scene`, with ``contact_rule``. Raises ValueError
-    when nothing limits the window. Collective.
+    and a whole part of the run. One line tells which; ``Run`` calls it before it begins. solid: an `MPM`, or
+    what has its ``contact_scales()`` and ``resolution()``; grains: a `Scene`, with ``contact_rule``. Raises
+    ValueError when nothing limits the window. Collective.
     """
     if scheme.dt is not None:
         return scheme
@@ -52,6 +52,17 @@ def choose_window(scheme: Steps, solid: Any, grains: Optional[Any]) -> Steps:
     contact = "" if rule is None or not rule.force else f"{rule}; "
     _say(f"{contact}window {changes['dt']:.3g} s: {said}{end}")
     return replace(scheme, **changes)
+
+
+def keep_window(scheme: Steps, parameters: Dict[str, str]) -> Steps:
+    """The ``scheme`` with the window of a checkpoint with these ``parameters``, when its dt is None."""
+    if scheme.dt is not None:
+        return scheme
+    courant, changes = parameters.get("courant", "none"), {}
+    if isinstance(scheme, Scheme):
+        changes["substeps"] = int(parameters["substeps"])
+    return replace(scheme, dt=float(parameters["dt"]), speed=None, waves=None,
+                   courant=None if courant == "none" else float(courant), **changes)
 
 
 def _say(text: str) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from . import signals
-from .automatic import choose_window
+from .automatic import choose_window, keep_window
 from .checkpoint import Checkpoints, Parts, Stopped, contradictions, find, found
 from .durations import read_every, seconds
 from .ledger.deepest import DepthWatch, watches_depth
@@ -86,7 +86,10 @@ class Run:
         counts. Raises what the partitions and the loop raise; see ``Record`` for what is left then.
         """
         if self.scheme.dt is None:
-            chosen = replace(self, scheme=choose_window(self.scheme, self.solid, self.grains))
+            place = self.output.restart
+            scheme = keep_window(self.scheme, found(place).head["parameters"]) if place is not None else \
+                choose_window(self.scheme, self.solid, self.grains)
+            chosen = replace(self, scheme=scheme)
             object.__setattr__(chosen, "_running", self._running)  # it is this run that an observer saves
             return chosen.go(parameters, began)
         histories: dict = {}

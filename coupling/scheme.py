@@ -45,7 +45,7 @@ class Steps:
     500
     """
 
-    dt: Optional[float]  # time step [s]; none: as long as courant, waves and contacts bear
+    dt: Optional[float]  # time step [s]; none: what courant and waves bear
     t_end: float  # end of the run [s]
     adapt: Optional[float] = 0.0  # shorter windows; none: never, 0: where one fails, 0.01: for that error [-]
     courant: Optional[float] = None  # cells a point may cross per step [-]; none: any, with dt=none a half
@@ -82,6 +82,8 @@ def _repeats(keys: dict) -> bool:
 
 
 def _keeps_inner_step(old: Dict[str, str], new: Dict[str, str]) -> str:
+    if new.get("dt") == "none":  # that of the checkpoint is taken
+        return ""
     before, now = (float(keys["dt"]) / int(keys["substeps"]) for keys in (old, {**old, **new}))
     step = f"the step of the DEM, dt/substeps, must stay {before:.10g} s, and would be {now:.10g} s"
     return "" if before == now else step
@@ -101,7 +103,7 @@ class Scheme(Steps):
     (500, 5e-05, ('reference',))
     """
 
-    dt: Optional[float]  # coupling window and MPM time step [s]; none: as long as contacts and courant bear
+    dt: Optional[float]  # window, MPM step [s]; none: what contacts and motion bear
     substeps: int = 1  # DEM steps per window [-]
     iterate: int = 0  # most repetitions of a window until both sides agree [-]; 0: weak coupling
     tol: float = 1e-4  # how well they agree, as a part of the force [-]
@@ -111,8 +113,8 @@ class Scheme(Steps):
     counts: ClassVar[dict] = {**Steps.counts, **dict.fromkeys(
         ("tol", "relax"), (_repeats, "where windows are repeated, iterate=20"))}
     may_change: ClassVar[Dict[str, Any]] = {  # at a restart, and where not always, the rule
-        "t_end": None, "adapt": None, "tol": None, "courant": None, "dt": _keeps_inner_step, "substeps": _keeps_inner_step,
-        "iterate": _keeps_kind}
+        "t_end": None, "adapt": None, "tol": None, "courant": None, "dt": _keeps_inner_step,
+        "substeps": _keeps_inner_step, "iterate": _keeps_kind}
 
     @property
     def inner(self) -> float:

@@ -9,8 +9,8 @@ DEEP = 0.1  # spacings of the points, from which on a run warns
 
 
 class DepthWatch:
-    """Observer that tells how deep the grains press the balls of the interface, in spacings of the points: in the
-    history as ``deepest``, in the report as the largest, with a warning beyond a tenth, once.
+    """Observer that tells how deep the grains press the balls of the interface, in spacings of the points: in
+    the history as ``deepest``, in the report as the largest, with a warning beyond a tenth, once.
 
     From the largest mean force on a ball in a window, by Hertz's law: ``grains.scene.depth_at_wall``."""
 
@@ -19,12 +19,13 @@ class DepthWatch:
         self._most, self._now = 0.0, 0.0
 
     def __call__(self, window: Any) -> None:
+        """Look at a window."""
         square = np.einsum("ni,ni->n", window.wall_force, window.wall_force).max(initial=0.0)
         self._now = self._depth_of_one * float(square) ** (1.0 / 3.0)  # to the power 2/3 of the force
         if self._now > DEEP >= self._most:
             say(f"a rock is {self._now:.2g} of the points' spacing deep in the balls of the soil at t = "
-                f"{window.time:.6g} s, more than {DEEP}: take {(self._now / DEEP) ** 1.5:.2g} times the modulus "
-                "of the contact, with shorter windows, see Scene.fitted")
+                f"{window.time:.6g} s, more than {DEEP}: take {(self._now / DEEP) ** 1.5:.2g} times the "
+                "modulus of the contact, with shorter windows, see Scene.fitted")
         self._most = max(self._most, self._now)
 
     def columns(self) -> Dict[str, Tuple[str, str, Any]]:

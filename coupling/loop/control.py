@@ -67,9 +67,9 @@ class StepControl:
 
 
 def limit_speed(control: StepControl, solid: Any, scheme: Any) -> None:
-    """Let no material point of ``solid`` cross more than ``scheme.courant`` cells in the next step at the speed
-    that it has now: the longest step is halved until that is so. Nothing where no step can be given up, and
-    for a solid that tells no ``fastest()`` and no ``resolution()``. Collective."""
+    """Let no material point of ``solid`` cross more than ``scheme.courant`` cells in the next step at the
+    speed that it has now: the longest step is halved until that is so. Nothing where no step can be given up,
+    and for a solid that tells no ``fastest()`` and no ``resolution()``. Collective."""
     control.limit = control.most
     if scheme.courant is None or not control.can_shorten or not hasattr(solid, "fastest"):
         return

@@ -12,8 +12,8 @@ from .law import constant, law_table
 from .window import longest_window
 
 DEPTH = 0.1  # to which a point may be pressed into a rock, in spacings of the points
-# mass that one of many pressed points moves, in masses of a point: at a flat free surface in the linear basis, two
-# points per cell and direction, 1 / sum_i N_i 2^(D-1) N_i / M_i = 1.68 and more, whatever D; a smooth basis has more
+# mass that one of many pressed points moves, in masses of a point: at a flat free surface in the linear
+# basis, two points per cell and direction, 1 / sum_i N_i 2^(D-1) N_i / M_i = 1.68 and more, whatever D
 SHARE = 1.6
 SWING = 0.2  # DEM step in sqrt(m / k) of a rock that is held by all balls around it
 
@@ -70,8 +70,8 @@ def contact_rule(scene: SceneData, scales: Any, speed: float) -> ContactRule:
     force = max(stopped, scales.rho * scales.wave * speed * scales.area) + scales.area * (
         scales.rho * g * scales.height + resting)
     if not force > 0.0:
-        raise ValueError("nothing presses rocks and soil on each other (speed and gravity are 0): give speed=, "
-                         "at which they meet [m/s]")
+        raise ValueError("nothing presses rocks and soil on each other (speed and gravity are 0): give "
+                         "speed=, at which they meet [m/s]")
     E, R, rock = _pairs(scene, spheres)
     needed = float((0.75 * force / np.sqrt(R * (DEPTH * s) ** 3)).max())
     depth = float(((0.75 * force / (E * np.sqrt(R))) ** (2.0 / 3.0)).max()) / s
@@ -85,10 +85,11 @@ def contact_rule(scene: SceneData, scales: Any, speed: float) -> ContactRule:
 
 
 def _pairs(scene: SceneData, spheres: SphereTable) -> Tuple[np.ndarray, np.ndarray, float]:
-    """Effective modulus [Pa] and radius [m] of the contact of each sphere with the wall, (n,); and the largest
-    (1 - nu^2)/E of the spheres [1/Pa]."""
+    """Effective modulus [Pa] and radius [m] of the contact of each sphere with the wall, (n,); and the
+    largest (1 - nu^2)/E of the spheres [1/Pa]."""
     names = list(scene.names)
-    E = constant(law_table(scene, scene.wall_pairs()), "E")[spheres.material, names.index(scene.wall.material)]
+    wall = names.index(scene.wall.material)
+    E = constant(law_table(scene, scene.wall_pairs()), "E")[spheres.material, wall]
     disc = scene.wall.radius
     R = spheres.radius if disc is None else spheres.radius * disc / (spheres.radius + disc)
     rocks = [scene.materials[names[k]] for k in np.unique(spheres.material)]
@@ -98,9 +99,9 @@ def _pairs(scene: SceneData, spheres: SphereTable) -> Tuple[np.ndarray, np.ndarr
 def _modulus(effective: float, nu: float, rock: float) -> float:
     """E [Pa] of balls with which the effective modulus is as given; rock: (1 - nu^2)/E of the rocks."""
     if not effective * rock < 0.9:
-        raise ValueError(f"the rocks have an E / (1 - nu^2) of {1.0 / rock:.3g} Pa, and the force of the soil "
-                         f"presses its points further into them than {DEPTH} of their spacing, whatever the "
-                         f"modulus of the balls: give the rocks a modulus of at least {2.0 * effective:.2g} Pa")
+        raise ValueError(f"the rocks have an E / (1 - nu^2) of {1.0 / rock:.3g} Pa, and the soil presses its "
+                         f"points further into them than {DEPTH} of their spacing, whatever the modulus of "
+                         f"the balls: give the rocks a modulus of at least {2.0 * effective:.2g} Pa")
     return float((1.0 - nu**2) / (1.0 / effective - rock))
 
 

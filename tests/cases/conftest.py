@@ -32,6 +32,12 @@ def no_words(monkeypatch):
 
 
 @pytest.fixture(scope="session")
+def sphere_drop():
+    """The module ``cases/sphere_drop.py``."""
+    return load("sphere_drop")
+
+
+@pytest.fixture(scope="session")
 def case():
     """The module ``cases/beam_impact.py``."""
     return load("beam_impact")

@@ -1,8 +1,9 @@
-"""The case ``sphere_drop``: it runs, with windows that it chooses, and its penetration settles with the grid."""
+"""The case ``sphere_drop``: windows that it chooses, both back ends, what settles with the grid."""
 import json
 
 import numpy as np
 import pytest
+
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_both_back_ends_stop_it_alike(sphere_drop, dim, tmp_path):

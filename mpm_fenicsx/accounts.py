@@ -103,6 +103,13 @@ class Accounts:
                     "N m s", f"angular momentum of the solid about {axis}",
                     lambda k=k: float(np.ravel(self.angular_momentum())[k]))
             found |= self._losses.columns()
+        meetings = [contact for contact in self._contacts if hasattr(contact, "pairs")]
+        for name in [name for contact in meetings for name in contact.names]:
+            numbers = "_".join(name.replace(",", "").replace(" and", "").split()[1:])
+            for k, axis in enumerate("xyz"[:self.dim]):
+                found[f"force_bodies_{numbers}_{axis}"] = (
+                    "N", f"force along {axis} on the first of {name} by the second in the last step",
+                    lambda name=name, k=k: float(self.reaction(name)[k]))
         if self._behind is not None:
             meaning = "material points that have gone through a wall"
             found["behind"] = ("1", meaning, lambda: sum(self.behind().values()))

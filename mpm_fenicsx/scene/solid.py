@@ -9,7 +9,7 @@ import mpm_dem_checks as check
 from .bodies import Body, Grid, Support
 from .conditions import GridWall, Load, Penalty
 from .interface import Interface
-from .mesh import Mesh
+from .mesh import BYTES_PER_CELL, Mesh, cell_count
 from .numerics import Numerics
 from .structures import Structure
 
@@ -82,7 +82,7 @@ class SolidScene:
             check.numbers("gravity", self.gravity, self.grid.box.dim, "m/s^2")
         if self.body_force is not None:
             check.function("body_force", self.body_force)
-        find_fields(self.bonded, len(self.bodies))
+        self._check_fields()
 
     def _check_structures(self) -> None:
         """ValueError for one of another dimension, outside the grid, or of a name that is taken."""
@@ -110,6 +110,15 @@ class SolidScene:
     def bodies(self) -> Tuple[Body, ...]:
         """The bodies as a tuple."""
         return tuple(self.body) if isinstance(self.body, (list, tuple)) else (self.body,)  # type: ignore
+
+    def _check_fields(self) -> None:
+        count = max(self.fields, default=0) + 1
+        cells = cell_count(self.grid.cells, self.grid.cell) if isinstance(self.grid, Grid) else len(
+            self.grid.cells)
+        if count > 1:
+            what = f"{count} copies of the grid with {cells:.3g} cells, for bodies that do not stick together"
+            check.check_memory(what, count * cells * BYTES_PER_CELL[self.grid.box.dim],
+                               "take larger and fewer cells (h), or bodies that are bonded")
 
     @property
     def fields(self) -> Tuple[int, ...]:

@@ -192,6 +192,25 @@ def test_groups_of_bonded_bodies(start):
     assert abs(velocity(solid.bodies[0])[0] - 0.05) < 0.045
 
 
+def test_a_stack(start):
+    """Three blocks on each other, each in a field of its own, at rest: forces by weight, which are columns of
+    the history, too. Names count the bodies as they are given, the force is that on the first one named."""
+    box = lambda x, y: Box((x, y), (2.0 - x, y + 0.5))  # noqa: E731
+    blocks = [Body(box(0.25 * n, 0.5 * n), (8 - 2 * n, 2), 2, linear(1e6 / (1 + n % 2), 0.0), 1000.0,
+                   friction=0.5) for n in range(3)]
+    floor = Support(lambda x: x[:, 1] < 1e-9, "xy")
+    solid = start(Grid(Box((-1.0, 0.0), (3.0, 2.0)), (16, 8)), blocks, [floor], gravity=(0.0, -10.0),
+                  inertia="lumped")
+    solid.settle(2)
+    solid.advance(1e-3)
+    weights = [1000.0 * 10.0 * 0.5 * (2.0 - 0.5 * n) for n in range(3)]
+    assert solid.reaction("bodies 1 and 2")[1] == pytest.approx(-weights[2], rel=1e-4)
+    assert solid.reaction("bodies 0 and 1")[1] == pytest.approx(-weights[1] - weights[2], rel=1e-4)
+    assert not solid.reaction("bodies 0 and 2").any()
+    unit, meaning, value = solid.columns()["force_bodies_1_2_y"]
+    assert unit == "N" and value() == solid.reaction("bodies 1 and 2")[1] and "bodies 1 and 2" in meaning
+
+
 @pytest.mark.parametrize("bonded, words", [
     (1, "bonded is 1: give True or False, or groups"),
     ([(0, 2)], "give each of the bodies 0 to 1 at most once"),

@@ -1,5 +1,6 @@
 """Initial stress of soil, in equilibrium with its weight."""
-from typing import Any, Callable
+import math
+from typing import Any, Callable, Optional
 
 import numpy as np
 
@@ -8,17 +9,30 @@ import mpm_dem_checks as check
 from ..laws import Law
 
 
-def at_rest(top: float, rho: float, gravity: float, ratio: float) -> Callable[[np.ndarray], np.ndarray]:
-    """Stress under a level surface at height ``top`` [m]: a function from positions [m], shape (n, dim), to
-    the normal stresses along x, y and z [Pa], shape (n, 3), for the field ``stress`` of ``Body``. gravity:
-    downward [m/s^2]; ratio: of horizontal to vertical stress, as 1 - sin phi (Jaky 1944) or nu / (1 - nu)
-    (elastic, held at the sides).
+def at_rest(top: float, rho: float, gravity: Any, ratio: float,
+            phi: Optional[float] = None) -> Callable[[np.ndarray], np.ndarray]:
+    """Stress under a plane surface at y = ``top`` [m]: a function from positions [m], shape (n, dim), to
+    stresses [Pa], for the field ``stress`` of ``Body``. gravity: downward [m/s^2], a number, with the normal
+    stresses along x, y and z, shape (n, 3); or a vector, shape (dim,), which for a layer on a slope has a
+    part along the surface, with tensors, shape (n, 3, 3).
+
+    ratio: of the normal stress along the surface to that across it, as 1 - sin phi (Jaky 1944) or nu / (1 -
+    nu) (elastic, held at the sides). On a slope the weight is held by shear, as in an infinite layer of depth
+    d: sigma_yy = rho g_y d, tau_xy = rho g_x d. Steep ones have no equilibrium with a low ratio: with
+    ``phi``, the friction angle [degrees] of a soil without cohesion, the ratio is the nearest that it bears,
+    if there is one (a slope of less than phi).
 
     >>> at_rest(top=2.0, rho=1500.0, gravity=10.0, ratio=0.5)(np.array([(0.0, 1.0)]))
     array([[ -7500., -15000.,  -7500.]])
+    >>> at_rest(top=2.0, rho=1500.0, gravity=(3.0, -8.0), ratio=0.5)(np.array([(0.0, 1.0)]))[0, :2, :2]
+    array([[ -6000.,   4500.],
+           [  4500., -12000.]])
     """
     check.not_negative("ratio", ratio, rule="the ratio of horizontal to vertical stress must be 0 or a "
                        "positive number")
+    if np.ndim(gravity):
+        return _on_slope(top, rho, np.array(check.array("gravity", gravity, (2,), (3,), unit="m/s^2")),
+                         ratio, phi)
 
     def stress(x: np.ndarray) -> np.ndarray:
         vertical = -rho * gravity * np.maximum(top - x[:, 1], 0.0)
@@ -27,14 +41,47 @@ def at_rest(top: float, rho: float, gravity: float, ratio: float) -> Callable[[n
     return stress
 
 
-def put_stress(points: Any, law: Law, stress: np.ndarray) -> None:
-    """Give the material points the normal ``stress`` along x, y and z [Pa], shape (n, 3), as elastic strain
-    of a law of ``laws.hencky``, whose points as they are count as undeformed. ValueError for another law."""
+def _on_slope(top: float, rho: float, g: np.ndarray, ratio: float,
+              phi: Optional[float]) -> Callable[[np.ndarray], np.ndarray]:
+    """See ``at_rest``. With t the tangent of the slope and s = sin phi, Mohr's circle through the stress
+    across the surface, (1, t), and along it, (K, -t), touches the yield surface where (1 - s^2) K^2 - 2 (1 +
+    s^2) K + 1 - s^2 + 4 t^2 = 0."""
+    if not g[1] < 0.0:
+        raise ValueError(f"gravity is {g} m/s^2: its part along y must be negative, as the surface is above")
+    along = np.array([g[0], 0.0, g[2] if len(g) == 3 else 0.0])
+    t = float(np.linalg.norm(along) / -g[1])
+    down, side = along / (np.linalg.norm(along) or 1.0), ratio
+    if phi is not None:
+        s = math.sin(math.radians(check.between("phi", phi, 0, 90, "degrees", ends="[)")))
+        root = math.sqrt(max((1.0 + s**2) ** 2 - (1.0 - s**2) * (1.0 - s**2 + 4.0 * t**2), 0.0))
+        ratio = min(max(ratio, (1.0 + s**2 - root) / (1.0 - s**2)), (1.0 + s**2 + root) / (1.0 - s**2))
+        middle, radius = 0.5 * (1.0 + ratio), math.hypot(0.5 * (1.0 - ratio), t)
+        side = min(max(side, middle - radius), middle + radius)
+    unit = np.diag([side, 1.0, side]) + (ratio - side) * np.outer(down, down)
+    unit -= t * (np.outer(down, (0.0, 1.0, 0.0)) + np.outer((0.0, 1.0, 0.0), down))
+
+    def stress(x: np.ndarray) -> np.ndarray:
+        return rho * g[1] * np.maximum(top - x[:, 1], 0.0)[:, None, None] * unit
+
+    return stress
+
+
+def put_stress(points: Any, law: Law, given: Callable) -> None:
+    """Give the material points the stress ``given(x)`` [Pa], normal stresses along x, y and z, shape (n, 3),
+    or symmetric tensors, (n, 3, 3), as elastic strain of a law of ``laws.hencky``, whose points as they are
+    count as undeformed. ValueError for another law."""
+    n = len(points.x)
+    stress = check.values("stress of the body", given, (points.x,), (n, 3), (n, 3, 3), unit="Pa")
     if "plastic" not in (law.state.names or ()):
         raise ValueError(f"the law {law.name} cannot start with a stress: take one of the plastic ones")
     p: Any = law.params
     lam, mu = p.lam, p.mu
+    axes = np.eye(3)
+    if stress.ndim == 3:
+        if np.abs(stress - np.swapaxes(stress, 1, 2)).max() > 1e-9 * np.abs(stress).max():
+            raise ValueError("stress of the body has tensors that are not symmetric: give symmetric ones")
+        stress, axes = np.linalg.eigh(stress)
     mean = lam / (3.0 * lam + 2.0 * mu) * stress.sum(axis=1)
     strain = (stress - mean[:, None]) / (2.0 * mu)
-    points.state["plastic"] = np.expm1(2.0 * strain)[:, :, None] * np.eye(3)
+    points.state["plastic"] = (axes * np.expm1(2.0 * strain)[:, None, :]) @ np.swapaxes(axes, -1, -2)
     points.a[:] = 0.0

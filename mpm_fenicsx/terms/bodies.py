@@ -50,8 +50,7 @@ class BodyTerm:
             mass=body.rho * volume, V0=volume,
             F=np.tile(np.eye(dim), (n, 1, 1)), F33=np.ones(n), state=np.zeros(n, body.law.state), **start)
         if body.stress is not None:
-            stress = check.values("stress of the body", body.stress, (x,), (n, 3), unit="Pa")
-            put_stress(self.points, body.law, stress)
+            put_stress(self.points, body.law, body.stress)
 
     def compile(self, background, consistent):
         """Kernels of the law on the elements of ``background``, with consistent or lumped inertia."""

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Support, at_rest
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Soil, Support, at_rest
 
 SOIL = LAWS["mohr_coulomb"](5e4, 0.4, 22.0)
 
@@ -68,3 +68,48 @@ def test_bad_input():
     with pytest.raises(ValueError, match="ratio is -1.0: the ratio of horizontal to vertical stress must be "
                        "0 or"):
         strip(ratio=-1.0)
+
+
+def layer(dim, slope, phi, depth=0.2, length=2.0, h=0.05):
+    """A layer on a rough incline, in the axes of the incline, x downhill, that starts at rest."""
+    g = 9.81 * np.array([np.sin(np.radians(slope)), -np.cos(np.radians(slope)), 0.0])[:dim]
+    size = (length, depth, h)[:dim]
+    soil = Soil(E=1e5, nu=0.3, rho=1500.0, phi=phi)
+    stress = at_rest(depth, soil.rho, g, soil.at_rest, phi)
+    body = Body(Box((0.0,) * dim, size), Grid.counts(size, h), 2, soil.material(dim), soil.rho, f_bar=True,
+                stress=stress)
+    upper = (length + 0.2, depth + 0.1, h)[:dim]
+    floor = Support(lambda x: x[:, 1] < 1e-9, "xyz"[:dim])
+    sides = [Support(lambda x: (x[:, 2] < 1e-9) | (x[:, 2] > h - 1e-9), "z")] if dim == 3 else []
+    uphill = Support(lambda x: x[:, 0] < 1e-9, "x")
+    grid = Grid(Box((0.0,) * dim, upper), Grid.counts(upper, h))
+    return MPM(grid, body, [floor, uphill, *sides], gravity=g, inertia="lumped"), g
+
+
+@pytest.mark.parametrize("slope", [15.0, 26.0])
+def test_a_layer_starts_at_rest_on_a_slope(slope):
+    """Below the friction angle the middle, which no wave from the ends has reached, does not move."""
+    solid, g = layer(2, slope, 30.0)
+    for _ in range(20):
+        solid.advance(2e-3)
+    middle = np.abs(solid.points.x[:, 0] - 1.0) < 0.3
+    assert np.abs(solid.points.v[middle]).max() < 0.01 * g[0] * 0.04
+    solid.close()
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_layer_rests_below_the_friction_angle_and_flows_above(dim):
+    """Above it the layer gains what friction leaves of gravity: g (sin a - cos a tan phi), at its top."""
+    phi, t = 30.0, 0.06
+    speeds = {}
+    for slope in (15.0, 28.0, 34.0):
+        solid, g = layer(dim, slope, phi)
+        for _ in range(30):
+            solid.advance(2e-3)
+        middle = np.abs(solid.points.x[:, 0] - 1.0) < 0.2
+        speeds[slope] = solid.points.v[middle, 0].max() / (g[0] * t)
+        solid.close()
+    left = 1.0 - np.tan(np.radians(phi)) / np.tan(np.radians(34.0))  # of gravity along the slope
+    assert max(speeds[15.0], speeds[28.0]) < 0.01
+    assert speeds[34.0] == pytest.approx(left, rel=0.35) and speeds[34.0] > 5.0 * speeds[28.0]

@@ -8,7 +8,7 @@ import mpm_dem_cache  # noqa: F401 - before anything is compiled
 from . import cli
 from .cli import case
 from .loop.couple import NotConvergedError, Window, couple, march
-from .maps.mapping import Mapping, copy, linear, nearest
+from .maps.mapping import Mapping, copy, linear, nearest, same
 from .maps.spread import indentation_compliance, spread
 from .output import Output
 from .pictures.flow import FlowPictures
@@ -18,5 +18,5 @@ from .scheme import Scheme, Steps, count_windows
 
 __all__ = [  # a scene and how it is run; maps; the loop by itself and what it tells
     "FlowPictures", "Output", "Run", "Scheme", "Steps", "case", "cli",
-    "Mapping", "copy", "indentation_compliance", "linear", "nearest", "spread",
+    "Mapping", "copy", "indentation_compliance", "linear", "nearest", "same", "spread",
     "History", "NotConvergedError", "Window", "count_windows", "couple", "march"]

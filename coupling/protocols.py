@@ -23,6 +23,8 @@ class Solid(Protocol):
         text of what that is, "" when nothing remains
     ``resample()``: between two steps, renews the points of the interface; returns an ``InterfaceChange`` or
         None, see ``resampling``
+    ``select(particles, dt)``: the same, by the particles that are near, for windows of dt [s];
+    ``ball_radius`` [m]: of the points of such an interface, else None
     ``get_checkpoint()``, ``set_checkpoint(tree)``: a state that does not depend on the ranks, as a tree for
         ``mpm_dem_store``; without them that of ``get_state`` goes into checkpoints
     ``window_mass()``: of each interface point, the mass [kg] of a free body that a force would have moved
@@ -58,7 +60,7 @@ class Grains(Protocol):
     ``contact_at_wall(force)``: tangent stiffness [N/m] and damping [kg/s] of the contact of each particle
         with the moving wall under ``force`` [N], and its mass [kg], shape (p,) each
     ``scene.wall`` with ``elements``, and ``replace_wall(wall)``: they can follow a solid that renews its
-        interface
+        interface; ``replace_wall(wall, was)`` one that chooses points, see ``InterfaceChange``
     """
 
     dt: float  # inner step [s]
@@ -82,7 +84,8 @@ class InterfaceChange(Protocol):
     """From an interface of k points to one of n, renewed between two windows.
 
     x: places [m], shape (n, dim); elements: their numbers in each segment or triangle; keeps_numbers: whether
-    every point is the one that it was.
+    every point is the one that it was. It may have ``was``: the number that each point had, -1 of those that
+    are new, shape (n,), and then ``new_velocity`` [m/s], shape (n, dim): of these, zero of others.
     """
 
     x: np.ndarray

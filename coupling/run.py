@@ -15,7 +15,7 @@ from .checkpoint import Checkpoints, Parts, Stopped, contradictions, find, found
 from .durations import read_every, seconds
 from .ledger.deepest import DepthWatch, watches_depth
 from .loop.couple import check_end, couple
-from .maps.mapping import Mapping, copy, linear
+from .maps.mapping import Mapping, copy, linear, same
 from .output import Output
 from .pictures.views import Animation, EndPicture
 from .records.record import Plan, Record
@@ -102,7 +102,7 @@ class Run:
                 place = place.parent  # with a checkpoint of each
         for backend in back_ends:
             solid = self.solid.anew() if histories else self.solid
-            grains = self.grains.open(backend, coupled.inner) if coupled else None
+            grains = with_balls(self.grains, solid).open(backend, coupled.inner) if coupled else None
             label = backend if len(back_ends) > 1 and backend == "liggghts" else ""
             plan = Plan(self.name, self._parameters(parameters), self.output, self.scheme, {}, {}, label,
                         self.closed, began, goes_on)
@@ -219,9 +219,20 @@ class Run:
     def _mapping(self, solid: Any) -> Mapping:
         if self.mapping is not None:
             return self.mapping
+        if getattr(solid, "ball_radius", None) is not None:
+            return same()
         interface, nodes = solid.interface, self.grains.wall.nodes
         return copy(nodes) if np.array_equal(interface.x, nodes) else linear(interface.x, interface.elements,
                                                                              nodes)
+
+
+def with_balls(scene: Any, solid: Any) -> Any:
+    """The ``scene`` of grains, whose wall gets the radius of balls when the interface of the ``solid`` has
+    such and the wall has none."""
+    radius, wall = getattr(solid, "ball_radius", None), scene.wall
+    if radius is None or wall.radius is not None:
+        return scene
+    return replace(scene, wall=replace(wall, elements=np.zeros((0, 1), int), radius=radius))
 
 
 @contextmanager

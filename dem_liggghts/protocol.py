@@ -48,11 +48,12 @@ class DEM(Protocol):
         round-off.
         """
 
-    def replace_wall(self, wall: Wall) -> None:
+    def replace_wall(self, wall: Wall, was: Any = None) -> None:
         """Go on with ``wall`` in the place of the moving one, at the time of now: it may have other nodes and
         elements. What is remembered of a contact goes to the element closest to where it was, the force of
         the last step, half of which acts in the next one, from each node to the closest place of the new
-        wall."""
+        wall. was: for discs, the number that each of them had in the wall before, -1 for a new one, shape
+        (n,): what is remembered of a disc, and its force, stay with it."""
 
     @property
     def time(self) -> float:

@@ -22,6 +22,7 @@ from .laws.soil import Soil  # noqa: E402
 from .mpm import MPM  # noqa: E402
 from .output.gauges import FlowGauges  # noqa: E402
 from .points.points import of_points, seed  # noqa: E402
+from .scene.balls import Balls  # noqa: E402
 from .scene.beam import SimplySupportedBeam  # noqa: E402
 from .scene.bodies import Body, Cloud, Grid, Support  # noqa: E402
 from .scene.conditions import GridWall, Load, Penalty  # noqa: E402
@@ -35,7 +36,7 @@ from .scene.structures import Structure  # noqa: E402
 from .settling import Settled  # noqa: E402
 
 __all__ = [  # a scene; how it is computed; laws; points; what is read off; errors
-    "Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "Load", "Mesh", "Penalty", "Resampling",
+    "Balls", "Body", "Box", "Cloud", "Grid", "GridWall", "Interface", "Load", "Mesh", "Penalty", "Resampling",
     "SimplySupportedBeam", "Structure", "Support", "at_rest", "fall_room", "flow_grid", "level_floor",
     "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS", "Settled",

@@ -10,7 +10,7 @@ from .grid.background import Background, Needs, check_inside
 from .grid.supports import Supports
 from .laws import ELASTIC_STATE
 from .output.states import fingerprint
-from .points.boundary_particles import BoundaryParticles
+from .points.ball_surface import make_surface
 from .points.migrate import Router
 from .points.outflow import Outflow, read_ways
 from .points.points import Points
@@ -25,6 +25,7 @@ from .solve.impulses import make_impulses
 from .solve.ladder import Ladder
 from .solve.losses import Losses
 from .solve.works import Works
+from .terms.ball_forces import BallForces
 from .terms.behind import watch
 from .terms.kernels import compile_grid_kernels
 from .terms.loads import PointForces, SurfaceLoads
@@ -62,11 +63,12 @@ class Model(Accounts):
         self._distribute(np.array_split(x, comm.size)[comm.rank])
         self.kernels = compile_grid_kernels(self.background, self._transfer.to_points)
         start = Start(self._bodies, self.gravity, scene.body_force)
-        self._surface = BoundaryParticles(comm, self.dim, scene.interface, start)
+        self._surface = make_surface(comm, self.dim, scene.interface, start, self._bodies)
         self.boundary = self._surface.points
         check_inside(scene.grid, self.boundary.x, "a boundary particle", self.origin)
         self.background.keep_mine(self.boundary, np.full(len(self.boundary), "the interface"))
-        self._forces = PointForces(self.boundary, self._outflow)
+        self._forces = BallForces(self._surface, self._bodies) if self.ball_radius else \
+            PointForces(self.boundary, self._outflow)
         self.loads = (SurfaceLoads(scene.loads, self.dim, start, self._outflow),) if scene.loads else ()
         self.penalties = make_penalties(list(scene.penalties), self.background, start)
         self._contacts = (*make_contacts(scene.walls, self.background, start, self._bodies),
@@ -77,7 +79,8 @@ class Model(Accounts):
         self._impulses, self._works = make_impulses(self, scene), Works(comm)
         self._outflow.books = self._impulses, self._works
         self._sets = self._all_points()
-        self._fingerprint = fingerprint(self, [*self._sets.names(), *(c.names for c in self._contacts)])
+        self._fingerprint = fingerprint(self, [
+            *self._sets.names(), *self._surface.names(), *(c.names for c in self._contacts)])
         for body in self._bodies:
             body.compile(self.background, scene.inertia != "lumped")
             self.background.keep_mine(body.points, np.full(len(body.points), "the body"))
@@ -159,6 +162,16 @@ class Model(Accounts):
     def interface(self) -> Optional[Interface]:
         """The ``Interface`` of now, or None."""
         return self._frame.leave(self._surface.interface)
+
+    @property
+    def ball_radius(self) -> Optional[float]:
+        """Of an interface of ``Balls`` [m], else None."""
+        return getattr(self.scene.interface, "radius", None)
+
+    @property
+    def exchanged(self) -> int:
+        """Bytes of the interface that this rank has got from others since the start."""
+        return self._surface.exchanged
 
     def surface(self) -> Tuple[np.ndarray, np.ndarray]:
         """Boundary particles: positions [m] and velocities [m/s], shape (n, dim) each, in the order of the

@@ -11,9 +11,11 @@ from .output import snapshots
 from .output.resolution import resolution
 from .output.scales import Scales, contact_scales, fastest
 from .output.states import check_state, while_open
+from .points.ball_surface import BallChange, BallSurface, read_particles
 from .points.boundary_particles import near_mass
 from .points.outline import OutlineChange
 from .restarting import Restarting
+from .scene.balls import Balls
 from .scene.bodies import Body, Grid, Support
 from .scene.conditions import GridWall, Load, Penalty
 from .scene.interface import Interface
@@ -31,16 +33,16 @@ class MPM(Restarting):
     """One body, or a list of several, on a background grid.
 
     supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given
-    to ``advance`` and follow the motion; gravity: [m/s^2], shape (dim,); inertia: "consistent" (eq. 11),
-    "lumped" or "ghost", see ``ghost``; loads: ``Load`` records; penalties: ``Penalty`` and ``GridWall``
-    records; body_force: force per mass [m/s^2] besides gravity, a function of the points' positions at rest
-    [m], shape (n, dim), and time [s], with values of shape (n, dim); outflow: what happens to material that
-    leaves the grid, "stop" (the run ends), "hold" (at the edge, at rest) or "remove", or a dict by side, such
-    as {"+x": "remove"}, whose other sides stop, see ``outflow`` and ``removed``; bonded: whether bodies stick
-    where they share grid nodes (layers of one soil), True, or groups of the numbers of those that do, such as
-    [(0, 1)]; others push, rub and part, see ``terms.body_contact``; numerics: see ``Numerics``; structures:
-    ``Structure`` records, which the soil meets; basis: at the material points, instead of that of
-    ``numerics``.
+    to ``advance`` and follow the motion, or ``Balls``, the points themselves; gravity: [m/s^2], shape (dim,);
+    inertia: "consistent" (eq. 11), "lumped" or "ghost", see ``ghost``; loads: ``Load`` records; penalties:
+    ``Penalty`` and ``GridWall`` records; body_force: force per mass [m/s^2] besides gravity, a function of
+    the points' positions at rest [m], shape (n, dim), and time [s], with values of shape (n, dim); outflow:
+    what happens to material that leaves the grid, "stop" (the run ends), "hold" (at the edge, at rest) or
+    "remove", or a dict by side, such as {"+x": "remove"}, whose other sides stop, see ``outflow`` and
+    ``removed``; bonded: whether bodies stick where they share grid nodes (layers of one soil), True, or
+    groups of the numbers of those that do, such as [(0, 1)]; others push, rub and part, see
+    ``terms.body_contact``; numerics: see ``Numerics``; structures: ``Structure`` records, which the soil
+    meets; basis: at the material points, instead of that of ``numerics``.
 
     ``bodies`` are the bodies with their points, numbered through, see ``bodies.BodyTerm``; ``phases`` sums
     the seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,
@@ -82,8 +84,9 @@ class MPM(Restarting):
 
     def __init__(self, grid: Union[Grid, Mesh],  # noqa: PLR0913 - its arguments state a scene
                  body: Union[Body, Sequence[Body]], supports: Sequence[Support] = (),
-                 interface: Optional[Interface] = None, *, gravity: Optional[Sequence[float]] = None,
-                 inertia: str = "consistent", loads: Sequence[Load] = (),
+                 interface: Union[Interface, Balls, None] = None, *,
+                 gravity: Optional[Sequence[float]] = None, inertia: str = "consistent",
+                 loads: Sequence[Load] = (),
                  penalties: Sequence[Union[Penalty, GridWall]] = (), body_force: Optional[Callable] = None,
                  outflow: Union[str, Dict[str, str]] = "stop",
                  bonded: Union[bool, Sequence[Sequence[int]]] = False, numerics: Numerics = Numerics(),
@@ -121,6 +124,19 @@ class MPM(Restarting):
         self.background.keep_mine(self.boundary, ["the interface"] * len(self.boundary))
         self._renew_arrays()
         return change._replace(x=self._frame.leave(change.x))
+
+    @while_open
+    def select(self, particles: np.ndarray, dt: float) -> Optional[BallChange]:
+        """Between steps, choose which ``Balls`` take part in the coming one: those that ``particles``, a
+        structured array with x, v [m, m/s], shape (n, 2 or 3), and radius [m], the same on every rank, may
+        touch in a window of ``dt`` [s], and those that carry a force. The choice has a skin, so that it lasts
+        for many windows. None: it stays, as do interfaces of other kinds."""
+        if not isinstance(self._surface, BallSurface):
+            return None
+        self._locate()
+        change = self._surface.select(read_particles(particles, self.origin, self.dim), dt)
+        return change and change._replace(x=self._frame.leave(change.x),
+                                          x_before=self._frame.leave(change.x_before))
 
     # ---------------------------------------------------------------- what a step stands on
 

@@ -142,7 +142,7 @@ class LoadSteps:
         """One step, to equilibrium at its second load factor. Returns the number of Newton iterations."""
         mpm = self._mpm
         mpm._enter_cells()
-        mpm.step.begin_load(factors, mpm.time, self._force[mpm.boundary.gid])
+        mpm.step.begin_load(factors, mpm.time, mpm._surface.share(self._force))
         when = f"the load step to {factors.after:.4g} of the loads at t = {mpm.time:.6g} s"
         trial, iterations = mpm.step.solve(when, look=self._first)
         self._work.append(mpm.step.work(trial.increment))

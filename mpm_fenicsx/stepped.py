@@ -43,7 +43,7 @@ class Stepped(Settling):
             self._rebalance()
         self._enter_cells()
         booked = self._losses.get_state()
-        self.step.begin(dt, self.time, force[self.boundary.gid], self._ladder.stiff)
+        self.step.begin(dt, self.time, self._surface.share(force), self._ladder.stiff)
         try:
             trial, self.iterations = self.step.solve(f"step {self.steps + 1}, t = {self.time + dt:.6g} s")
         except MPMDivergedError:

@@ -2,6 +2,8 @@
 steps alone."""
 from typing import Any, Iterable, NamedTuple, Optional, Tuple, Union
 
+import numpy as np
+
 import mpm_dem_checks as check
 
 from ..ledger.energy_watch import EnergyWatch
@@ -96,15 +98,16 @@ def couple(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], s
         return method(number, at.start + (done + steps) / most * at.dt, at.dt * (steps / most), steps)
 
     number, done = 0 if last is None else last.number, at.done
+    particles = np.zeros(0) if grains is None else grains.particles()
     while done < total:
         number += 1
         if grains is not None and mapping is not None:
-            change = resample_interface(solid, grains, mapping)
+            change = resample_interface(solid, grains, mapping, (particles, scheme.dt))
             if change is not None:
                 method.transfer(change)
         limit_speed(control, solid, scheme)
         window, how = ladder.climb(attempt, method.error, number, done, total)
-        done += how.steps
+        done, particles = done + how.steps, window.particles
         method.accept(window)
         window = window._replace(fraction=how.steps / most, failed=how.failed, refused=how.refused,
                                  state=LoopState(method.trend, method.get_state(), control.get_state(),

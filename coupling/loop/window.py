@@ -203,7 +203,7 @@ class Weak(Coupled):
             return self._v
         assert last.acceleration is not None  # of every window of this scheme
         coming = last.moved / last.dt + last.acceleration * (0.5 * (last.dt + dt))
-        return coming if self._change is None else self._change.interpolate(coming)
+        return coming if self._change is None else self._change.interpolate(coming) + _new(self._change)
 
     def _acceleration(self, moved: np.ndarray, dt: float) -> np.ndarray:
         """How fast the mean velocity has risen since the last window, or since the start [m/s^2], shape (n,
@@ -213,8 +213,14 @@ class Weak(Coupled):
         if last is not None:
             before, between = last.moved / last.dt, 0.5 * (last.dt + dt)
         if last is not None and self._change is not None:
-            before = self._change.interpolate(before)
+            before = self._change.interpolate(before) + _new(self._change)
         return (moved / dt - before) / between
+
+
+def _new(change: InterfaceChange) -> Any:
+    """Velocity of points that have come out of nothing, of themselves [m/s], zero of others, shape (n,
+    dim)."""
+    return getattr(change, "new_velocity", 0.0)
 
 
 def indentation_energy(mapping: Mapping, wall_force: np.ndarray) -> float:

@@ -99,6 +99,22 @@ def _places(x_solid: Any, x_wall: Any) -> Tuple[np.ndarray, np.ndarray]:
     return x_solid, check.array("x of the wall", x_wall, ("n", x_solid.shape[1]), unit="m")
 
 
+class Same(Mapping):
+    """The map of an interface to a wall that always has its points, whichever they are."""
+
+    def __init__(self) -> None:
+        self.is_copy = True
+
+
+def same() -> Mapping:
+    """The map of an interface to a wall that gets its nodes from it, as balls do: whatever points there are.
+
+    >>> same().is_copy
+    True
+    """
+    return Same()
+
+
 def copy(x: np.ndarray, comm: Any = MPI.COMM_WORLD) -> Mapping:
     """The map of an interface to a wall with the same nodes x [m], shape (n, dim), in the same order.
 

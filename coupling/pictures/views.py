@@ -67,7 +67,7 @@ class EndPicture:
         _, old, new = np.intersect1d(first["gid"], last["gid"], return_indices=True)
         (vertices, around, _), by = start["grid"], self._by
         wall = (x[:0], np.zeros((0, x.shape[1]), int))
-        if end["interface"] is not None:
+        if end["interface"] is not None and "vertex" not in end["interface"][1]:  # those are drawn already
             nodes, elements, surface = end["interface"]
             wall = nodes + (by - 1) * surface["displacement"], *elements.values()
         picture.draw(path, x[old] + by * (y[new] - x[old]), (vertices, *around.values()), wall, things,

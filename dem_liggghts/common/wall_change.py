@@ -1,12 +1,16 @@
 """What stays when the moving wall is replaced by another one; for both back ends."""
+import copy
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+
+import mpm_dem_checks as check
 
 from ..compiled import compiled
 from ..scene.arrays import in_space
 from ..scene.scene import SceneData
-from ..scene.tables import wall_table
+from ..scene.tables import WallTable
 from ..scene.walls import Wall
 from ..search.elements import at_rest, closest, corners_of
 
@@ -18,15 +22,50 @@ def with_wall(scene: SceneData, wall: Wall) -> SceneData:
     if len(wall.elements) and wall.material not in scene.materials:
         raise ValueError(f"there is no material {wall.material!r} in the scene: it has "
                          f"{sorted(scene.materials)}")
-    return replace(scene, wall=wall)
+    old = scene.wall
+    if (wall.material, wall.may_touch) != (old.material, old.may_touch):
+        return replace(scene, wall=wall)
+    other = copy.copy(scene)  # not made anew: nothing that was checked has changed
+    object.__setattr__(other, "wall", wall)
+    return other
 
 
-def redistribute(old: np.ndarray, force: np.ndarray, scene: SceneData) -> np.ndarray:
-    """Nodal ``force`` [N] at the ``old`` nodes [m] as one on the nodes of the moving wall of ``scene``, all
-    (n, dim): each goes to the closest place of the wall, so that the sum stays and so does what acts on a
-    node that is still there."""
+def check_was(was: Any, wall: Wall, count: int) -> np.ndarray:
+    """``was`` as numbers, shape (n,): which of ``count`` discs each of the ``wall`` has been, -1 for none.
+    ValueError when it says something else."""
+    was = check.indices("was (numbers that the discs had)", np.asarray(was)[:, None] + 1, count + 1, (1,),
+                        "discs, from -1 on")[:, 0] - 1
+    if wall.radius is None or not len(was) == len(wall.nodes) == len(wall.elements):
+        raise ValueError(f"was has {len(was)} numbers for {len(wall.elements)} elements on {len(wall.nodes)} "
+                         "nodes: give it for discs, one around each node")
+    return was
+
+
+def new_numbers(was: np.ndarray, count: int) -> np.ndarray:
+    """The number that each of ``count`` discs has after the change that ``was`` says, -1 where it is
+    gone."""
+    new = np.full(count, -1)
+    new[was[was >= 0]] = np.flatnonzero(was >= 0)
+    return new
+
+
+def carried(was: np.ndarray, old: np.ndarray, force: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """``force`` [N] on the ``old`` discs [m], shape (m, dim), on those that there are now at x [m], (n, dim);
+    that of one which is gone acts on the nearest."""
+    out, new = np.zeros(x.shape), new_numbers(was, len(old))
+    out[was >= 0] = force[was[was >= 0]]
+    for i in np.flatnonzero((new < 0) & force.any(axis=1)):
+        if len(x):
+            out[np.argmin(((x - old[i])**2).sum(axis=1))] += force[i]
+    return out
+
+
+def redistribute(old: np.ndarray, force: np.ndarray, scene: SceneData,
+                 table: WallTable) -> np.ndarray:
+    """Nodal ``force`` [N] at the ``old`` nodes [m] as one on the nodes of the moving wall of ``scene``, in
+    ``table``, all (n, dim): each goes to the closest place of the wall, so that the sum stays and so does
+    what acts on a node that is still there."""
     out = np.zeros((len(scene.wall.nodes), 3))
-    table = wall_table(scene)
     nodes, elements = table.moving
     if force.any() and len(scene.wall.elements):
         all_nodes = np.zeros((len(table.x), 3))

@@ -20,7 +20,7 @@ def contact_at_wall(scene: SceneData, force: float) -> np.ndarray:
     sqrt(S m), see `law.normal_force`.
     """
     spheres, number = sphere_table(scene), {name: k for k, name in enumerate(scene.names)}
-    if not len(spheres.x) or not len(scene.wall.elements):
+    if not len(spheres.x) or not scene.wall.may_touch:
         return np.zeros((3, 0))
     table, wall = law_table(scene, scene.wall_pairs()), number[scene.wall.material]
     E, beta = (constant(table, name)[spheres.material, wall] for name in ("E", "beta"))

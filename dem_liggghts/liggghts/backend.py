@@ -11,8 +11,8 @@ from ..common.checks import check_finite, check_window
 from ..common.chunks import Chunks
 from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy, select_shapes
 from ..common.outflow import Outflow
-from ..common.states import Kept, check_state, fingerprint
-from ..common.wall_change import redistribute, with_wall
+from ..common.states import check_state, fingerprint
+from ..common.wall_change import with_wall
 from ..contact.law import laws_of
 from ..contact.window import contact_at_wall
 from ..protocol import BODY, PARTICLE
@@ -20,17 +20,17 @@ from ..scene.arrays import in_space
 from ..scene.frame import find_origin, to_true_positions, translated, translated_points
 from ..scene.scene import SceneData
 from ..scene.tables import cluster_table, sphere_table, wall_table
-from ..scene.walls import Wall
 from ..search.elements import at_rest
 from .buffers import CHANGING, constant_rows, copied, gathered, initial_rows, sorted_by_tag
 from .instance import Instance, pointer
 from .library import SHIM, LiggghtsError, load
+from .moving_wall import MovingWall
 from .script import commands
 
 NAMES = "origin", "particles", "bodies", "wall", "wall_elements", "wall_force", "steps"  # of a state
 
 
-class LiggghtsDEM(Kept):
+class LiggghtsDEM(MovingWall):
     """The protocol of `protocol.DEM` for ``scene``, time step ``dt`` [s], on the ranks of the mpi4py
     communicator ``comm`` (default: all).
 
@@ -60,19 +60,9 @@ class LiggghtsDEM(Kept):
         if scene.clusters:
             data = np.hstack([self._constant, initial_rows(self._clusters)])
             self._instance.call("dem_set_bodies", len(data), pointer(data))
+        self._surface, self._laws = wall_table(self._inside), laws_of(self._inside)
         self._set_wall(keep=0)
         self._instance.command("run 0 post no")
-
-    def _set_wall(self, keep: int) -> None:
-        """Hand over all walls of the scene; tangential springs go on when ``keep``."""
-        s, dim = wall_table(self._inside), self.scene.dim
-        self._surface, self._laws = s, laws_of(self._inside)
-        data = np.zeros((len(s.elements), 3 + s.traits.shape[1]))
-        data[:, :dim], data[:, 3:] = s.elements, s.traits
-        data[:, dim:3] = s.elements[:, :3 - dim]  # a segment names its first node twice
-        data[:, 3] += 1  # atom types count from 1
-        self._instance.call("dem_set_wall", dim, len(s.x), len(s.elements), *s.moving, pointer(data),
-                            pointer(s.x), keep)
 
     @property
     def time(self) -> float:
@@ -131,20 +121,6 @@ class LiggghtsDEM(Kept):
         lost = sorted(set((1 + np.flatnonzero(~out)).tolist()) - set(found.astype(int).tolist()))
         raise LiggghtsError(f"{what} {lost} were lost at t = {self.time:.6g} s: they flew across a whole "
                             "rank between two neighbour lists; use fewer ranks")
-
-    def replace_wall(self, wall: Wall) -> None:
-        """See `protocol.DEM.replace_wall`."""
-        scene, force = with_wall(self.scene, wall), np.empty(self._nodes.shape)
-        self._instance.call("dem_wall_force", scene.dim, pointer(force))
-        inside = translated(scene, -self.origin)
-        self._change_wall(scene, redistribute(self._nodes, self._sum(force), inside), keep=1)
-
-    def _change_wall(self, scene: SceneData, force: np.ndarray, keep: int) -> None:
-        self.scene, self._inside = scene, translated(scene, -self.origin)
-        self._nodes = self._inside.wall.nodes
-        self._set_wall(keep)
-        force = np.ascontiguousarray(force if self.comm.rank == 0 else np.zeros_like(force))
-        self._instance.call("dem_set_wall_force", scene.dim, pointer(force))
 
     def particles(self) -> np.ndarray:
         """See `protocol.DEM.particles`; the ids count from 1 in the order of the scene, single spheres
@@ -237,9 +213,8 @@ class LiggghtsDEM(Kept):
         self._outflow.set_state(state)
         wall, old, there = np.array(state["wall"]), self.scene.wall, np.array(state["origin"])
         if not (np.array_equal(state["wall_elements"], old.elements) and np.array_equal(there, self.origin)):
-            self.origin = there
             new = replace(old, nodes=translated_points(wall, there), elements=state["wall_elements"])
-            self._change_wall(with_wall(self.scene, new), np.zeros(wall.shape), keep=0)
+            self._change_wall(with_wall(self.scene, new), there)
         self._restore(state, keep=1)
 
     def _restore(self, state: Dict[str, Any], keep: int) -> None:

@@ -11,20 +11,19 @@ from ..common.checks import PerforatedError, check_finite, check_window, through
 from ..common.chunks import Chunks
 from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy, select_shapes
 from ..common.outflow import Outflow
-from ..common.states import Kept, check_state, fingerprint
-from ..common.wall_change import redistribute, with_wall
+from ..common.states import check_state, fingerprint
+from ..common.wall_change import with_wall
 from ..contact.law import count_springs, laws_of
 from ..contact.window import contact_at_wall
 from ..protocol import BODY, PARTICLE
 from ..scene.arrays import in_space
 from ..scene.frame import find_origin, to_true_positions, translated, translated_points
 from ..scene.scene import SceneData
-from ..scene.tables import cluster_table, sphere_table, wall_table
-from ..scene.walls import Wall
+from ..scene.tables import cluster_table, sphere_table
 from ..search.elements import MovingWall, at_rest
-from ..search.history import on_new_wall
 from ..search.neighbours import NeighbourList, NeighbourLists, no_neighbours
-from .forces import Moment, SphereState, WallForce, forces, new_scratch
+from .forces import Moment, SphereState, forces
+from .moving_wall import WallOfNow
 from .rigid import cluster_state
 from .selection import select_clusters, select_neighbours, select_spheres
 from .verlet import Span, build_lists, choose_skin, run
@@ -36,7 +35,7 @@ NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_force",  # o
          "near_x", "near_wall", "skin", *(name for name, _, _ in LISTS))
 
 
-class ReferenceDEM(Kept):
+class ReferenceDEM(WallOfNow):
     """The protocol of `protocol.DEM` for ``scene`` and the time step ``dt`` [s]. ``comm`` is used for files
     alone: the work is repeated on every rank, with the same result."""
 
@@ -72,15 +71,6 @@ class ReferenceDEM(Kept):
         self._on_wall.force[:] = 0.0
         forces(self._spheres, self._clusters, self._wall, self._lists, self._laws,
                Moment(0.0, 0.0, 0.0, True), self._on_wall, self._scratch)
-
-    def _use(self, scene: SceneData) -> None:
-        """Take the walls of ``scene``, where they are; no force on them."""
-        self.scene, self._inside = scene, translated(scene, -self.origin)
-        self._surface = wall_table(self._inside)
-        self._fixed = self._surface.moving[0]  # nodes at rest
-        self._wall = at_rest(self._surface, self._surface.x)
-        self._on_wall = WallForce(np.zeros_like(self._wall.x), np.zeros_like(self._wall.x))
-        self._scratch = new_scratch(len(self._wall.elements))
 
     @property
     def time(self) -> float:
@@ -155,22 +145,6 @@ class ReferenceDEM(Kept):
                                      select_neighbours(lists.elements, stay, False), *lists[2:])
         self._begin()
         self._outflow.count_energy(energy - sum(self.energy().values()))
-
-    def replace_wall(self, wall: Wall) -> None:
-        """See `protocol.DEM.replace_wall`."""
-        self._need_open()
-        scene, fixed, old, on_wall = with_wall(self.scene, wall), self._fixed, self._wall, self._on_wall
-        self._use(scene)
-        force = redistribute(old.x[fixed:, :scene.dim], on_wall.force[fixed:, :scene.dim], self._inside)
-        self._on_wall.force[fixed:] = in_space(force)
-        near = self._lists.elements
-        if len(near.shear):
-            first = self._surface.moving[1]
-            near = near._replace(partner=on_new_wall(near, self._spheres.x, old, first, self._wall))
-        else:
-            near = no_neighbours(len(self._spheres.x))
-        self._lists = self._lists._replace(elements=near)
-        self._build_lists(self._wall, 0.0)
 
     def particles(self) -> np.ndarray:
         """See `protocol.DEM.particles`; ids count from 1 in the scene's order, single spheres first."""

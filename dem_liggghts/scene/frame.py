@@ -55,6 +55,11 @@ def translated(scene: SceneData, by: np.ndarray) -> SceneData:
                  walls=tuple(_translated_wall(wall, by) for wall in scene.walls))
 
 
+def with_wall_inside(inside: SceneData, wall: Wall, by: np.ndarray) -> SceneData:
+    """A translated scene with another moving ``wall``, moved ``by`` [m], shape (3,), as the rest has been."""
+    return _with(inside, wall=_translated_wall(wall, by[:inside.dim]) if np.any(by) else wall)
+
+
 def _translated_wall(wall: Wall, by: np.ndarray) -> Wall:
     return _with(wall, nodes=wall.nodes + by)
 

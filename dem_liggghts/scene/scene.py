@@ -68,7 +68,7 @@ class SceneData:
         known = {**own, **self.materials}
         used = {p.material for p in self.clusters + self.walls}
         used |= {self.spheres.material} if len(self.spheres.x) else set()
-        used |= {self.wall.material} if len(self.wall.elements) else set()
+        used |= {self.wall.material} if self.wall.may_touch else set()
         for name in sorted(used - set(known)):
             raise ValueError(f"there is no material {name!r} in the scene: it has {sorted(known)}")
         return known
@@ -91,7 +91,7 @@ class SceneData:
         """Pairs (material of spheres, material of a wall) that may meet, sorted."""
         moving = {c.material for c in self.clusters}
         moving |= {self.spheres.material} if len(self.spheres.x) else set()
-        walls = {w.material for w in (self.wall, *self.walls) if len(w.elements)}
+        walls = {w.material for w in (self.wall, *self.walls) if w.may_touch}
         return sorted((a, b) for a in moving for b in walls)
 
     def interaction(self, a: str, b: str) -> Interaction:

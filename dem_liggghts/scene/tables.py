@@ -8,6 +8,7 @@ import numpy as np
 from .. import quaternion
 from .arrays import in_space, same_place
 from .scene import SceneData
+from .walls import Wall
 
 # Columns of WallTable.traits: number of the material, of the wall; depth as in `walls.Wall` or -1 [m]; radius
 # of a disc or 0 [m]; three truth values: in a plane which node is a free end, in space opposite to which node
@@ -89,23 +90,37 @@ def cluster_table(scene: SceneData) -> ClusterTable:
 
 def wall_table(scene: SceneData) -> WallTable:
     """The walls of ``scene`` where they are."""
-    number = {name: k for k, name in enumerate(scene.names)}
-    walls = [*scene.walls, scene.wall]
-    nodes = np.cumsum([0] + [len(w.nodes) for w in walls])
-    elements = np.concatenate([np.repeat(w.elements, scene.dim // w.elements.shape[1], axis=1) + start
-                               for w, start in zip(walls, nodes)]).astype(np.int32)
-    traits = np.zeros((len(elements), TRAITS))
-    depth = [-1.0 if w.depth is None else w.depth for w in walls]
-    material, radius = [number.get(w.material, 0) for w in walls], [w.radius or 0.0 for w in walls]
-    per_wall = np.column_stack([material, range(len(walls)), depth, radius])
-    counts = [len(w.elements) for w in walls]
-    traits[:, [MATERIAL, GROUP, DEPTH, RADIUS]] = np.repeat(per_wall, counts, axis=0)
-    joint = [w.elements if w.radius else same_place(w.nodes)[w.elements] for w in walls]
-    traits[:, RIM:RIM + scene.dim] = np.concatenate([_rim(e, scene.dim) for e in joint])
-    traits[:, JOINT:JOINT + scene.dim] = np.concatenate([np.repeat(e, scene.dim // e.shape[1], axis=1) + start
-                                                         for e, start in zip(joint, nodes)])
-    return WallTable(in_space(np.concatenate([w.nodes for w in walls])), elements, traits,
-                     (int(nodes[-2]), len(elements) - len(scene.wall.elements)))
+    nodes = np.cumsum([0] + [len(w.nodes) for w in scene.walls])
+    fixed = [_part(scene, w, group, start) for group, (w, start) in enumerate(zip(scene.walls, nodes))]
+    none = np.zeros((0, 3)), np.zeros((0, scene.dim), np.int32), np.zeros((0, TRAITS))
+    x, elements, traits = (np.concatenate(parts) for parts in zip(none, *fixed))
+    return with_moving(WallTable(x, elements, traits, (len(x), len(elements))), scene)
+
+
+def with_moving(table: WallTable, scene: SceneData) -> WallTable:
+    """``table`` with the moving wall of ``scene`` in the place of its own: what is at rest stays, and costs a
+    copy."""
+    nodes, elements = table.moving
+    own = _part(scene, scene.wall, len(scene.walls), nodes)
+    kept = table.x[:nodes], table.elements[:elements], table.traits[:elements]
+    x, corners, traits = (np.concatenate(parts) for parts in zip(kept, own))
+    return WallTable(x, corners, traits, table.moving)
+
+
+def _part(scene: SceneData, wall: Wall, group: int, start: int) -> Tuple[np.ndarray, ...]:
+    """Nodes, elements and traits of one ``wall``, whose nodes are numbered from ``start`` on."""
+    def corners(elements: np.ndarray) -> np.ndarray:
+        width = elements.shape[1] or scene.dim
+        return np.repeat(elements, scene.dim // width, axis=1).reshape(-1, scene.dim) + start
+
+    joint = wall.elements if wall.radius else same_place(wall.nodes)[wall.elements]
+    traits = np.zeros((len(wall.elements), TRAITS))
+    number = scene.names.index(wall.material) if wall.material in scene.materials else 0
+    depth = -1.0 if wall.depth is None else wall.depth
+    traits[:, [MATERIAL, GROUP, DEPTH, RADIUS]] = number, group, depth, wall.radius or 0.0
+    traits[:, RIM:RIM + scene.dim] = _rim(joint, scene.dim)
+    traits[:, JOINT:JOINT + scene.dim] = corners(joint)
+    return in_space(wall.nodes), corners(wall.elements).astype(np.int32), traits
 
 
 def _rim(elements: np.ndarray, dim: int) -> np.ndarray:

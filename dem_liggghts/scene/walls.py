@@ -57,7 +57,8 @@ class Wall:
 
     @classmethod
     def discs(cls, x: Array, radius: float, material: str = WALL) -> "Wall":
-        """Discs, in space balls, of ``radius`` [m] around x [m], shape (n, dim)."""
+        """Discs, in space balls, of ``radius`` [m] around x [m], shape (n, dim); none as long as n is 0,
+        where others replace the wall later."""
         x = finite(x, "nodes of the wall", (2, 3))
         return cls(x, np.arange(len(x))[:, None], material=material, radius=radius)
 
@@ -65,6 +66,12 @@ class Wall:
     def none(cls, dim: int) -> "Wall":
         """No wall: no nodes, no elements."""
         return cls(np.zeros((0, dim)), np.zeros((0, dim)))
+
+    @property
+    def may_touch(self) -> bool:
+        """Whether spheres may meet it: it has elements, or may get discs later, of which it has the
+        radius."""
+        return len(self.elements) > 0 or self.radius is not None
 
     @property
     def dim(self) -> int:

@@ -52,6 +52,18 @@ def _is_contact(found, kept, q):
 
 
 @compiled
+def by_number(near, first, new):
+    """Partners in the list ``near`` when discs from the element ``first`` on are renumbered: each gets the
+    number ``new``, shape (discs,), from there on, -1 where it is gone."""
+    partner = near.partner.copy()
+    for q in range(len(partner)):
+        if partner[q] >= first:
+            number = new[partner[q] - first]
+            partner[q] = first + number if number >= 0 else -1
+    return partner
+
+
+@compiled
 def on_new_wall(near, x, wall, first, new):
     """Partners in the list ``near`` of elements of ``wall`` when those from ``first`` on are replaced by
     those of ``new``: the element closest to where the sphere touched takes its history, without contact there

@@ -25,6 +25,7 @@ class BoundaryParticles:
         if x.shape[1] != dim:
             raise ValueError(f"the interface has {x.shape[1]} dimensions, the grid {dim}: give both the same")
         self._comm, self._dim, self.interface, n = comm, dim, interface, len(x)
+        self.exchanged = 0  # bytes of the interface that this rank has got from others since the start
         self.points = Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
                              a=start.acceleration(x), force=np.zeros((n, dim)), **start.field(x))
 
@@ -45,6 +46,17 @@ class BoundaryParticles:
                            "at the grains that sent it")
         return force
 
+    def names(self):
+        """What it is, for the fingerprint of the scene, besides its particles."""
+        return []
+
+    def share(self, force):
+        """Of the ``force`` on all particles, shape (n, dim), that on those of this rank."""
+        return force[self.points.gid]
+
+    def _count_bytes(self, whole, mine):
+        self.exchanged += whole - mine
+
     @property
     def resampled(self):
         """Whether there is a rule by which they are renewed."""
@@ -63,6 +75,7 @@ class BoundaryParticles:
         mine = np.hstack([getattr(self.points, name) for name in names])
         parts, ordered = np.empty((2, self.count, mine.shape[1]))
         self._comm.Allgatherv(mine, [parts, self._counts * mine.shape[1]])
+        self._count_bytes(parts.nbytes, mine.nbytes)
         ordered[self._number] = parts
         return [ordered[:, k:k + self._dim].copy() for k in range(0, mine.shape[1], self._dim)]
 

@@ -12,6 +12,7 @@ from typing import Any, Sequence, Union
 
 import numpy as np
 
+from .balls import Balls
 from .bodies import Body, Cloud, Grid, Support
 from .conditions import GridWall, Load, Penalty
 from .interface import SIDES, Interface, Resampling
@@ -101,6 +102,11 @@ def _(held: Union[Support, GridWall], by: np.ndarray) -> Union[Support, GridWall
 def _(interface: Interface, by: np.ndarray) -> Interface:
     rule = interface.resampling
     return replace(interface, x=np.asarray(interface.x, float) + by, resampling=rule and shifted(rule, by))
+
+
+@shifted.register(Balls)
+def _(balls: Balls, by: np.ndarray) -> Balls:
+    return balls
 
 
 @shifted.register(Resampling)

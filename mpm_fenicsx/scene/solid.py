@@ -6,6 +6,7 @@ import numpy as np
 
 import mpm_dem_checks as check
 
+from .balls import Balls
 from .bodies import Body, Grid, Support
 from .conditions import GridWall, Load, Penalty
 from .interface import Interface
@@ -52,7 +53,7 @@ class SolidScene:
     grid: Union[Grid, Mesh]
     body: Union[Body, Sequence[Body]]
     supports: Sequence[Support] = ()
-    interface: Optional[Interface] = None
+    interface: Union[Interface, Balls, None] = None
     gravity: Optional[Sequence[float]] = None
     inertia: str = "consistent"
     loads: Sequence[Load] = ()
@@ -77,7 +78,9 @@ class SolidScene:
         check.choice("inertia", self.inertia, INERTIA)
         check.record("numerics", self.numerics, Numerics)
         if self.interface is not None:
-            check.record("interface", self.interface, Interface)
+            check.record("interface", self.interface, Interface, Balls)
+        if isinstance(self.interface, Balls):
+            self.interface.check_bodies(len(self.bodies))
         if self.gravity is not None:
             check.numbers("gravity", self.gravity, self.grid.box.dim, "m/s^2")
         if self.body_force is not None:

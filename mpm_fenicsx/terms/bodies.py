@@ -126,6 +126,17 @@ class BodyTerm:
         force = p.mass[:, None] * np.asarray(self._body_force(p.x0, grid.time + grid.dt), float)
         self._on_points.spread(self._element, self._elements.nodes, self._N, force, load)
 
+    def spread(self, at, force, nodal):
+        """Add forces on the points ``at``, numbers, [N], shape (n, D), to ``nodal``, shape (nodes, D)."""
+        self._on_points.spread(self._element[at], self._elements.nodes, self._N[at], force, nodal)
+
+    def interpolate(self, at, nodal):
+        """Of a field with ``nodal`` values, shape (nodes, D), what it is at the points ``at``, numbers, (n,
+        D), and the sum of their basis, (n,)."""
+        values, N = np.zeros((len(at), nodal.shape[1])), self._N[at]
+        self._on_points.interpolate(self._element[at], self._elements.nodes, N, nodal, values)
+        return values, N.sum(axis=1)
+
     def accelerate(self, grid, jump):
         """The points' share in a ``jump`` of the nodes' acceleration [m/s^2], shape (nodes, D)."""
         self._on_points.interpolate(self._element, self._elements.nodes, self._N, jump, self.points.a)

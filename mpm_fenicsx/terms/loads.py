@@ -61,16 +61,17 @@ class PointForces:
         A load that is constant over each step jumps between steps, and with it the acceleration of the nodes
         and of what moves with them: Newmark's method then does the work of the load and takes up its impulse,
         step by step."""
-        p, cells, force, jump = self.points, grid.active_cells, self.forces(grid), None
-        jumps, acts = somewhere(cells.comm, (force != p.force).any(), force.any())
+        cells, force, jump = grid.active_cells, self.forces(grid), None
+        last = self._last()
+        jumps, acts = somewhere(cells.comm, (force != last).any(), force.any())
         self.change = None
         if jumps:
-            jump = self._spread(grid, force - p.force)
+            jump = self._spread(grid, force - last)
             cells.accumulate(jump)
-            self.change = force - p.force, jump.copy()
+            self.change = force - last, jump.copy()
             jump[grid.active] /= grid.mass[grid.active, None]
             jump[cells.fixed] = 0.0
-            p.force[:] = force
+            self._keep(force)
         self.applied = np.zeros(cells.dim)
         if acts:
             nodal = self._spread(grid, force)
@@ -78,6 +79,14 @@ class PointForces:
             load += nodal
             self.applied = total(cells.comm, nodal[:cells.owned].sum(axis=0))
         return jump
+
+    def _last(self):
+        """Forces in the last step [N], shape (n, D)."""
+        return self.points.force
+
+    def _keep(self, force):
+        """The last ones from now on."""
+        self.points.force[:] = force
 
     def _spread(self, grid, force):
         """Eq. 13: forces of this rank's particles on its nodes [N], shape (nodes, D)."""
@@ -88,21 +97,24 @@ class PointForces:
     def wrenches(self, grid, places, force):
         """What a ``force`` on this rank's particles, shape (n, D) [N], does to the nodes at their ``places``
         [m], shape (nodes, D): rows as of ``moments.wrenches``."""
-        x = np.zeros_like(force)
-        grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, places, x)
-        rows = wrenches(x, force)
-        rows[:, :force.shape[1]] *= self._N.sum(axis=1)[:, None]
+        rows = wrenches(self._carried(grid, places), force)
+        rows[:, :force.shape[1]] *= self._shares()[:, None]
         return rows
 
+    def _shares(self):
+        """Sum of each particle's basis, shape (n,)."""
+        return self._N.sum(axis=1)
+
     def _carried(self, grid, u):
-        """Displacement of the particles [m], shape (n, D), with the nodes' u, shape (nodes, D)."""
+        """What the nodes' u, shape (nodes, D), as displacement or place [m], is at the particles, (n, D)."""
         ahead = np.zeros_like(self.points.x)
         grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, u, ahead)
         return ahead
 
     def work(self, grid, u):
         """Of this rank's forces [J] while the nodes move by u [m], shape (nodes, D)."""
-        return np.vdot(self.points.force, self._carried(grid, u)) if self.points.force.any() else 0.0
+        force = self._last()
+        return np.vdot(force, self._carried(grid, u)) if force.any() else 0.0
 
     def accelerate(self, grid, jump):
         """The particles' share in a ``jump`` of the nodes' acceleration [m/s^2], shape (nodes, D)."""
@@ -118,13 +130,17 @@ class PointForces:
         step like the last one, shape (n,): that of the nodes, and dt^2/4 times their stiffness. An estimate
         from the diagonal of the tangent, within a factor of two. Infinite where supported, and before the
         first step (grid: None)."""
-        p = self.points
+        return self._mass_at(grid, self.points.cell, self.points.x)
+
+    def _mass_at(self, grid, cell, x):
+        """The same at places x [m], shape (n, D), in the cells ``cell``, (n,)."""
         if grid is None:
-            return np.full(len(p), np.inf)
-        grid.shapes(p.cell, p.x, self._N, self._G)
+            return np.full(len(x), np.inf)
         cells = grid.active_cells
-        nodes = cells.cells[p.cell]
-        N = np.where(grid.active[nodes], self._N, 0.0)
+        nodes = cells.cells[cell]
+        N, G = np.empty(nodes.shape), np.empty((*nodes.shape, cells.dim))
+        grid.shapes(cell, np.ascontiguousarray(x), N, G)
+        N = np.where(grid.active[nodes], N, 0.0)
         N /= np.maximum(N.sum(axis=1, keepdims=True), 1e-300)
         diagonal = cells.matrix.getDiagonal().array.reshape(cells.owned, cells.dim) / grid.rule.alpha(grid.dt)
         stiffness = np.maximum(cells.with_ghosts(diagonal) - grid.mass[:, None], 0.0)

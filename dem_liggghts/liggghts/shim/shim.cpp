@@ -261,7 +261,7 @@ int dem_bodies(void *handle, double *out)  // of this rank, as in bodies.h
 // each element: nodes (3), type, group, depth, radius of a disc or 0, rim (3), joint (3).
 // keep: springs stay where they were, as well as they can.
 int dem_set_wall(void *handle, int dim, int nodes, int elements, int own_node, int own_element, const double *data,
-                 const double *x, int keep)
+                 const double *x, int keep, const int *number)
 {
     return guarded([&] {
         std::vector<Element> all(elements);
@@ -271,7 +271,7 @@ int dem_set_wall(void *handle, int dim, int nodes, int elements, int own_node, i
             data += 13;
         }
         FixWallNodal *wall = wall_of(static_cast<LAMMPS *>(handle));
-        wall->set_elements(dim, all, own_element, read_nodes(x, 3, nodes), keep);
+        wall->set_elements(dim, all, own_element, read_nodes(x, 3, nodes), keep, number);
         wall->own_ = own_node;
     });
 }

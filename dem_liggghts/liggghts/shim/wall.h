@@ -68,8 +68,10 @@ public:
     }
 
     // The elements of all walls; from number ``own`` on they are those of the wall that moves. With ``keep``, springs
-    // on that wall as it was go to the new element closest to where they were.
-    void set_elements(int corners, const std::vector<Element> &elements, int own, const std::vector<Vec> &x, bool keep)
+    // on that wall as it was go to the new element closest to where they were, or, when ``number`` is given, stay with
+    // the disc, which has that number now among those of the wall that moves, or -1 when it is gone.
+    void set_elements(int corners, const std::vector<Element> &elements, int own, const std::vector<Vec> &x, bool keep,
+                      const int *number)
     {
         const std::vector<Vec> old_x = positions();
         const std::vector<Element> old = elements_;
@@ -80,7 +82,8 @@ public:
         loaded_.clear();
         start_window(0.0);
         stale_ = true;
-        if (keep && springs_) move_springs(old, old_x, own);
+        if (keep && springs_ && number) renumber_springs(number, own);
+        else if (keep && springs_) move_springs(old, old_x, own);
     }
 
     void start_window(double length)  // x_ and v_ are set
@@ -168,6 +171,21 @@ private:
         c.offset = c.weight[0] * node[0] + c.weight[1] * node[1] + c.weight[2] * node[2] - p;
         c.distance = std::sqrt(dot(c.offset, c.offset));
         return c;
+    }
+
+    void renumber_springs(const int *number, int own)
+    {
+        for (int i = 0; i < atom->nlocal; i++) {
+            int kept = 0;
+            for (int s = 0; s < SLOTS && spring(i, s)[0] > 0; s++) {
+                const int was = int(spring(i, s)[0]) - 1;
+                const int now = was < own ? was : number[was - own] < 0 ? -1 : own + number[was - own];
+                if (now < 0) continue;
+                if (kept < s) std::copy(spring(i, s), spring(i, s) + 1 + dnum_, spring(i, kept));
+                spring(i, kept++)[0] = now + 1;
+            }
+            for (; kept < SLOTS && spring(i, kept)[0] > 0; kept++) spring(i, kept)[0] = 0;
+        }
     }
 
     void move_springs(const std::vector<Element> &old, const std::vector<Vec> &old_x, int own)

@@ -1,0 +1,74 @@
+"""The walls of the LIGGGHTS back end, and how the moving one becomes another."""
+from typing import Any
+
+import numpy as np
+
+from ..common.states import Kept
+from ..common.wall_change import carried, check_was, new_numbers, redistribute, with_wall
+from ..contact.law import laws_of
+from ..scene.frame import translated, with_wall_inside
+from ..scene.scene import SceneData
+from ..scene.tables import wall_table, with_moving
+from ..scene.walls import Wall
+from .instance import Instance, pointer
+
+
+class MovingWall(Kept):
+    """The part of ``LiggghtsDEM`` that has to do with its walls."""
+
+    scene: SceneData
+    origin: np.ndarray
+    _instance: Instance
+    _inside: SceneData  # the scene in the frame
+    _nodes: Any  # of the moving wall, there [m], (n, dim)
+
+    def _sum(self, array: np.ndarray) -> np.ndarray:
+        """Over the ranks."""
+        raise NotImplementedError
+
+    def _set_wall(self, keep: int, new: Any = None) -> None:
+        """Hand over all walls of the scene; tangential springs go on when ``keep``. new: number that each
+        disc of the wall before has now, -1 for none; None: springs go to the nearest element."""
+        s, dim, new = self._surface, self.scene.dim, None if new is None else np.array(new, np.int32)
+        data = np.zeros((len(s.elements), 3 + s.traits.shape[1]))
+        data[:, :dim], data[:, 3:] = s.elements, s.traits
+        data[:, dim:3] = s.elements[:, :3 - dim]  # a segment names its first node twice
+        data[:, 3] += 1  # atom types count from 1
+        self._instance.call("dem_set_wall", dim, len(s.x), len(s.elements), *s.moving, pointer(data),
+                            pointer(s.x), keep, None if new is None else pointer(new))
+
+    def replace_wall(self, wall: Wall, was: Any = None) -> None:
+        """See `protocol.DEM.replace_wall`."""
+        scene, force, old = with_wall(self.scene, wall), np.empty(self._nodes.shape), self._nodes
+        known = None if was is None else check_was(was, wall, len(old))
+        self._instance.call("dem_wall_force", scene.dim, pointer(force))
+        self._replace(scene)
+        if known is None:
+            self._set_wall(keep=1)
+            force = redistribute(old, self._sum(force), self._inside, self._surface)
+        else:
+            self._set_wall(1, new_numbers(known, len(old)))
+            force = carried(known, old, self._sum(force), self._nodes)
+        self._set_force(force)
+
+    def _replace(self, scene: SceneData) -> None:
+        """Take the moving wall of ``scene``, which is the present one besides, where it is."""
+        if scene.wall.material != self.scene.wall.material or not self.scene.wall.may_touch:
+            self._laws = laws_of(scene)
+        self._inside = with_wall_inside(self._inside, scene.wall, -self.origin)
+        self.scene, self._surface = scene, with_moving(self._surface, self._inside)
+        self._nodes = self._inside.wall.nodes
+
+    def _set_force(self, force: np.ndarray) -> None:
+        """That of the last step on the wall nodes [N], shape (n, dim)."""
+        force = np.ascontiguousarray(force if self.comm.rank == 0 else np.zeros_like(force))
+        self._instance.call("dem_set_wall_force", self.scene.dim, pointer(force))
+
+    def _change_wall(self, scene: SceneData, origin: np.ndarray) -> None:
+        """Take the walls of ``scene`` in the frame with this ``origin``; no force on them."""
+        if not np.array_equal(origin, self.origin):
+            self.origin, self._inside = origin, translated(scene, -origin)
+            self._surface = wall_table(self._inside)
+        self._replace(scene)
+        self._set_wall(keep=0)
+        self._set_force(np.zeros(self._nodes.shape))

@@ -1,0 +1,54 @@
+"""Forces on material points: they reach the nodes by the points' own basis, whichever it is."""
+import numpy as np
+
+from .loads import PointForces
+
+
+class BallForces(PointForces):
+    """The forces on a ``BallSurface`` as a term of a step, see ``grid_state``. Its points are those of
+    ``bodies``, which move by themselves."""
+
+    def __init__(self, surface, bodies):
+        super().__init__(surface.points)
+        self._surface, self._bodies = surface, bodies
+
+    def attach(self, active_cells):
+        """There are no work arrays."""
+
+    def locate(self, grid):
+        """None is lost: a material point has nodes of its own mass."""
+        return -1
+
+    def _last(self):
+        return self._surface.own_force
+
+    def _keep(self, force):
+        self._surface.begin()
+
+    def _spread(self, grid, force):
+        nodal, first = np.zeros_like(grid.v), 0
+        for body, (rows, at) in zip(self._bodies, self._surface.own):
+            if len(rows):
+                body.spread(at, np.ascontiguousarray(force[first:first + len(rows)]), nodal)
+            first += len(rows)
+        return nodal
+
+    def _carried(self, grid, u):
+        found = [body.interpolate(at, u) for body, (_, at) in zip(self._bodies, self._surface.own)]
+        values, self._sums = (np.concatenate(parts) for parts in zip(*found))
+        return values
+
+    def _shares(self):
+        return self._sums  # of those that have just been asked for
+
+    def accelerate(self, grid, jump):
+        """The material points have had their share."""
+
+    def finish(self, grid, trial, increment):
+        """The material points move by themselves."""
+
+    def window_mass(self, grid):
+        """See ``PointForces.window_mass``, of the material points with the linear basis."""
+        own = [(body.points, at) for body, (_, at) in zip(self._bodies, self._surface.own)]
+        cell = np.concatenate([points.cell[at] for points, at in own])
+        return self._mass_at(grid, cell, np.concatenate([points.x[at] for points, at in own]))

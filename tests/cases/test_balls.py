@@ -1,0 +1,74 @@
+"""Spheres fall on soil whose material points are the interface: only those near them take part, and nothing
+else changes."""
+import numpy as np
+import pytest
+
+import dem_liggghts as dem
+from coupling import Run, Scheme, couple, same
+from coupling.output import Output
+from mpm_fenicsx import MPM, Balls, Body, Box, Grid, Support, mohr_coulomb, of_points
+
+BACKENDS = "reference", "liggghts"
+R, DT, SUBSTEPS = 0.0025, 5e-4, 20
+
+
+def soil(balls=True, cells=(20, 6)):
+    """A layer on a floor."""
+    body = Body(Box((0.0, 0.0), (0.2, 0.06)), cells, 2, mohr_coulomb(1e6, 0.3, 30.0), 1600.0)
+    grid = Grid(Box((-0.02, 0.0), (0.22, 0.12)), (24, 12))
+    supports = [Support(lambda x: x[:, 1] < 1e-6, "xy", name="the floor"),
+                Support(lambda x: (x[:, 0] < 1e-6) | (x[:, 0] > 0.2 - 1e-6), "x")]
+    return MPM(grid, body, supports, Balls(R) if balls else of_points(body), gravity=(0.0, -9.81),
+               inertia="lumped")
+
+
+def spheres(wall=None, v=((2.5, -1.0), (0.3, -1.0)), friction=0.4):
+    rubber = dem.Material(E=1e6, nu=0.3)
+    balls = dem.Spheres([[0.03, 0.075], [0.13, 0.076]], v, 0.01, 2500.0)
+    return dem.Scene(balls, wall, rubber, rubber, at_wall=dem.Interaction(0.5, friction),
+                     gravity=(0.0, -9.81))
+
+
+def run(tmp_path, balls, backend, t_end=0.03, **keys):
+    """History, and of each window the numbers of the points and the ``Window``."""
+    solid, windows = soil(balls), []
+    wall = None if balls else dem.Wall.discs(solid.interface.x, R)
+
+    def observe(solid, grains):
+        numbers = (lambda: solid._surface.numbers.copy()) if balls else (lambda: np.arange(solid.count))
+        return [lambda window: windows.append((numbers(), window))]
+
+    scheme = Scheme(DT, t_end, substeps=SUBSTEPS, dem=backend, **keys)
+    out = Output(tmp_path / f"{backend}{int(balls)}")
+    return Run("balls", solid, spheres(wall), scheme, out, observe=observe).go()[backend], windows
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("iterate", [0, 20])
+def test_points_far_away_change_nothing(tmp_path, backend, iterate):
+    """Force by force as with all points in the wall, while the choice changes; and momentum is exact."""
+    keys = dict(iterate=iterate, tol=1e-6)
+    (whole, every), (history, chosen) = (run(tmp_path, balls, backend, **keys) for balls in (False, True))
+    top = max(abs(window.force).max() for _, window in every)
+    for (_, a), (numbers, b) in zip(every, chosen):
+        force = np.zeros_like(a.force)
+        force[numbers] = b.force
+        assert np.abs(force - a.force).max() < 1e-11 * top
+    assert top > 0.5 and sum(window.change is not None for _, window in chosen) > 2
+    assert 5 < max(len(numbers) for numbers, _ in chosen) < 0.15 * len(every[0][0])
+    assert [w.iterations for _, w in chosen] == [w.iterations for _, w in every]
+    together = history["impulse_grains"] + history["impulse_solid"]
+    assert np.abs(together).max() < (1e-14 if iterate == 0 else 1e-6)
+    for name in ("energy_solid", "energy_grains", "work_wall"):
+        assert history[name][-1] == pytest.approx(whole[name][-1], rel=1e-9)
+
+
+def test_refuses():
+    with pytest.raises(ValueError, match="radius of the balls is -1"):
+        Balls(-1.0)
+    with pytest.raises(ValueError, match="points of body 1, and the numbers of the bodies end at 0"):
+        body = soil().scene.body
+        MPM(soil().grid, body, interface=Balls(R, bodies=(1,)))
+    grains = spheres(dem.Wall.discs(np.zeros((0, 2)), 2 * R)).open("reference", DT / SUBSTEPS)
+    with pytest.raises(ValueError, match="balls of radius 0.0025 m, the wall of the grains discs of 0.005"):
+        couple(soil(), grains, same(), Scheme(DT, 0.05, substeps=SUBSTEPS))

@@ -25,10 +25,10 @@ from .solve.impulses import make_impulses
 from .solve.ladder import Ladder
 from .solve.losses import Losses
 from .solve.works import Works
-from .terms.ball_forces import BallForces
+from .terms.ball_forces import make_forces
 from .terms.behind import watch
 from .terms.kernels import compile_grid_kernels
-from .terms.loads import PointForces, SurfaceLoads
+from .terms.loads import SurfaceLoads
 from .terms.scene_contacts import make_meetings, warn_if_thin
 from .terms.scene_penalties import make_contacts, make_penalties
 from .terms.start import Start, warn_if_in_pieces
@@ -67,8 +67,7 @@ class Model(Accounts):
         self.boundary = self._surface.points
         check_inside(scene.grid, self.boundary.x, "a boundary particle", self.origin)
         self.background.keep_mine(self.boundary, np.full(len(self.boundary), "the interface"))
-        self._forces = BallForces(self._surface, self._bodies) if self.ball_radius else \
-            PointForces(self.boundary, self._outflow)
+        self._forces = make_forces(self._surface, self._bodies, self._outflow)
         self.loads = (SurfaceLoads(scene.loads, self.dim, start, self._outflow),) if scene.loads else ()
         self.penalties = make_penalties(list(scene.penalties), self.background, start)
         self._contacts = (*make_contacts(scene.walls, self.background, start, self._bodies),

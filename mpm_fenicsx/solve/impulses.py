@@ -154,7 +154,7 @@ class Impulses:
         if found.body is not None:
             rows[self._row[BODY]] += part * wrenches(places[:n], found.body[:n]).sum(axis=0)
         for load in (problem.interface, *problem.loads):
-            self._add_loads(grid, load, places, part * load.points.force, rows)
+            self._add_loads(grid, load, places, part * load.last_force(), rows)
         add_wrenches(places[:n], found.imbalance, self._holder[found.holder], rows)
         for term, answer in found.springs:
             self._add_springs(grid, term, answer, places, rows)

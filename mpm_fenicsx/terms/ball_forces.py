@@ -1,7 +1,15 @@
 """Forces on material points: they reach the nodes by the points' own basis, whichever it is."""
 import numpy as np
 
+from ..points.ball_surface import BallSurface
 from .loads import PointForces
+
+
+def make_forces(surface, bodies, outflow):
+    """The forces on the interface of a scene of ``bodies``, see ``PointForces``."""
+    if isinstance(surface, BallSurface):
+        return BallForces(surface, bodies)
+    return PointForces(surface.points, outflow)
 
 
 class BallForces(PointForces):
@@ -19,7 +27,8 @@ class BallForces(PointForces):
         """None is lost: a material point has nodes of its own mass."""
         return -1
 
-    def _last(self):
+    def last_force(self):
+        """See ``PointForces``."""
         return self._surface.own_force
 
     def _keep(self, force):

@@ -62,7 +62,7 @@ class PointForces:
         and of what moves with them: Newmark's method then does the work of the load and takes up its impulse,
         step by step."""
         cells, force, jump = grid.active_cells, self.forces(grid), None
-        last = self._last()
+        last = self.last_force()
         jumps, acts = somewhere(cells.comm, (force != last).any(), force.any())
         self.change = None
         if jumps:
@@ -80,7 +80,7 @@ class PointForces:
             self.applied = total(cells.comm, nodal[:cells.owned].sum(axis=0))
         return jump
 
-    def _last(self):
+    def last_force(self):
         """Forces in the last step [N], shape (n, D)."""
         return self.points.force
 
@@ -113,7 +113,7 @@ class PointForces:
 
     def work(self, grid, u):
         """Of this rank's forces [J] while the nodes move by u [m], shape (nodes, D)."""
-        force = self._last()
+        force = self.last_force()
         return np.vdot(force, self._carried(grid, u)) if force.any() else 0.0
 
     def accelerate(self, grid, jump):

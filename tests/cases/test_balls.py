@@ -72,3 +72,27 @@ def test_refuses():
     grains = spheres(dem.Wall.discs(np.zeros((0, 2)), 2 * R)).open("reference", DT / SUBSTEPS)
     with pytest.raises(ValueError, match="balls of radius 0.0025 m, the wall of the grains discs of 0.005"):
         couple(soil(), grains, same(), Scheme(DT, 0.05, substeps=SUBSTEPS))
+
+
+@pytest.mark.parametrize("inertia", ["lumped", "consistent"])
+def test_books_of_the_solid(inertia):
+    """Forces on points of a block that flies: the impulse of the interface is theirs, moments too."""
+    from mpm_fenicsx import linear
+
+    block = Body(Box((0.0, 0.0), (0.04, 0.04)), (4, 4), 2, linear(1e6, 0.3), 1000.0)
+    solid = MPM(Grid(Box((-0.1, -0.1), (0.2, 0.2)), (30, 30)), block, interface=Balls(R), inertia=inertia)
+    near = np.zeros(1, [("x", float, 3), ("v", float, 3), ("radius", float)])
+    near["x"], near["radius"] = (0.0505, 0.03, 0.0), 0.01
+    given, change = np.zeros(2), solid.select(near, 1e-3)
+    assert 3 < len(change.x) < 20 and (change.was == -1).all() and solid.select(near, 1e-3) is None
+    for step in range(20):
+        force = np.tile([-0.1 * (step % 3), 0.02], (len(change.x), 1))
+        solid.advance(1e-3, force)
+        given += 1e-3 * force.sum(axis=0)
+        assert solid.applied == pytest.approx(force.sum(axis=0), abs=1e-14)
+    books = solid.impulses()
+    assert sum(books.values())[:2] == pytest.approx(solid.momentum(), rel=1e-11)
+    assert books["interface"][:2] == pytest.approx(solid.momentum(), rel=1e-6)  # Newton's tolerance
+    assert np.abs(solid.momentum() - given).max() < 0.1 * np.abs(given).max()
+    assert abs(books["interface"][2]) > 1e-6
+    solid.close()

@@ -99,9 +99,8 @@ def sizes(x: np.ndarray, elements: np.ndarray) -> np.ndarray:
     return 0.5 * np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
 
 
-def fixed_walls(grains: Any) -> List[Any]:
-    """The walls at rest of segments or triangles that are no structures."""
-    scene = getattr(grains, "scene", None)
-    named = {structure.material or structure.name for structure in getattr(scene, "structures", ())}
-    return [wall for wall in getattr(scene, "walls", ())
-            if wall.radius is None and wall.material not in named]
+def fixed_walls(solid: Any, grains: Any) -> List[Any]:
+    """The walls at rest of segments or triangles that are no structures, nor in the same place as one."""
+    known = [np.asarray(one.x) for one in structures(solid, grains)]
+    return [wall for wall in getattr(getattr(grains, "scene", None), "walls", ())
+            if wall.radius is None and not any(np.array_equal(wall.nodes, x) for x in known)]

@@ -19,7 +19,8 @@ def sight(solid: Any, grains: Any, dim: int, time: float) -> Sight:
         found["rocks"] = rocks(grains)[0][:2] if dim == 3 else _nothing(dim)
     standing = [(placed(one, time), one.elements) for one in structures(solid, grains)]
     found["structures"] = joined(standing, dim)[:2]
-    found["walls"] = joined([(wall.nodes, wall.elements) for wall in fixed_walls(grains)], dim)[:2]
+    walls = [(wall.nodes, wall.elements) for wall in fixed_walls(solid, grains)]
+    found["walls"] = joined(walls, dim)[:2]
     return {name: thing for name, thing in found.items() if len(thing[1])}
 
 

@@ -30,7 +30,7 @@ class Pieces:
             parts.update(_rocks(self._grains))
         if self._structures:
             parts["structures"] = self._on_structures(time)
-        walls = fixed_walls(self._grains)
+        walls = fixed_walls(self._solid, self._grains)
         if walls and not self._walls_shown:  # at rest: one file is enough
             dim = walls[0].nodes.shape[1]
             faces = joined([(wall.nodes, wall.elements) for wall in walls], dim)

@@ -40,8 +40,10 @@ class Accounts:
         """Of the points about zero [kg m^2/s], a number in a plane scene (counter-clockwise), else (3,);
         with APIC and TPIC it has that of the velocity around the points."""
         mine = sum(body.angular_momentum() for body in self._bodies)
-        about_origin = total(self.comm, mine) + moment(self.origin[None], self.momentum()[None])
-        return float(about_origin[0]) if self.dim == 2 else about_origin
+        angular = total(self.comm, mine)
+        if self.origin.any():
+            angular += moment(self.origin[None], self.momentum()[None])
+        return float(angular[0]) if self.dim == 2 else angular
 
     @property
     def transfer_losses(self) -> Optional[dict]:

@@ -76,3 +76,52 @@ def test_names_of_regions_become_names_of_columns():
     assert regions(solid, None) == {"wall": ("wall",), "grid_wall": ("grid wall", "grid-wall"),
                                     "region_solid": ("solid",)}
     assert Books(object(), None).columns == {} and Books(object(), None)(Stop) == {}
+
+
+class Rocks:
+    """Grains that got ``given`` from the wall along x, and gave a floor as much."""
+
+    def __init__(self):
+        self.given, wall = 0.0, type("", (), {"nodes": np.zeros((1, 2))})
+        self.scene = type("", (), {"wall": wall, "gravity": (0.0, 0.0)})
+
+    def particles(self):
+        out = np.zeros(1, [("x", float, 2), ("v", float, 2), ("mass", float)])
+        out["mass"], out["v"][0, 1] = 2.0, 0.5 * self.given
+        return out
+
+    def impulses(self):
+        return {"interface": np.array([self.given, 0.0, 0.0]), "gravity": np.zeros(3),
+                "floor": np.array([-self.given, self.given, 0.0])}
+
+
+class Soil:
+    """A solid that got as much from them as they from it, but for a part that is ``lost``."""
+
+    regions, lost, rocks = ("floor",), 0.0, None
+
+    def momentum(self):
+        return np.array([self.lost - self.rocks.given, 0.0])
+
+    def angular_momentum(self):
+        return 0.0
+
+    def impulses(self):
+        return {"interface": np.array([self.lost - self.rocks.given, 0.0, 0.0]), "floor": np.zeros(3)}
+
+
+def test_soil_and_rocks_push_the_same_floor():
+    """Columns of both; the books of two sides close, and tell where the exchange does not."""
+    solid, grains = Soil(), Rocks()
+    solid.rocks = grains
+    books = Books(solid, grains)
+    grains.given = 3.0
+    window = type("", (), {"number": 1, "time": 0.1, "dt": 0.1, "particles": grains.particles()})
+    row = books(window)
+    assert list(row) == list(books.columns)
+    assert row["force_rock_floor_x"] == pytest.approx(30.0) and row["force_soil_floor_x"] == 0.0
+    assert row["impulse_floor_x"] == 3.0 and row["impulse_floor_y"] == -3.0
+    assert row["momentum_error"] == 0.0
+    solid.lost = 0.3
+    with pytest.warns(UserWarning, match="0.1 of the largest impulse came from nowhere, at the interface"):
+        assert books(window)["momentum_error"] == pytest.approx(0.1)

@@ -78,6 +78,8 @@ class Run:
         if self.grains is not None and not isinstance(self.scheme, Scheme):
             raise ValueError("scheme has no substeps of the DEM: with grains give a Scheme in the place of "
                              "Steps")
+        if self.grains is not None:
+            object.__setattr__(self, "grains", with_balls(self.grains, self.solid))
 
     def go(self, parameters: Optional[dict] = None, began: float = IMPORTED) -> dict:
         """Run it; returns the ``History`` of each back end by its name, "solid" for a solid alone.
@@ -102,7 +104,7 @@ class Run:
                 place = place.parent  # with a checkpoint of each
         for backend in back_ends:
             solid = self.solid.anew() if histories else self.solid
-            grains = with_balls(self.grains, solid).open(backend, coupled.inner) if coupled else None
+            grains = self.grains.open(backend, coupled.inner) if coupled else None
             label = backend if len(back_ends) > 1 and backend == "liggghts" else ""
             plan = Plan(self.name, self._parameters(parameters), self.output, self.scheme, {}, {}, label,
                         self.closed, began, goes_on)
@@ -229,9 +231,10 @@ class Run:
 def with_balls(scene: Any, solid: Any) -> Any:
     """The ``scene`` of grains, whose wall gets the radius of balls when the interface of the ``solid`` has
     such and the wall has none."""
-    radius, wall = getattr(solid, "ball_radius", None), scene.wall
-    if radius is None or wall.radius is not None:
+    radius = getattr(solid, "ball_radius", None)
+    if radius is None or scene.wall.radius is not None:
         return scene
+    wall = scene.wall
     return replace(scene, wall=replace(wall, elements=np.zeros((0, 1), int), radius=radius))
 
 

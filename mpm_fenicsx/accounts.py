@@ -70,6 +70,16 @@ class Accounts:
         return {**self._works.sums(), "springs": float(total(self.comm, stored))}
 
     @property
+    def applied(self) -> np.ndarray:
+        """Sum of the interface forces that reached the nodes in the last step [N], shape (dim,)."""
+        return self._ladder.applied(self.step.problem.interface.applied)
+
+    @property
+    def structures(self) -> tuple:
+        """``Structure`` records of the scene, in the user's coordinates."""
+        return self.scene.structures
+
+    @property
     def flows(self) -> bool:
         """Whether a body has a law with plastic flow or another state."""
         return any(body.law.state != ELASTIC_STATE for body in self.scene.bodies)

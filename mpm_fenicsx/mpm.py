@@ -228,16 +228,6 @@ class MPM(Restarting):
 
     # ---------------------------------------------------------------- of the last step, and of the whole
 
-    @property
-    def applied(self) -> np.ndarray:
-        """Sum of the interface forces that reached the nodes in the last step [N], shape (dim,)."""
-        return self._ladder.applied(self.step.problem.interface.applied)
-
-    @property
-    def structures(self) -> tuple:
-        """``Structure`` records of the scene, in the user's coordinates."""
-        return self.scene.structures
-
     def window_mass(self) -> np.ndarray:
         """See ``PointForces.window_mass``, of all boundary particles, the same on every rank."""
         return self._surface.gather_values(self.step.window_mass())

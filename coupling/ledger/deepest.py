@@ -50,4 +50,4 @@ def watches_depth(solid: Any, grains: Any) -> bool:
     """Whether material points are balls that grains meet, so that they are watched."""
     wall = getattr(getattr(grains, "scene", None), "wall", None)
     return (wall is not None and hasattr(solid, "contact_scales") and hasattr(grains.scene, "depth_at_wall")
-            and getattr(wall, "radius", None) is not None and len(wall.elements) > 0)
+            and getattr(wall, "radius", None) is not None)

@@ -102,7 +102,7 @@ def couple(solid: Solid, grains: Optional[Grains], mapping: Optional[Mapping], s
     while done < total:
         number += 1
         if grains is not None and mapping is not None:
-            change = resample_interface(solid, grains, mapping, (particles, scheme.dt))
+            change = resample_interface(solid, grains, mapping, (particles, scheme.window))
             if change is not None:
                 method.transfer(change)
         limit_speed(control, solid, scheme)

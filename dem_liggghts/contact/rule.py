@@ -62,7 +62,7 @@ def contact_rule(scene: SceneData, scales: Any, speed: float) -> ContactRule:
     check.not_negative("speed", speed, "m/s", "the speed at which rocks meet the soil must be 0 or more")
     spheres, m = sphere_table(scene), SHARE * scales.mass
     g, s = float(np.linalg.norm(scene.gravity)), scales.spacing
-    if not len(spheres.x) or not len(scene.wall.elements):
+    if not len(spheres.x) or not scene.wall.may_touch:
         return ContactRule(0.0, 0.0, 0.0, np.inf, float(min(critical_step(scene))), 0.0)
     heaviest = spheres.contact_mass.max()
     stopped = 1.25 * m * heaviest / (m + heaviest) * speed**2 / (DEPTH * s)
@@ -109,7 +109,7 @@ def depth_at_wall(scene: SceneData, force: float) -> float:
     """Deepest overlap [m] of a sphere of ``scene`` with the moving wall under ``force`` [N]: Hertz's law with
     the smallest stiffness."""
     spheres = sphere_table(scene)
-    if not len(spheres.x) or not len(scene.wall.elements):
+    if not len(spheres.x) or not scene.wall.may_touch:
         return 0.0
     E, R, _ = _pairs(scene, spheres)
     return float(((0.75 * force / (E * np.sqrt(R))) ** (2.0 / 3.0)).max())

@@ -6,6 +6,7 @@ has nothing to show.
 """
 import numpy as np
 
+from ..collective import total
 from ..scene.facets import corner_volumes
 
 AROUND = {"triangle": ("triangle", [0, 1, 2]), "quadrilateral": ("quad", [0, 1, 3, 2]),
@@ -86,12 +87,15 @@ def describe(mpm):
     """Entries of report.json: ``solver``; ``ghost_since`` [s], and ``helped``, what helped where Newton's
     method failed → [first time [s], number of steps], see ``ladder``; ``imbalance``, most
     points on one rank over the mean, now; ``rebalances``, a list of [step, imbalance before, after] of the
-    new distributions over the ranks; ``transfer_losses``, see ``MPM.transfer_losses``, as lists.
+    new distributions over the ranks; ``exchanged``, bytes of the interface that the ranks have got from each
+    other since the start; ``transfer_losses``, see ``MPM.transfer_losses``, as lists.
     Collective."""
     losses = mpm.transfer_losses and {
         way: {name: np.asarray(value).tolist() for name, value in sums.items()}
         for way, sums in mpm.transfer_losses.items()}
     return {"transfer_losses": losses, "solver": mpm.step.newton.describe(), "ghost_since": mpm.ghost_since,
             "helped": mpm.helped,
-            "imbalance": round(mpm.imbalance(), 4), "rebalances": [[step, round(before, 4), round(after, 4)]
-                                                                   for step, before, after in mpm.rebalances]}
+            "imbalance": round(mpm.imbalance(), 4),
+            "exchanged": int(total(mpm.comm, mpm.exchanged)),
+            "rebalances": [[step, round(before, 4), round(after, 4)]
+                           for step, before, after in mpm.rebalances]}

@@ -1,4 +1,6 @@
 """Walls of discs, one around each node: force, friction, history, energy, agreement of both back ends."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -168,3 +170,36 @@ def test_what_is_said_about_discs(dem):
                                                             r"start")):
         with pytest.raises(ValueError, match=message):
             wrong()
+
+
+@pytest.mark.parametrize("rolling", [0.0, 0.2])
+def test_discs_near_the_sphere_are_enough(dem, dim, rolling):
+    """A sphere rests on balls with friction, then is pushed over them: with the few that are near it in the
+    wall, chosen anew ever so often, forces and motion are the same as with all of them."""
+    place = np.arange(-4, 16) * 0.9 * DISC
+    grid = np.stack(np.meshgrid(place, place[:8], indexing="ij"), -1).reshape(-1, 2)
+    x = np.column_stack([place, 0 * place]) if dim == 2 else np.column_stack([grid[:, 0], 0 * grid[:, 0],
+                                                                               grid[:, 1]])
+    v, start = np.zeros(dim), np.zeros(dim)
+    start[1], v[0] = R + DISC, 0.3
+    scene = scene_of(x, start, v, 0.4, 0.3, gravity=[0.0, -9.81, 0.0][:dim])
+    scene = replace(scene, at_wall=Interaction(0.3, 0.4, rolling=rolling))
+    whole, few = dem(scene, 1e-5), dem(replace(scene, wall=Wall.discs(x[:0], DISC)), 1e-5)
+    chosen, top = np.zeros(0, int), 0.0
+    for window in range(60):
+        centre = few.particles()["x"][0, :dim]
+        near = np.flatnonzero(np.linalg.norm(x - centre, axis=1) < R + DISC + 0.003)
+        if window % 3 == 0:
+            was = np.full(len(near), -1)
+            was[np.isin(near, chosen)] = np.flatnonzero(np.isin(chosen, near))
+            few.replace_wall(Wall.discs(x[near], DISC), was)
+            chosen = near
+        a, b = whole.advance(50, x, 0 * x), few.advance(50, x[chosen], 0 * x[chosen])
+        every, top = np.zeros_like(a), max(top, np.abs(a).max())
+        every[chosen] = b
+        assert np.abs(every - a).max() <= 1e-12 * top
+    assert top > 0.01 and 0 < len(chosen) < (8 if dim == 2 else 40)
+    one, other = (side.particles()[0] for side in (whole, few))
+    assert np.abs(one["v"] - other["v"]).max() < 1e-12 and np.abs(one["omega"]).max() > 1.0
+    with pytest.raises(ValueError, match="was has 1 numbers for"):
+        few.replace_wall(Wall.discs(x[chosen], DISC), [0])

@@ -1,7 +1,13 @@
 """Spheres fall on soil whose material points are the interface: only those near them take part, and nothing
 else changes."""
+import json
+import shutil
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
+from mpi4py import MPI
 
 import dem_liggghts as dem
 from coupling import Run, Scheme, couple, same
@@ -96,3 +102,79 @@ def test_books_of_the_solid(inertia):
     assert np.abs(solid.momentum() - given).max() < 0.1 * np.abs(given).max()
     assert abs(books["interface"][2]) > 1e-6
     solid.close()
+
+
+@pytest.mark.parametrize("backend, keys", [("reference", dict(iterate=20, relax="iqn")),
+                                           ("liggghts", dict(adapt=0.05))], ids=["iqn", "adapt"])
+def test_goes_on_bit_for_bit(tmp_path, backend, keys):
+    """From a checkpoint in contact, after changes of the choice and before others."""
+    def go(folder, **more):
+        scheme = Scheme(DT, 0.02, substeps=SUBSTEPS, dem=backend, tol=1e-6, **keys)
+        return Run("balls", soil(), spheres(), scheme, Output(folder, **more)).go()
+
+    first, again = tmp_path / "first", tmp_path / "again"
+    go(first, checkpoint="17")
+    shutil.copytree(first, again)
+    (again / "checkpoint.h5").unlink()
+    go(again, restart=again)
+    assert (first / "history.csv").read_bytes() == (again / "history.csv").read_bytes()
+
+
+def test_states_bring_back_the_choice():
+    """Of a solid and its grains, across a change of it: bit for bit."""
+    solid, grains = soil(), spheres(dem.Wall.discs(np.zeros((0, 2)), R)).open("reference", DT / SUBSTEPS)
+
+    def windows(n):
+        seen = []
+        couple(solid, grains, same(), Scheme(DT, solid.time + n * DT, substeps=SUBSTEPS),
+               [lambda window: seen.append(window)])
+        return seen
+
+    windows(25)
+    states = solid.get_state(), grains.get_state()
+    first = windows(20)
+    assert any(window.change is not None for window in first) and any(w.force.any() for w in first)
+    solid.set_state(states[0])
+    grains.set_state(states[1])
+    for a, b in zip(first, windows(20)):
+        assert np.array_equal(a.force, b.force) and np.array_equal(a.x, b.x)
+
+
+@pytest.mark.mpi
+def test_bytes_follow_the_points_that_are_near(run_ranks, tmp_path):
+    """On two ranks, layers with four times as many points at the same places near the spheres exchange as
+    much; and forces are those of one rank."""
+    done = run_ranks(2, __file__, str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    found = json.loads((tmp_path / "found.json").read_text())
+    per_window = np.array(found["bytes"])
+    assert 0 < per_window.max() < 0.2 * found["whole"]
+    assert abs(per_window[1] - per_window[0]) < 0.2 * per_window[0]
+    history, _ = run(tmp_path, True, "reference", t_end=0.02)
+    assert found["impulse"] == pytest.approx(history["impulse_solid"][-1], rel=1e-10)
+
+
+def exchange(folder):
+    """For the ranks of the test above."""
+    history, windows = run(Path(folder), True, "reference", t_end=0.02)
+    found = {"impulse": history["impulse_solid"][-1], "bytes": []}
+    near = np.zeros(1, [("x", float, 3), ("v", float, 3), ("radius", float)])
+    near["x"], near["radius"] = (0.1, 0.0702, 0.0), 0.01
+    for length in (0.2, 0.8):
+        body = Body(Box((0.0, 0.0), (length, 0.06)), (round(100 * length), 6), 2,
+                    mohr_coulomb(1e6, 0.3, 30.0), 1600.0)
+        grid = Grid(Box((-0.02, 0.0), (length + 0.02, 0.12)), (round(100 * length) + 4, 12))
+        floor = Support(lambda x: x[:, 1] < 1e-6, "xy")
+        solid = MPM(grid, body, [floor], Balls(R), inertia="lumped")
+        for _ in range(5):
+            solid.select(near, DT)
+            solid.advance(DT, np.zeros_like(solid.surface()[0]))
+        found["bytes"].append(solid.comm.allreduce(solid.exchanged) / 5)
+        found["whole"] = solid.count * 4 * 8
+        solid.close()
+    if MPI.COMM_WORLD.rank == 0:
+        (Path(folder) / "found.json").write_text(json.dumps(found))
+
+
+if __name__ == "__main__":
+    exchange(sys.argv.pop())

@@ -10,7 +10,7 @@ from .perspective import radius_of_points
 from .sights import Sight
 from .space import FLIERS, paint, view_of
 
-COLOURS = {2: 64, 3: 128}  # of the palette, in the plane and in space: part of the file of 256
+COLOURS = {2: 64, 3: 256}  # of the palette, in the plane and in space; 64 take half the file of 256
 SECONDS = 0.08  # that each picture is shown
 WIDTH = 640  # [pixels]
 

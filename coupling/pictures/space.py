@@ -13,7 +13,7 @@ CONCRETE = np.array([0.93, 0.92, 0.9])
 COLOURS = {"spheres": STONE, "rocks": STONE, "structures": STEEL, "walls": CONCRETE}
 FROM_BEHIND = 0.15  # opacity of structures and walls whose inside is seen
 REACH = 0.5  # of the flow's diagonal, up to which structures are shown, and the camera stands back for them
-VIEW = -118.0, 22.0  # [degrees] azimuth of the eye from the flow's direction, so at its right; elevation
+VIEW = -104.0, 26.0  # [degrees] azimuth of the eye from the flow's direction, so at its right; elevation
 
 
 class View(NamedTuple):

@@ -53,7 +53,7 @@ def contact_rule(scene: SceneData, scales: Any, speed: float) -> ContactRule:
     The largest force on a point is that which stops at DEPTH s, s the spacing, what is pressed with it:
     5/4 m v^2 / (DEPTH s) of Hertz's contact with m = SHARE times the mass of a point, or the pressure rho c v
     of the wave in the soil on its area, the larger one; and besides the pressure rho g H of the soil and the
-    weight of a rock over pi R^2. The modulus is that with which this force presses a ball DEPTH s into the
+    weight of a rock that is not held over pi R^2. The modulus is that with which this force presses a ball DEPTH s into the
     rock of the smallest radius: E* = 3/4 F / sqrt(R* d^3). The window is that of `longest_window` under that
     force with the mass m. The step is the critical one, or SWING sqrt(M / k) of a rock of mass M that all
     balls that have room on half of its surface hold with the stiffness k. Raises ValueError for rocks that
@@ -66,7 +66,8 @@ def contact_rule(scene: SceneData, scales: Any, speed: float) -> ContactRule:
         return ContactRule(0.0, 0.0, 0.0, np.inf, float(min(critical_step(scene))), 0.0)
     heaviest = spheres.contact_mass.max()
     stopped = 1.25 * m * heaviest / (m + heaviest) * speed**2 / (DEPTH * s)
-    resting = float((spheres.contact_mass * g / (np.pi * spheres.radius**2)).min())
+    free = np.array([c.flags[:scene.dim].any() for c in scene.clusters] + [True])[spheres.cluster]
+    resting = float((free * spheres.contact_mass * g / (np.pi * spheres.radius**2)).min())
     force = max(stopped, scales.rho * scales.wave * speed * scales.area) + scales.area * (
         scales.rho * g * scales.height + resting)
     if not force > 0.0:

@@ -117,7 +117,8 @@ class MPM(Restarting):
             return None
         changed = self._surface.stay_inside(self._framed.grid.box)
         self._locate()
-        has_mass = near_mass(self.background, self.step.active_cells, self._bodies, self.kernels)
+        has_mass = near_mass(self.background, self.step.active_cells, self._surface.of(self._bodies),
+                             self.kernels)
         change = self._surface.renew(has_mass, self.time, changed)
         if change is None:
             return None

@@ -28,6 +28,11 @@ class BoundaryParticles:
         self.exchanged = 0  # bytes of the interface that this rank has got from others since the start
         self.points = Points(gid=np.arange(n), cell=np.zeros(n, np.int32), x=x, v=start.velocity(x),
                              a=start.acceleration(x), force=np.zeros((n, dim)), **start.field(x))
+        self._fields = set(np.unique(self.points.field).tolist())
+
+    def of(self, bodies):
+        """Those of the ``bodies``, terms, in whose fields of the grid they are."""
+        return [body for body in bodies if body.field in self._fields]
 
     @property
     def count(self):
@@ -107,7 +112,7 @@ class BoundaryParticles:
             self.points.restore(dict(gid=np.arange(n), cell=np.zeros(n, np.int32), x=change.x,
                                      v=change.interpolate(v),
                                      a=change.interpolate(a), force=change.redistribute(force),
-                                     **{name: of[change.parents[:, 0]].astype(of.dtype) for name, of in
+                                     **{name: of[change.parents[:, 0]].astype(np.int64) for name, of in
                                         fields.items()}))
         return change
 
@@ -129,8 +134,8 @@ REACHES = 1e-3  # share of a particle's basis on nodes with mass from which on i
 
 
 def near_mass(background, active_cells, bodies, kernels):
-    """Function from places [m], shape (n, D), to the mask of those whose basis reaches nodes that carry mass,
-    alike on every rank. The points of ``bodies`` are in their cells, and these among the ``active_cells``."""
+    """Function from places [m], shape (n, D), to the mask of those whose basis reaches nodes with mass of the
+    ``bodies``, alike on every rank. Their points are in their cells, and these among the ``active_cells``."""
     comm, search, flags = background.comm, background.search, np.zeros((len(active_cells.node), 1))
     for body in bodies:
         flags[active_cells.cells[np.unique(body.points.cell)], 0] = 1.0
@@ -139,7 +144,7 @@ def near_mass(background, active_cells, bodies, kernels):
 
     def has_mass(x):
         found = np.zeros(len(x), np.int32)
-        for field in range(background.fields):
+        for field in sorted({body.field for body in bodies}):
             rank, number = search.assign(x, field)
             mine = rank == comm.rank
             cell = np.ascontiguousarray(search.local(number[mine]), np.int32)

@@ -109,8 +109,8 @@ class Body:
     volume change over each cell of the background grid, or over patches of its triangles and tetrahedra,
     against locking of bodies that keep their volume. stress: normal stresses along x, y and z at the start
     [Pa], shape (n, 3), or tensors, (n, 3, 3), as a function of positions (n, dim), see ``at_rest``; the body
-    is then at rest, not in free fall. friction: coefficient of friction (Coulomb) with other bodies; of two that touch the larger one
-    counts.
+    is then at rest, not in free fall. friction: coefficient of friction (Coulomb) with other bodies; of two
+    that touch the larger one counts.
 
     >>> from mpm_fenicsx import linear
     >>> steel = linear(E=210e9, nu=0.3)

@@ -9,7 +9,7 @@ where "interface" is outside for one side, and sums to zero over both. The error
 relative to the largest number in it so far, a momentum or the impulse of a name since the start.
 """
 import re
-from typing import Any, Callable, Dict, Iterable, List, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
 
 import numpy as np
 
@@ -46,8 +46,10 @@ class Side:
     of ``names``; ``base``: momentum that they do not explain, from the start. momentum: linear and angular in
     one array as a function of a ``Window``, or of None at the start."""
 
-    def __init__(self, partition: Any, momentum: Callable[[Any], np.ndarray]) -> None:
-        self._partition, self._momentum = partition, momentum
+    def __init__(self, partition: Any, momentum: Callable[[Any], np.ndarray],
+                 booked: Optional[np.ndarray] = None) -> None:
+        """booked: mask of the numbers that nothing else changes, None for all."""
+        self._partition, self._momentum, self._booked = partition, momentum, booked
         given = partition.impulses()
         self.names, self.given = [*given], np.array([*given.values()])
         self.base = momentum(None) - self.given.sum(axis=0)
@@ -62,7 +64,8 @@ class Side:
         """What nothing explains, and the largest numbers of the books."""
         momentum = self._momentum(window)
         largest = np.maximum(np.abs(momentum), np.abs(self.given).max(axis=0))
-        return momentum - self.base - self.given.sum(axis=0), largest
+        rest = momentum - self.base - self.given.sum(axis=0)
+        return rest if self._booked is None else np.where(self._booked, rest, 0.0), largest
 
     def picks(self, keys: Dict[str, Tuple[str, ...]]) -> np.ndarray:
         """By the names of each key, shape (keys, names): which of its own to sum."""
@@ -85,8 +88,16 @@ def open_books(solid: Any, grains: Any) -> Dict[str, Side]:
             linear, angular = own.now(grains.particles() if window is None else window.particles)
             return np.concatenate([linear + left(grains, "momentum"), angular])
 
-        sides["grains"] = Side(grains, momentum)
+        sides["grains"] = Side(grains, momentum, free_of(grains, dim))
     return sides
+
+
+def free_of(grains: Any, dim: int) -> np.ndarray:
+    """Mask of the linear and angular numbers of their momentum in which no cluster is held by its flags: what
+    holds one is in no book."""
+    free = np.array([cluster.flags for cluster in getattr(grains.scene, "clusters", ())], bool).reshape(-1, 6)
+    turns = free[:, [0, 1, 5] if dim == 2 else slice(None)].all()
+    return np.append(free[:, :dim].all(axis=0), np.full(1 if dim == 2 else 3, turns))
 
 
 class Books:

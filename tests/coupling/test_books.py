@@ -2,9 +2,10 @@
 import numpy as np
 import pytest
 
-from coupling import Output, Run, Steps
+from coupling import Output, Run, Scheme, Steps
 from coupling.ledger.books import Books, regions
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Support
+from dem_liggghts import Material, Scene, Spheres, Wall
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Support
 
 SOIL = LAWS["mohr_coulomb"](2e5, 0.3, 30.0, 0.0, 0.0)
 
@@ -125,3 +126,21 @@ def test_soil_and_rocks_push_the_same_floor():
     solid.lost = 0.3
     with pytest.warns(UserWarning, match="0.1 of the largest impulse came from nowhere, at the interface"):
         assert books(window)["momentum_error"] == pytest.approx(0.1)
+
+
+def test_a_ball_that_bounces_is_booked_on_both_sides(backend, tmp_path):
+    """In every window, while it touches and before."""
+    box, rubber = Box((0.0, 0.0), (0.1, 0.1)), Material(1e7, 0.3)
+    block = Body(box, (4, 4), 2, LAWS["linear"](1e7, 0.3), 1000.0)
+    top, bottom = Interface.top(box, (4,)), Support(lambda x: x[:, 1] < 1e-9, "xy", name="bottom")
+    solid = MPM(Grid(Box((-0.05, 0.0), (0.15, 0.2)), (8, 8)), block, [bottom], top, gravity=(0.0, -9.81))
+    ball = Spheres([[0.05, 0.111]], [[0.3, -1.0]], 0.01, 2500.0)
+    grains = Scene(ball, Wall(top.x, top.elements), rubber, rubber, gravity=(0.0, -9.81))
+    scheme = Scheme(dt=1e-4, t_end=3e-3, substeps=10, dem=backend)
+    history = Run("ball", solid, grains, scheme, Output(tmp_path)).go()[backend]
+    assert history["impulse_grains"].max() > 0.015 and history["force_soil_bottom_y"].min() < 0.0
+    assert history["momentum_error"].max() < 1e-10
+    spent = sum(history[f"energy_{name}"] for name in ("springs", "friction", "plastic", "contact_damping",
+                                                       "numerical"))
+    whole = history["energy_grains"] + history["energy_solid"] + spent
+    np.testing.assert_allclose(whole, whole[0], rtol=1e-9)

@@ -27,6 +27,8 @@ class Balls:
         if self.bodies is not None:
             numbers = check.record("bodies of the balls", self.bodies, tuple, list)
             found = tuple(sorted({check.count("number of a body of the balls", n, 0) for n in numbers}))
+            if not found:
+                check.refuse("bodies of the balls", numbers, "give numbers of bodies, or None for all")
             object.__setattr__(self, "bodies", found)
 
     def check_bodies(self, count: int) -> None:

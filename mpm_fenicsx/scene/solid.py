@@ -15,6 +15,7 @@ from .numerics import Numerics
 from .structures import Structure
 
 INERTIA = "consistent", "lumped", "ghost"  # the kinds there are
+BOOKED = "gravity", "interface", "outflow", "numerical"  # what else gives momentum, see ``Impulses``
 
 
 def find_fields(bonded: Union[bool, Sequence[Sequence[int]]], count: int) -> Tuple[int, ...]:
@@ -92,6 +93,9 @@ class SolidScene:
         taken = [one.name for one in (*self.supports, *self.penalties, *self.loads)]  # type: ignore[union-attr]
         box = self.grid.box
         for one in self.structures:
+            if one.name in BOOKED:
+                raise ValueError(f"{one.name!r} is the name of a structure, and that of another cause in the "
+                                 "books: give the structure another one")
             if one.dim != box.dim:
                 raise ValueError(f"{one.name} has {one.dim} dimensions, the grid {box.dim}: give both the "
                                  "same")

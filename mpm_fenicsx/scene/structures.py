@@ -11,6 +11,8 @@ from .interface import Interface
 from .mesh import Box
 from .shapes import box_surface, circle_surface, cylinder_surface, outwards, plane_surface, width
 
+MOST_CELLS = 10_000  # of a box: each has columns in the history
+
 
 @dataclass(frozen=True)
 class Structure:
@@ -54,16 +56,18 @@ class Structure:
             raise ValueError(f"{self.name} has no elements: give segments in a plane, triangles in space")
         self._check_rubbing()
         cell = np.zeros(len(elements), np.int64) if self.cell is None else check.shaped(
-            f"force cells of {self.name}", self.cell, (len(elements),)).astype(np.int64)
-        if not np.array_equal(np.unique(cell), np.arange(cell.max() + 1)):
+            f"force cells of {self.name}", self.cell, (len(elements),))
+        if not np.array_equal(np.unique(cell), np.arange(len(np.unique(cell)))):
             raise ValueError(f"force cells of {self.name} are {np.unique(cell).tolist()}: number them from 0 "
                              "on, and leave none out")
         elements, closed = outwards(x, elements, self.name)
-        for name, value in (("x", x), ("elements", elements), ("cell", cell), ("closed", closed)):
+        for name, value in (("x", x), ("elements", elements), ("cell", cell.astype(np.int64)),
+                            ("closed", closed)):
             put(name, value)
 
     def _check_rubbing(self) -> None:
-        if not (isinstance(self.friction, (int, float)) and self.friction >= 0):
+        if isinstance(self.friction, bool) or not (isinstance(self.friction, (int, float))
+                                                   and self.friction >= 0):
             check.refuse(f"the friction of {self.name}", self.friction, "it must be 0 or more (inf sticks)")
         if self.motion is not None:
             check.function(f"the motion of {self.name}", self.motion)
@@ -95,6 +99,8 @@ class Structure:
         """
         box = check.record("box", box, Box)
         counts = check.counts(f"force cells of {name}", (1,) * box.dim if cells is None else cells, box.dim)
+        if np.prod(counts, dtype=float) > MOST_CELLS:
+            check.refuse(f"force cells of {name}", cells, f"give at most {MOST_CELLS} in all")
         x, elements, cell = box_surface(box, counts)
         return cls(name, x, elements, cell=cell, **more)
 
@@ -167,6 +173,8 @@ class Structure:
             if not n.any():
                 check.refuse(f"axis of {self.name}", axis, "give a direction that is not zero")
             n = n / np.linalg.norm(n)
+        elif axis is not None:
+            check.refuse(f"axis of {self.name}", axis, "give none in a plane scene, where it stands upright")
         rate = angle if callable(angle) else check.finite(f"rate of {self.name}", angle, "rad/s")
         arm = self.x - point
 

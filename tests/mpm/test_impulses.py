@@ -2,7 +2,20 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Load, Numerics, Penalty, Support
+from mpm_fenicsx import (
+    LAWS,
+    MPM,
+    Body,
+    Box,
+    Grid,
+    GridWall,
+    Interface,
+    Load,
+    Numerics,
+    Penalty,
+    Structure,
+    Support,
+)
 
 SOIL = LAWS["mohr_coulomb"](2e5, 0.3, 30.0, 0.0, 0.0)
 SOFT = LAWS["neo_hooke"](1e5, 0.3)
@@ -51,7 +64,17 @@ def plane(dim):
     return MPM, room(dim), body, [], dict(penalties=[slope], gravity=PULL[:dim])
 
 
-SCENES = {"supports": sides, "nodes": sliding, "surface": plane}
+def struck(dim):
+    """A column of soil and a structure of two force cells that is driven into it."""
+    body = Body(box(dim), (4,) * dim, 2, SOIL, 1000.0, velocity=(0.2, -0.1, 0.1)[:dim])
+    floor = Support(lambda x: x[:, 1] < 0.2 + 1e-6, "y", name="floor")
+    place = Box((0.58, 0.1, 0.1)[:dim], (0.7, 0.7, 0.7)[:dim])
+    hammer = Structure.box("hammer", place, cells=(1, 2, 1)[:dim], friction=0.4,
+                           motion=lambda t: (-2.0 * t, 0.0, 0.0)[:dim])
+    return MPM, room(dim), body, [floor], dict(structures=[hammer], gravity=PULL[:dim])
+
+
+SCENES = {"supports": sides, "nodes": sliding, "surface": plane, "struck": struck}
 
 
 def steps(solid, count, dt, force=None):
@@ -81,7 +104,7 @@ def books(solid):
 
 QUICK = {(2, "nodes", "linear", "newmark", "consistent"), (2, "supports", "gimp", "apic", "lumped"),
          (2, "surface", "linear", "tpic", "consistent"), (3, "supports", "linear", "newmark", "lumped"),
-         (3, "surface", "gimp", "newmark", "lumped")}
+         (3, "surface", "gimp", "newmark", "lumped"), (2, "struck", "gimp", "newmark", "lumped")}
 WAYS = [("linear", "newmark"), ("linear", "tpic"), ("gimp", "newmark"), ("gimp", "apic"), ("gimp", "tpic")]
 ALL = [pytest.param(*one, marks=[] if one in QUICK else pytest.mark.validation, id="-".join(map(str, one)))
        for one in sorted((dim, scene, *way, inertia) for dim in (2, 3) for scene in SCENES for way in WAYS
@@ -102,6 +125,8 @@ def test_momentum_is_booked(dim, scene, basis, transfer, inertia):
     assert errors.max() < 1e-12
     largest = np.abs(np.array([*given.values()])).max(axis=0)
     assert (np.abs(given["numerical"])[:dim] < 1e-5 * largest[:dim].max()).all()  # Newton's tolerance
+    if scene == "struck":
+        assert given["hammer_1"][0] < 0.0 and given["hammer_2"][0] < 0.0
     if (transfer, inertia, scene) == ("apic", "lumped", "supports"):  # which keeps angular momentum
         assert (np.abs(given["numerical"])[dim:] < 1e-5 * largest[dim:].max()).all()
 

@@ -76,6 +76,11 @@ class DEM(Protocol):
         x, v: of the centre of mass; quaternion (w, x, y, z): from the cluster's own frame to space
         (`quaternion.angle` in a plane). What has left the domain: as in ``particles``."""
 
+    def impulses(self) -> Dict[str, np.ndarray]:
+        """Impulse that has been given to the particles since the start, by name: of gravity, of each force
+        cell of the structures, of other fixed walls by their material, and of the moving wall, "interface":
+        linear [N s] and angular about zero [N m s], shape (3,) in a plane, (6,) in space."""
+
     def contact_at_wall(self, force: float) -> np.ndarray:
         """Tangent stiffness [N/m], damping [kg/s] and mass [kg] in the contact of each sphere with the moving
         wall under ``force`` [N], shape (3, n), whether it touches it or not."""

@@ -43,10 +43,11 @@ def check_start(scene: SceneData) -> None:
     for number, cluster in enumerate(scene.clusters):
         _check_one_piece(cluster, number)
     _check_apart(spheres, slack)
-    for number, wall in enumerate((*scene.walls, scene.wall)):
+    names = [f"fixed wall {number + 1}" for number in range(len(scene.walls))]
+    names += [structure.name for structure in scene.structures]
+    for name, wall in zip((*names, "the wall"), (*scene.fixed, scene.wall)):
         if len(wall.elements):
             _check_adhesion(scene, spheres, wall)
-            name = "the wall" if wall is scene.wall else f"fixed wall {number + 1}"
             _check_outside(scene, spheres, (wall, name), slack, origin)
 
 
@@ -126,9 +127,10 @@ def _check_outside(scene: SceneData, spheres: SphereTable, named: Tuple[Wall, st
         at_rim = surface.traits[e, RIM:JOINT] * (weight == (1.0 if scene.dim == 2 else 0.0))
         if outside < -slack and not at_rim.any():
             place = (spheres.x[i] + origin)[:scene.dim]
-            raise ValueError(f"{_name(spheres, i)} at {place} m lies inside the body, {distance:.3g} m "
-                             "below its surface: move it out, or reverse the wall elements (outside is left "
-                             "of a segment)")
+            inside, remedy = ("the body", ", or reverse the wall elements (outside is left of a segment)") \
+                if what.startswith(("the wall", "fixed wall")) else (what, "")
+            raise ValueError(f"{_name(spheres, i)} at {place} m lies inside {inside}, {distance:.3g} m "
+                             f"below its surface: move it out{remedy}")
         if radius - distance > TOUCHING * radius + slack:
             raise ValueError(f"{_name(spheres, i)} overlaps {what} by {radius - distance:.3g} m at the "
                              "start: move it away from the wall by at least that much")

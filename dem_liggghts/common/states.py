@@ -20,7 +20,7 @@ def fingerprint(scene: SceneData, dt: float) -> np.ndarray:
     """Numbers of ``WHAT``, float: checksums where there are many values. The moving wall is not among them,
     since it may be replaced, nor is what a state itself holds."""
     spheres, clusters = sphere_table(scene), cluster_table(scene)
-    fixed = [array for wall in scene.walls for array in (wall.nodes, wall.elements)]
+    fixed = [array for wall in scene.fixed for array in (wall.nodes, wall.elements)]
     springs = [max((scene.interaction(*pair).springs for pair in pairs), default=0)
                for pairs in (scene.pairs(), scene.wall_pairs())]
     domain = np.zeros(0) if scene.domain is None else scene.domain

@@ -7,6 +7,7 @@ import numpy as np
 from mpi4py import MPI
 
 from .. import quaternion
+from ..common.booking import WallBooks
 from ..common.checks import check_finite, check_window
 from ..common.chunks import Chunks
 from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy, select_shapes
@@ -27,7 +28,7 @@ from .library import SHIM, LiggghtsError, load
 from .moving_wall import MovingWall
 from .script import commands
 
-NAMES = "origin", "particles", "bodies", "wall", "wall_elements", "wall_force", "steps"  # of a state
+NAMES = "origin", "particles", "bodies", "wall", "wall_elements", "wall_force", "impulses", "steps"  # of a state
 
 
 class LiggghtsDEM(MovingWall):
@@ -48,7 +49,7 @@ class LiggghtsDEM(MovingWall):
         self._steps, self._nodes, self._chunks = 0, self._inside.wall.nodes, Chunks(self.comm)
         self._spheres, self._clusters = sphere_table(self._inside), cluster_table(self._inside)
         self._constant = constant_rows(self._clusters, self._spheres)
-        self._outflow = Outflow(scene, self._spheres.cluster)
+        self._outflow, self._books = Outflow(scene, self._spheres.cluster), WallBooks(scene)
         script = commands(self._inside, self.dt)
         self._instance = Instance(load(SHIM), self.comm)
         for line in script:
@@ -63,6 +64,7 @@ class LiggghtsDEM(MovingWall):
         self._surface, self._laws = wall_table(self._inside), laws_of(self._inside)
         self._set_wall(keep=0)
         self._instance.command("run 0 post no")
+        self._books.begin(self.particles(), self.bodies())
 
     @property
     def time(self) -> float:
@@ -72,7 +74,9 @@ class LiggghtsDEM(MovingWall):
     def advance(self, steps: int, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
         steps = check_window(steps, x, v, self.scene)
-        x, v = np.ascontiguousarray(translated_points(x, -self.origin), float), np.ascontiguousarray(v, float)
+        span, fixed = steps * self.dt, self._books.fixed
+        here, there = self._books.motion(self.time, span, self.origin)
+        x, v = self._all_nodes(here, translated_points(x, -self.origin)), self._all_nodes(there, v)
         out = np.empty(x.size + 2)
         code = self._chunks.run(steps, lambda begin, count: self._instance.call(
             "dem_advance", self.scene.dim, steps, begin, count, pointer(x), pointer(v), pointer(out)))
@@ -83,10 +87,12 @@ class LiggghtsDEM(MovingWall):
         out = self._sum(out)
         if code or out[-1] or out[-2] != self._outflow.present:
             self._report()
-        self._nodes = x + v * (steps * self.dt)
+        self._nodes, impulse = x[fixed:] + v[fixed:] * span, out[:-2].reshape(x.shape)
+        self._books.add(in_space(x + 0.5 * span * v) + self.origin, in_space(impulse), span, self.particles(),
+                        self.bodies())
         if self._outflow.active:
             self._let_out()
-        return out[:-2].reshape(x.shape) / (steps * self.dt)
+        return impulse[fixed:] / span
 
     @property
     def removed(self) -> Dict[str, Any]:
@@ -101,6 +107,7 @@ class LiggghtsDEM(MovingWall):
         energy = sum(self.energy().values())
         self._outflow.let_out(leaving)
         self._restore(self._read()(), keep=0)
+        self._books.begin(self.particles(), self.bodies())
         self._outflow.count_energy(energy - sum(self.energy().values()))
 
     def _sum(self, array: np.ndarray) -> np.ndarray:
@@ -166,6 +173,10 @@ class LiggghtsDEM(MovingWall):
         table = gathered(self.comm, mine)
         return table[np.argsort(table[:, 0])]
 
+    def impulses(self) -> Dict[str, np.ndarray]:
+        """See `protocol.DEM.impulses`."""
+        return self._books.sums()
+
     def contact_at_wall(self, force: float) -> np.ndarray:
         """See `protocol.DEM.contact_at_wall`."""
         return contact_at_wall(self.scene, force)
@@ -174,7 +185,7 @@ class LiggghtsDEM(MovingWall):
         """See `protocol.DEM.energy`."""
         particles, bodies, table = self._own_particles(), self._own_bodies(), self._clusters
         number, surface = bodies["id"] - 1, self._surface
-        nodes = np.concatenate([surface.x[:surface.moving[0]], in_space(self._nodes)])
+        nodes = np.concatenate([self._books.places(self.time, self.origin), in_space(self._nodes)])
         shapes = select_shapes(self._spheres, in_space(particles["x"]), particles["id"] - 1)
         return dict(kinetic=kinetic_energy(particles, bodies, table.inertia[number], table.turn[number]),
                     potential=potential_energy(particles, self.scene.gravity, bodies),
@@ -195,14 +206,14 @@ class LiggghtsDEM(MovingWall):
     def _read(self) -> Callable[[], Dict[str, np.ndarray]]:
         """What a state consists of, as it is now: a function that makes the state of it. Both are
         collective."""
-        records, count, (wall, force) = ctypes.c_void_p(), ctypes.c_int(), np.empty((2, *self._nodes.shape))
+        records, count, (wall, force) = ctypes.c_void_p(), ctypes.c_int(), np.empty((2, *self._shape))
         if self._instance.call("dem_get_state", self.scene.dim, ctypes.byref(records), ctypes.byref(count),
                                pointer(wall), pointer(force)):
             self._report()
         mine, out = copied(records, count.value), self._outflow.out.copy()
-        kept = dict(scene=self._fingerprint, origin=self.origin.copy(), bodies=self._changing(), wall=wall,
-                    wall_elements=np.array(self.scene.wall.elements), steps=np.array(self._steps),
-                    **self._outflow.get_state())
+        kept = dict(scene=self._fingerprint, origin=self.origin.copy(), bodies=self._changing(),
+                    wall=wall[self._books.fixed:], wall_elements=np.array(self.scene.wall.elements),
+                    steps=np.array(self._steps), **self._books.get_state(), **self._outflow.get_state())
         return lambda: dict(kept, particles=sorted_by_tag(gathered(self.comm, mine), out),
                             wall_force=self._sum(force))
 
@@ -220,13 +231,15 @@ class LiggghtsDEM(MovingWall):
     def _restore(self, state: Dict[str, Any], keep: int) -> None:
         """Particles, bodies and wall of the state, with its forces when ``keep``, else those of the contacts
         now."""
-        particles, wall = np.array(state["particles"], float), np.array(state["wall"])
+        particles, own = np.array(state["particles"], float), np.array(state["wall"])
+        self._steps, self._nodes = int(state["steps"]), own
+        self._books.set_state(state)
+        wall = self._all_nodes(self._books.places(self.time, self.origin), own)
         force = np.array(state["wall_force"]) if self.comm.rank == 0 else np.zeros(wall.shape)
         bodies = np.hstack([self._constant[~self._outflow.out_clusters], state["bodies"]])
         if self._instance.call("dem_set_state", self.scene.dim, len(particles), pointer(particles),
                                len(bodies), pointer(bodies), pointer(wall), pointer(force), keep):
             self._report()
-        self._steps, self._nodes = int(state["steps"]), wall
 
     def close(self) -> None:
         """Free the LIGGGHTS instance; a second call does nothing."""

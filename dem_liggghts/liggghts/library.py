@@ -26,7 +26,7 @@ _SIGNATURES = {
     "dem_set_bodies": (ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p),
     "dem_count_bodies": (ctypes.c_void_p,),
     "dem_bodies": (ctypes.c_void_p, ctypes.c_void_p),
-    "dem_set_wall": (ctypes.c_void_p, *[ctypes.c_int] * 5, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int,
+    "dem_set_wall": (ctypes.c_void_p, *[ctypes.c_int] * 4, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int,
                      ctypes.c_void_p),
     "dem_wall_force": (ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p),
     "dem_set_wall_force": (ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p),

@@ -1,8 +1,9 @@
 """The walls of the LIGGGHTS back end, and how the moving one becomes another."""
-from typing import Any
+from typing import Any, Tuple
 
 import numpy as np
 
+from ..common.booking import WallBooks
 from ..common.states import Kept
 from ..common.wall_change import carried, check_was, new_numbers, redistribute, with_wall
 from ..contact.law import laws_of
@@ -21,10 +22,21 @@ class MovingWall(Kept):
     _instance: Instance
     _inside: SceneData  # the scene in the frame
     _nodes: Any  # of the moving wall, there [m], (n, dim)
+    _books: WallBooks
+    time: float
 
     def _sum(self, array: np.ndarray) -> np.ndarray:
         """Over the ranks."""
         raise NotImplementedError
+
+    @property
+    def _shape(self) -> Tuple[int, int]:
+        """Of an array for the nodes of all walls, those of the moving one last."""
+        return self._books.fixed + len(self._nodes), self.scene.dim
+
+    def _all_nodes(self, fixed: np.ndarray, own: np.ndarray) -> np.ndarray:
+        """Values at the nodes of all walls, from those of others, shape (n, 3), and of the moving one."""
+        return np.ascontiguousarray(np.concatenate([fixed[:, :self.scene.dim], own]))
 
     def _set_wall(self, keep: int, new: Any = None) -> None:
         """Hand over all walls of the scene; tangential springs go on when ``keep``. new: number that each
@@ -34,22 +46,25 @@ class MovingWall(Kept):
         data[:, :dim], data[:, 3:] = s.elements, s.traits
         data[:, dim:3] = s.elements[:, :3 - dim]  # a segment names its first node twice
         data[:, 3] += 1  # atom types count from 1
-        self._instance.call("dem_set_wall", dim, len(s.x), len(s.elements), *s.moving, pointer(data),
-                            pointer(s.x), keep, None if new is None else pointer(new))
+        x = s.x.copy()
+        x[:self._books.fixed] = self._books.places(self.time, self.origin)
+        self._instance.call("dem_set_wall", dim, len(x), len(s.elements), s.moving[1], pointer(data),
+                            pointer(x), keep, None if new is None else pointer(new))
 
     def replace_wall(self, wall: Wall, was: Any = None) -> None:
         """See `protocol.DEM.replace_wall`."""
-        scene, force, old = with_wall(self.scene, wall), np.empty(self._nodes.shape), self._nodes
+        scene, force, old = with_wall(self.scene, wall), np.empty(self._shape), self._nodes
         known = None if was is None else check_was(was, wall, len(old))
         self._instance.call("dem_wall_force", scene.dim, pointer(force))
+        force, fixed = self._sum(force), self._books.fixed
         self._replace(scene)
         if known is None:
             self._set_wall(keep=1)
-            force = redistribute(old, self._sum(force), self._inside, self._surface)
+            own = redistribute(old, force[fixed:], self._inside, self._surface)
         else:
             self._set_wall(1, new_numbers(known, len(old)))
-            force = carried(known, old, self._sum(force), self._nodes)
-        self._set_force(force)
+            own = carried(known, old, force[fixed:], self._nodes)
+        self._set_force(np.concatenate([force[:fixed], own]))
 
     def _replace(self, scene: SceneData) -> None:
         """Take the moving wall of ``scene``, which is the present one besides, where it is."""
@@ -60,7 +75,7 @@ class MovingWall(Kept):
         self._nodes = self._inside.wall.nodes
 
     def _set_force(self, force: np.ndarray) -> None:
-        """That of the last step on the wall nodes [N], shape (n, dim)."""
+        """That of the last step on the nodes of all walls [N], shape (n, dim)."""
         force = np.ascontiguousarray(force if self.comm.rank == 0 else np.zeros_like(force))
         self._instance.call("dem_set_wall_force", self.scene.dim, pointer(force))
 
@@ -71,4 +86,4 @@ class MovingWall(Kept):
             self._surface = wall_table(self._inside)
         self._replace(scene)
         self._set_wall(keep=0)
-        self._set_force(np.zeros(self._nodes.shape))
+        self._set_force(np.zeros(self._shape))

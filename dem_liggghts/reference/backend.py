@@ -7,6 +7,7 @@ import numpy as np
 from mpm_dem_direct import direct
 
 from .. import quaternion
+from ..common.booking import WallBooks
 from ..common.checks import PerforatedError, check_finite, check_window, through_the_wall
 from ..common.chunks import Chunks
 from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy, select_shapes
@@ -31,7 +32,7 @@ from .verlet import Span, build_lists, choose_skin, run
 MOVING = ("x", "v", "omega", "force", "torque")  # what changes of the spheres, and of the clusters
 CLUSTER_MOVING = ("x", "v", "omega", "spin", "force", "torque", "q", "axes")
 LISTS = [(f"near_{of}_{name}", of, name) for of in ("spheres", "elements") for name in NeighbourList._fields]
-NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_force",  # of a state
+NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_force", "impulses",  # of a state
          "near_x", "near_wall", "skin", *(name for name, _, _ in LISTS))
 
 
@@ -50,10 +51,12 @@ class ReferenceDEM(WallOfNow):
         self._populate(np.ones(len(self._all_spheres.x), np.bool_), np.ones(len(scene.clusters), np.bool_))
         self._laws, self._steps_of = laws_of(scene), direct(run)
         self._springs = tuple(count_springs(table) for table in self._laws)
+        self._books = WallBooks(scene)
         self._use(scene)
         none = no_neighbours(len(self._table.x))
         self._lists = NeighbourLists(none, none, self._spheres.x, self._wall.x, 0.0)
         self._begin()
+        self._books.begin(self.particles(), self.bodies())
 
     def _populate(self, present: np.ndarray, clusters: np.ndarray) -> None:
         """The spheres and clusters that are ``present``, (n,) bool each, as they were at the start."""
@@ -89,16 +92,19 @@ class ReferenceDEM(WallOfNow):
         """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
         self._need_open()
         steps = check_window(steps, x, v, self.scene)
-        here, x = self._surface.x[:self._fixed], translated_points(x, -self.origin)
-        wall = MovingWall(self._all_nodes(x, here), self._all_nodes(v, 0.0 * here), *self._surface[1:3])
+        span, x = steps * self.dt, translated_points(x, -self.origin)
+        here, there = self._books.motion(self.time, span, self.origin)
+        wall = MovingWall(self._all_nodes(x, here), self._all_nodes(v, there), *self._surface[1:3])
         on_wall = self._on_wall
         np.multiply(on_wall.force, 0.5 * self.dt, out=on_wall.impulse)
         on_wall.force[:] = 0.0
         self._run(steps, wall)
         self._steps += steps
-        self._wall = at_rest(self._surface, wall.x + wall.v * (steps * self.dt))
+        self._wall = at_rest(self._surface, wall.x + wall.v * span)
         check_finite(self._spheres.x, self.time, self.origin)
-        force = on_wall.impulse[self._fixed:, :self.scene.dim] / (steps * self.dt)
+        force = on_wall.impulse[self._fixed:, :self.scene.dim] / span
+        self._books.add(wall.x + 0.5 * span * wall.v + self.origin, on_wall.impulse, span, self.particles(),
+                        self.bodies())
         self._let_out()
         return force
 
@@ -144,6 +150,7 @@ class ReferenceDEM(WallOfNow):
         self._lists = NeighbourLists(select_neighbours(lists.spheres, stay, True),
                                      select_neighbours(lists.elements, stay, False), *lists[2:])
         self._begin()
+        self._books.begin(self.particles(), self.bodies())
         self._outflow.count_energy(energy - sum(self.energy().values()))
 
     def particles(self) -> np.ndarray:
@@ -173,6 +180,10 @@ class ReferenceDEM(WallOfNow):
             out["quaternion"] = quaternion.product(self._clusters.q, quaternion.inverse(table.turn))
         return out
 
+    def impulses(self) -> Dict[str, np.ndarray]:
+        """See `protocol.DEM.impulses`."""
+        return self._books.sums()
+
     def contact_at_wall(self, force: float) -> np.ndarray:
         """See `protocol.DEM.contact_at_wall`."""
         return contact_at_wall(self.scene, force)
@@ -193,7 +204,7 @@ class ReferenceDEM(WallOfNow):
             state.update({f"cluster_{name}": getattr(self._clusters, name).copy() for name in CLUSTER_MOVING})
         state.update(scene=self._fingerprint, origin=self.origin.copy(), steps=np.array(self._steps),
                      wall=self._wall.x[self._fixed:].copy(), wall_elements=np.array(self.scene.wall.elements),
-                     wall_force=self._on_wall.force[self._fixed:].copy(), near_x=self._lists.x.copy(),
+                     wall_force=self._on_wall.force.copy(), **self._books.get_state(), near_x=self._lists.x.copy(),
                      near_wall=self._lists.wall.copy(), skin=np.array(self._lists.skin))
         state.update({name: getattr(getattr(self._lists, of), field).copy() for name, of, field in LISTS})
         return {**state, **self._outflow.get_state()}
@@ -214,8 +225,10 @@ class ReferenceDEM(WallOfNow):
         if not (np.array_equal(state["wall_elements"], wall.elements) and np.array_equal(there, self.origin)):
             self.origin, nodes = there, translated_points(state["wall"][:, :self.scene.dim], there)
             self._use(with_wall(self.scene, replace(wall, nodes=nodes, elements=state["wall_elements"])))
-        self._wall = at_rest(self._surface, self._all_nodes(state["wall"], self._surface.x[:self._fixed]))
-        self._on_wall.force[self._fixed:] = state["wall_force"]
+        self._books.set_state(state)
+        fixed = self._books.places(self.time, self.origin)
+        self._wall = at_rest(self._surface, self._all_nodes(state["wall"], fixed))
+        self._on_wall.force[:] = state["wall_force"]
         near = [NeighbourList(*(state[name].copy() for name, of, _ in LISTS if of == which))
                 for which in ("spheres", "elements")]
         self._lists = NeighbourLists(near[0], near[1], state["near_x"].copy(), state["near_wall"].copy(),

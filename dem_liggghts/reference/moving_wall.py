@@ -3,6 +3,7 @@ from typing import Any
 
 import numpy as np
 
+from ..common.booking import WallBooks
 from ..common.states import Kept
 from ..common.wall_change import carried, check_was, new_numbers, redistribute, with_wall
 from ..scene.arrays import in_space
@@ -23,6 +24,8 @@ class WallOfNow(Kept):
     origin: np.ndarray
     _spheres: SphereState
     _lists: NeighbourLists
+    _books: WallBooks
+    time: float
 
     def _need_open(self) -> None:
         raise NotImplementedError
@@ -43,8 +46,10 @@ class WallOfNow(Kept):
         self._begin_wall()
 
     def _begin_wall(self) -> None:
-        self._fixed = self._surface.moving[0]  # nodes at rest
-        self._wall = at_rest(self._surface, self._surface.x)
+        self._fixed = self._surface.moving[0]  # nodes of all walls but the moving one
+        x = self._surface.x.copy()
+        x[:self._fixed] = self._books.places(self.time, self.origin)
+        self._wall = at_rest(self._surface, x)
         self._on_wall = WallForce(np.zeros_like(self._wall.x), np.zeros_like(self._wall.x))
         self._scratch = new_scratch(len(self._wall.elements))
 
@@ -54,10 +59,11 @@ class WallOfNow(Kept):
         scene, fixed, old = with_wall(self.scene, wall), self._fixed, self._wall
         old_x, force = old.x[fixed:, :scene.dim], self._on_wall.force[fixed:, :scene.dim]
         known = None if was is None else check_was(was, wall, len(old_x))
+        on_others = self._on_wall.force[:fixed]
         self._replace(scene)
         force = redistribute(old_x, force, self._inside, self._surface) if known is None else \
             carried(known, old_x, force, self._inside.wall.nodes)
-        self._on_wall.force[fixed:] = in_space(force)
+        self._on_wall.force[:fixed], self._on_wall.force[fixed:] = on_others, in_space(force)
         near, first = self._lists.elements, self._surface.moving[1]
         if not len(near.shear):
             near = no_neighbours(len(self._spheres.x))

@@ -35,7 +35,7 @@ def _box(scene: SceneData) -> Tuple[np.ndarray, np.ndarray]:
     """Lowest and highest corner of all spheres and wall nodes [m], shape (3,) each."""
     points: List[Tuple[Array, Any]] = [(scene.spheres.x, scene.spheres.radius[:, None])]
     points += [(cluster.places[:, :scene.dim], cluster.radii[:, None]) for cluster in scene.clusters]
-    points += [(wall.nodes, wall.radius or 0.0) for wall in (*scene.walls, scene.wall)]
+    points += [(wall.nodes, wall.radius or 0.0) for wall in (*scene.fixed, scene.wall)]
     low, high = np.zeros(3), np.zeros(3)
     some = [(x, r) for x, r in points if len(x)]
     if some:
@@ -52,7 +52,8 @@ def translated(scene: SceneData, by: np.ndarray) -> SceneData:
     return _with(scene, spheres=_with(scene.spheres, x=scene.spheres.x + by),
                  wall=_translated_wall(scene.wall, by),
                  clusters=tuple(_with(cluster, x=cluster.x + by) for cluster in scene.clusters),
-                 walls=tuple(_translated_wall(wall, by) for wall in scene.walls))
+                 walls=tuple(_translated_wall(wall, by) for wall in scene.walls),
+                 surfaces=tuple(_translated_wall(wall, by) for wall in scene.surfaces))
 
 
 def with_wall_inside(inside: SceneData, wall: Wall, by: np.ndarray) -> SceneData:

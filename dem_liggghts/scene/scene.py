@@ -1,7 +1,7 @@
 """The data of a DEM scene: frozen, in SI units, checked when made. No numerics, no MPI."""
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, Dict, FrozenSet, List, Optional, Tuple, Union
+from typing import Any, ClassVar, Dict, FrozenSet, List, Optional, Set, Tuple, Union
 
 import mpm_dem_checks as check
 
@@ -10,6 +10,7 @@ from .clusters import Cluster
 from .domain import read_domain, read_ways
 from .materials import SPHERES, WALL, Interaction, Material
 from .spheres import Spheres
+from .structures import check_structures, wall_of
 from .walls import Wall
 
 
@@ -30,11 +31,16 @@ class SceneData:
     interactions: Dict[Any, Interaction] = field(default_factory=dict)
     domain: Array = None
     outflow: Union[str, Dict[str, str]] = "stop"
+    structures: Tuple[Any, ...] = ()
+
+    surfaces: ClassVar[Tuple[Wall, ...]]  # of the structures, one wall each
 
     def __post_init__(self) -> None:
         put = partial(object.__setattr__, self)  # the class is frozen
         put("clusters", check.records("clusters", self.clusters, Cluster))
         put("walls", check.records("walls", self.walls, Wall))
+        put("structures", check_structures(self.structures))
+        put("surfaces", tuple(map(wall_of, self.structures)))
         kinds: Dict[str, type] = {"spheres": Spheres, "wall": Wall, "material": Material,
                                   "wall_material": Material}
         for name, kind in kinds.items():
@@ -42,7 +48,7 @@ class SceneData:
         for name, kind in (("materials", Material), ("interactions", Interaction)):
             check.records(name, check.record(name, getattr(self, name), dict).values(), kind)
         check.records("between and at_wall", (self.between, self.at_wall), Interaction)
-        members: Tuple[Any, ...] = (self.spheres, self.wall, *self.clusters, *self.walls)
+        members: Tuple[Any, ...] = (self.spheres, self.wall, *self.clusters, *self.fixed)
         dims = sorted({member.dim for member in members if member is not None})
         if len(dims) != 1:
             raise ValueError(f"the parts of the scene have dimensions {dims}: use one dimension, 2 or 3, for "
@@ -66,7 +72,10 @@ class SceneData:
     def _all_materials(self) -> Dict[str, Material]:
         own = {name: m for name, m in ((SPHERES, self.material), (WALL, self.wall_material)) if m is not None}
         known = {**own, **self.materials}
-        used = {p.material for p in self.clusters + self.walls}
+        moving = self.moving_materials()
+        for surface in self.surfaces if moving and min(moving) in known else ():
+            known.setdefault(surface.material, known[min(moving)])  # of a structure that nothing else says
+        used = {p.material for p in self.clusters + self.fixed}
         used |= {self.spheres.material} if len(self.spheres.x) else set()
         used |= {self.wall.material} if self.wall.may_touch else set()
         for name in sorted(used - set(known)):
@@ -75,8 +84,11 @@ class SceneData:
 
     def _all_interactions(self) -> Dict[FrozenSet[str], Interaction]:
         known = {frozenset((SPHERES, SPHERES)): self.between, frozenset((SPHERES, WALL)): self.at_wall}
-        names = {SPHERES, WALL, *self.materials}
+        names = {SPHERES, WALL, *self.materials, *(surface.material for surface in self.surfaces)}
         known.update({pair(key, names): interaction for key, interaction in self.interactions.items()})
+        for structure, surface in zip(self.structures, self.surfaces):
+            for name in self.moving_materials():
+                known.setdefault(frozenset((name, surface.material)), Interaction(friction=structure.friction))
         for a, b in self.pairs() + self.wall_pairs():
             if frozenset((a, b)) not in known:
                 raise ValueError(f"no interaction says how {a!r} meets {b!r}: add one for this pair")
@@ -89,10 +101,17 @@ class SceneData:
 
     def wall_pairs(self) -> List[Tuple[str, str]]:
         """Pairs (material of spheres, material of a wall) that may meet, sorted."""
-        moving = {c.material for c in self.clusters}
-        moving |= {self.spheres.material} if len(self.spheres.x) else set()
-        walls = {w.material for w in (self.wall, *self.walls) if w.may_touch}
-        return sorted((a, b) for a in moving for b in walls)
+        walls = {w.material for w in (self.wall, *self.fixed) if w.may_touch}
+        return sorted((a, b) for a in self.moving_materials() for b in walls)
+
+    def moving_materials(self) -> Set[str]:
+        """Names of the materials of what moves."""
+        return {c.material for c in self.clusters} | ({self.spheres.material} if len(self.spheres.x) else set())
+
+    @property
+    def fixed(self) -> Tuple[Wall, ...]:
+        """All walls but the interface: those of ``walls`` and of structures, which may move by themselves."""
+        return (*self.walls, *self.surfaces)
 
     def interaction(self, a: str, b: str) -> Interaction:
         """Contact constants of the materials named a and b."""

@@ -90,8 +90,8 @@ def cluster_table(scene: SceneData) -> ClusterTable:
 
 def wall_table(scene: SceneData) -> WallTable:
     """The walls of ``scene`` where they are."""
-    nodes = np.cumsum([0] + [len(w.nodes) for w in scene.walls])
-    fixed = [_part(scene, w, group, start) for group, (w, start) in enumerate(zip(scene.walls, nodes))]
+    nodes = np.cumsum([0] + [len(w.nodes) for w in scene.fixed])
+    fixed = [_part(scene, w, group, start) for group, (w, start) in enumerate(zip(scene.fixed, nodes))]
     none = np.zeros((0, 3)), np.zeros((0, scene.dim), np.int32), np.zeros((0, TRAITS))
     x, elements, traits = (np.concatenate(parts) for parts in zip(none, *fixed))
     return with_moving(WallTable(x, elements, traits, (len(x), len(elements))), scene)
@@ -101,7 +101,7 @@ def with_moving(table: WallTable, scene: SceneData) -> WallTable:
     """``table`` with the moving wall of ``scene`` in the place of its own: what is at rest stays, and costs a
     copy."""
     nodes, elements = table.moving
-    own = _part(scene, scene.wall, len(scene.walls), nodes)
+    own = _part(scene, scene.wall, len(scene.fixed), nodes)
     kept = table.x[:nodes], table.elements[:elements], table.traits[:elements]
     x, corners, traits = (np.concatenate(parts) for parts in zip(kept, own))
     return WallTable(x, corners, traits, table.moving)

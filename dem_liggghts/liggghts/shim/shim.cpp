@@ -110,17 +110,11 @@ static std::vector<Vec> read_nodes(const double *flat, int dim, size_t nodes)
     return out;
 }
 
-static void read_own(const double *flat, int dim, int own, std::vector<Vec> &nodes)  // those of the wall that moves
+static double *write_nodes(const std::vector<Vec> &nodes, int dim, double *flat)
 {
-    const std::vector<Vec> moving = read_nodes(flat, dim, nodes.size() - own);
-    std::copy(moving.begin(), moving.end(), nodes.begin() + own);
-}
-
-static double *write_nodes(const std::vector<Vec> &nodes, int own, int dim, double *flat)  // of the wall that moves
-{
-    for (auto node = nodes.begin() + own; node != nodes.end(); ++node) {
-        flat[0] = node->x, flat[1] = node->y;
-        if (dim == 3) flat[2] = node->z;
+    for (const Vec &node : nodes) {
+        flat[0] = node.x, flat[1] = node.y;
+        if (dim == 3) flat[2] = node.z;
         flat += dim;
     }
     return flat;
@@ -257,11 +251,10 @@ int dem_bodies(void *handle, double *out)  // of this rank, as in bodies.h
     return guarded([&] { Bodies(static_cast<LAMMPS *>(handle)).read(out); });
 }
 
-// All walls at rest, the one that moves last, from the node ``own_node`` and the element ``own_element`` on. data of
-// each element: nodes (3), type, group, depth, radius of a disc or 0, rim (3), joint (3).
+// All walls at rest, the interface last, from the element ``own_element`` on. data of each element: nodes (3), type, group, depth, radius of a disc or 0, rim (3), joint (3).
 // keep: springs stay where they were, as well as they can.
-int dem_set_wall(void *handle, int dim, int nodes, int elements, int own_node, int own_element, const double *data,
-                 const double *x, int keep, const int *number)
+int dem_set_wall(void *handle, int dim, int nodes, int elements, int own_element, const double *data, const double *x,
+                 int keep, const int *number)
 {
     return guarded([&] {
         std::vector<Element> all(elements);
@@ -272,7 +265,6 @@ int dem_set_wall(void *handle, int dim, int nodes, int elements, int own_node, i
         }
         FixWallNodal *wall = wall_of(static_cast<LAMMPS *>(handle));
         wall->set_elements(dim, all, own_element, read_nodes(x, 3, nodes), keep, number);
-        wall->own_ = own_node;
     });
 }
 
@@ -280,7 +272,7 @@ int dem_wall_force(void *handle, int dim, double *force)  // of the last step, f
 {
     return guarded([&] {
         FixWallNodal *wall = wall_of(static_cast<LAMMPS *>(handle));
-        write_nodes(wall->force_, wall->own_, dim, force);
+        write_nodes(wall->force_, dim, force);
     });
 }
 
@@ -288,9 +280,7 @@ int dem_set_wall_force(void *handle, int dim, const double *force)  // zero on a
 {
     return guarded([&] {
         FixWallNodal *wall = wall_of(static_cast<LAMMPS *>(handle));
-        std::vector<Vec> all(wall->x_.size());
-        read_own(force, dim, wall->own_, all);
-        wall->set_force(all);
+        wall->set_force(read_nodes(force, dim, wall->x_.size()));
     });
 }
 
@@ -303,12 +293,12 @@ int dem_advance(void *handle, int dim, int steps, int begin, int count, const do
         LAMMPS *lmp = static_cast<LAMMPS *>(handle);
         FixWallNodal *wall = wall_of(lmp);
         if (begin == 0) {
-            read_own(x, dim, wall->own_, wall->x_);
-            read_own(v, dim, wall->own_, wall->v_);
+            wall->x_ = read_nodes(x, dim, wall->x_.size());
+            wall->v_ = read_nodes(v, dim, wall->x_.size());
             wall->start_window(steps * lmp->update->dt);
         }
         run_steps(lmp, count);
-        out = write_nodes(wall->impulse_, wall->own_, dim, out);
+        out = write_nodes(wall->impulse_, dim, out);
         out[0] = lmp->atom->nlocal;
         out[1] = !wall->finite_particles();
     });
@@ -353,8 +343,8 @@ int dem_get_state(void *handle, int dim, double **records, int *count, double *x
         *records = buffer.data();
         *count = int(buffer.size());
         FixWallNodal *wall = wall_of(lmp);
-        write_nodes(wall->positions(), wall->own_, dim, x);
-        write_nodes(wall->force_, wall->own_, dim, force);
+        write_nodes(wall->positions(), dim, x);
+        write_nodes(wall->force_, dim, force);
     });
 }
 
@@ -367,14 +357,12 @@ int dem_set_state(void *handle, int dim, int count, double *records, int n_bodie
         LAMMPS *lmp = static_cast<LAMMPS *>(handle);
         FixWallNodal *wall = wall_of(lmp);
         lmp->modify->pre_exchange();  // else the set-up would take the springs from the old neighbour lists
-        read_own(x, dim, wall->own_, wall->x_);
+        wall->x_ = read_nodes(x, dim, wall->x_.size());
         std::fill(wall->v_.begin(), wall->v_.end(), Vec());
         wall->start_window(0.0);
         unpack_particles(lmp, count, records, n_bodies, bodies, keep);
         if (!keep) return;
-        std::vector<Vec> all(wall->x_.size());
-        read_own(force, dim, wall->own_, all);
-        wall->set_force(all);
+        wall->set_force(read_nodes(force, dim, wall->x_.size()));
     });
 }
 }

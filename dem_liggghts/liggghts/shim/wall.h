@@ -32,10 +32,8 @@ public:
     FixWallNodal(LAMMPS *lmp, int argc, char **argv) : FixWallGran(lmp, argc, argv) {}
     static Fix *create(LAMMPS *lmp, int argc, char **argv) { return new FixWallNodal(lmp, argc, argv); }
 
-    // Nodes move along x + v t within the window, t = step_ * dt; impulse [N s] and force of this rank's particles. The
-    // nodes from own_ on are those of the wall that moves.
+    // Nodes move along x + v t within the window, t = step_ * dt; impulse [N s] and force of this rank's particles.
     std::vector<Vec> x_, v_, impulse_, force_;
-    int own_ = 0;
 
     // Per particle, SLOTS springs [element + 1, or 0 when free; history values], in the order of its contacts; kept in
     // a fix property/atom, so that they migrate with their particle.

@@ -27,9 +27,8 @@ class WallBooks:
 
     def __init__(self, scene: SceneData) -> None:
         self._scene, self._dim = scene, scene.dim
-        self.names = [GRAVITY, *dict.fromkeys([
-            *(wall.material for wall in scene.walls), *(name for one in scene.structures for name in one.cells)]),
-            INTERFACE]
+        cells = [name for one in scene.structures for name in one.cells]
+        self.names = [GRAVITY, *dict.fromkeys([*(wall.material for wall in scene.walls), *cells]), INTERFACE]
         row = {name: number for number, name in enumerate(self.names)}
         of_nodes: List[np.ndarray] = [np.full(len(wall.nodes), row[wall.material]) for wall in scene.walls]
         for one, wall in zip(scene.structures, scene.surfaces):

@@ -28,7 +28,8 @@ from .library import SHIM, LiggghtsError, load
 from .moving_wall import MovingWall
 from .script import commands
 
-NAMES = "origin", "particles", "bodies", "wall", "wall_elements", "wall_force", "impulses", "steps"  # of a state
+NAMES = ("origin", "particles", "bodies", "wall", "wall_elements", "wall_force", "impulses",  # of a state
+         "steps")
 
 
 class LiggghtsDEM(MovingWall):

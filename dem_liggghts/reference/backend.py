@@ -204,8 +204,9 @@ class ReferenceDEM(WallOfNow):
             state.update({f"cluster_{name}": getattr(self._clusters, name).copy() for name in CLUSTER_MOVING})
         state.update(scene=self._fingerprint, origin=self.origin.copy(), steps=np.array(self._steps),
                      wall=self._wall.x[self._fixed:].copy(), wall_elements=np.array(self.scene.wall.elements),
-                     wall_force=self._on_wall.force.copy(), **self._books.get_state(), near_x=self._lists.x.copy(),
-                     near_wall=self._lists.wall.copy(), skin=np.array(self._lists.skin))
+                     wall_force=self._on_wall.force.copy(), near_x=self._lists.x.copy(),
+                     near_wall=self._lists.wall.copy(), skin=np.array(self._lists.skin),
+                     **self._books.get_state())
         state.update({name: getattr(getattr(self._lists, of), field).copy() for name, of, field in LISTS})
         return {**state, **self._outflow.get_state()}
 

@@ -88,7 +88,8 @@ class SceneData:
         known.update({pair(key, names): interaction for key, interaction in self.interactions.items()})
         for structure, surface in zip(self.structures, self.surfaces):
             for name in self.moving_materials():
-                known.setdefault(frozenset((name, surface.material)), Interaction(friction=structure.friction))
+                pair_of = frozenset((name, surface.material))
+                known.setdefault(pair_of, Interaction(friction=structure.friction))
         for a, b in self.pairs() + self.wall_pairs():
             if frozenset((a, b)) not in known:
                 raise ValueError(f"no interaction says how {a!r} meets {b!r}: add one for this pair")
@@ -106,7 +107,8 @@ class SceneData:
 
     def moving_materials(self) -> Set[str]:
         """Names of the materials of what moves."""
-        return {c.material for c in self.clusters} | ({self.spheres.material} if len(self.spheres.x) else set())
+        single = {self.spheres.material} if len(self.spheres.x) else set()
+        return {c.material for c in self.clusters} | single
 
     @property
     def fixed(self) -> Tuple[Wall, ...]:

@@ -1,5 +1,5 @@
-"""Structures that a scene is given: their walls. They are matched by their fields, as whoever states them for a
-solid, too, does it with a class of his own."""
+"""Structures that a scene is given, and their walls. They are matched by their fields, as the class of those
+that a solid meets, too, belongs to another package."""
 from typing import Any, Tuple
 
 import numpy as np
@@ -20,12 +20,13 @@ def check_structures(given: Any) -> Tuple[Any, ...]:
     for one in structures:
         lacking = [name for name in FIELDS if not hasattr(one, name)]
         if lacking:
-            check.refuse("one of the structures", one, f"it has no {lacking[0]}, give one as mpm_fenicsx.Structure")
+            check.refuse("one of the structures", one, f"it has no {lacking[0]}, give a mpm_fenicsx.Structure "
+                         "or what has its fields")
     names = [name for one in structures for name in {one.name, *one.cells}]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"{name!r} is the name of two structures: give each its own, as forces are told by "
-                             "name")
+            raise ValueError(f"{name!r} is the name of two structures: give each its own, as forces are told "
+                             "by name")
     return structures
 
 

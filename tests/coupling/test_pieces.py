@@ -1,14 +1,16 @@
 """What the ParaView series show of rocks, walls and forces is where it is."""
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from coupling import Output, Run, Scheme
 from coupling.loop.window import Window
 from coupling.records.pieces import Pieces
 from coupling.shapes import rocks
 from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, quaternion
-from mpm_fenicsx import MPM, Body, Box, Grid, Structure, linear
+from mpm_fenicsx import MPM, Body, Box, Grid, Interface, Structure, linear
 
 BRICK = np.array([[k >> d & 1 for d in range(3)] for k in range(8)]) * [0.04, 0.02, 0.01]
 SIDES = (0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)
@@ -105,3 +107,32 @@ def test_structures_are_where_they_have_moved_and_feel_what_the_body_loses():
     around = 2 * (0.15 + 0.1) - 0.1  # of half a sill: without the cut
     assert of_cells["traction_soil"][0] == pytest.approx(of_cells["force_soil"][0] / around)
     solid.close()
+
+
+def strike(out, backend):
+    """A brick falls beside a rubber block that falls onto a moving sill."""
+    size, room = Box((0.0, 0.01, 0.0), (0.1, 0.06, 0.1)), Box((-0.05, -0.1, -0.05), (0.15, 0.15, 0.15))
+    block = Body(size, (4, 2, 4), 2, linear(E=1e6, nu=0.3), rho=1000.0)
+    sill = Structure.box("sill", Box((-0.05, -0.05, -0.05), (0.15, 0.0, 0.15)), cells=(2, 1, 1))
+    top = Interface.top(size, (2, 2))
+    solid = MPM(Grid(room, (8, 10, 8)), block, [], top, gravity=(0.0, -9.81, 0.0), inertia="lumped",
+                structures=[sill.moving((0.0, 0.1, 0.0))])
+    stone = Material(1e6, 0.3)
+    brick = Cluster.from_surface(BRICK, TRIANGLES, 2600.0, (0.05, 0.075, 0.05), spheres=40)
+    grains = Scene(None, Wall(top.x, top.elements), stone, stone, gravity=(0.0, -9.81, 0.0), clusters=[brick])
+    scheme = Scheme(dt=1e-3, t_end=0.06, substeps=50, dem=backend)
+    return Run("strike", solid, grains, scheme, Output(out, 10, 1.0, 10, checkpoint="25"))
+
+
+@pytest.mark.validation
+def test_series_and_pictures_go_on_after_a_restart(tmp_path, backend):
+    """The files of a run that went on are those of one that went through, to the last bit."""
+    strike(tmp_path / "one", backend).go()
+    shutil.copytree(tmp_path / "one", tmp_path / "two")
+    (tmp_path / "two" / "checkpoint.h5").unlink()  # that of window 50: the one before is taken
+    strike(tmp_path / "two", backend).load(tmp_path / "two").go()
+    kinds = ".vtu", ".pvd", ".gif", ".png", ".csv"
+    names = sorted(path.name for path in (tmp_path / "one").iterdir() if path.suffix in kinds)
+    assert {"rocks_00006.vtu", "structures_00006.vtu", "strike_flow.gif"} <= set(names)
+    for name in names:
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes(), name

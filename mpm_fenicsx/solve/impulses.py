@@ -75,12 +75,15 @@ class Impulses:
     # ---------------------------------------------------------------- who books
 
     def start(self, bodies: list, gravity: np.ndarray) -> None:
-        """All points are at the start, on every rank, with the accelerations of gravity and body force."""
-        for p in (body.points for body in bodies):
+        """All points are at the start, on every rank, with the accelerations of gravity and body force, or,
+        under a stress that is given, at rest: what holds them is not known yet, it counts as numerical."""
+        for body in bodies:
+            p, held = body.points, body.body.stress is not None
             pull = np.broadcast_to(gravity, p.x.shape)
             self._last[self._row[GRAVITY]] += wrenches(p.x, p.mass[:, None] * pull).sum(axis=0)
-            if BODY in self._row:
-                self._last[self._row[BODY]] += wrenches(p.x, p.mass[:, None] * (p.a - pull)).sum(axis=0)
+            if held or BODY in self._row:
+                row = self._row[NUMERICAL if held else BODY]
+                self._last[row] += wrenches(p.x, p.mass[:, None] * (p.a - pull)).sum(axis=0)
 
     def leave(self, body: Any, chosen: np.ndarray, gravity: np.ndarray) -> None:
         """The ``chosen`` points of a body leave, with their momentum and the forces that they carry on."""

@@ -41,10 +41,11 @@ def scene():
     rock = Cluster.from_surface(*surface(12), rho=2600.0, size=0.05, spheres=20)
     rocks = [rock._with(x=np.array([0.2, 0.021, 0.035])), rock.scaled(0.8, x=np.array([0.2, 0.017, 0.09])),
              rock.scaled(0.6, x=np.array([0.25, 0.013, 0.06]))]
-    others = [Wall(one.x, one.elements, material="bed") for one in (bed, *sides, barrier)]
+    slide = {("spheres", one): Interaction(0.3, 0.3) for one in ("bed", "near", "far", "back", "barrier")}
     grains = Scene(None, Wall.discs(solid.interface.x, 0.3 * H), stone, Material(1e6, 0.3),
-                   Interaction(0.3, 0.5), Interaction(0.3, 0.4), g, clusters=rocks, walls=others,
-                   materials={"bed": stone}, interactions={("spheres", "bed"): Interaction(0.3, 0.3)})
+                   Interaction(0.3, 0.5), Interaction(0.3, 0.4), g, clusters=rocks,
+                   structures=[bed, *sides, back, barrier],
+                   materials={one: stone for _, one in slide}, interactions=slide)
     return solid, grains
 
 

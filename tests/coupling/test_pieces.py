@@ -109,6 +109,25 @@ def test_structures_are_where_they_have_moved_and_feel_what_the_body_loses():
     solid.close()
 
 
+def test_a_rock_that_lies_on_a_structure_weighs_on_its_cell(dem):
+    """What it loses of the momentum that gravity gives it, the force cell under it takes."""
+    table = Structure.box("table", Box((-0.1, -0.1, -0.1), (0.5, 0.0, 0.1)), cells=(2, 1, 1))
+    stone = Material(1e7, 0.3)
+    brick = Cluster.from_surface(BRICK, TRIANGLES, 2600.0, (0.35, 0.0101, 0.0), spheres=40)
+    grains = dem(Scene(None, Wall.none(3), stone, gravity=(0.0, -9.81, 0.0), clusters=[brick],
+                       structures=[table], materials={"table": stone},
+                       interactions={("spheres", "table"): Interaction(0.2, 0.5)}), 1e-5)
+    pieces = Pieces(SOLID, grains)
+    pieces(0.0, None)
+    grains.advance(3000, np.zeros((0, 3)), np.zeros((0, 3)))
+    parts = pieces(0.03, None)
+    data, (body,) = parts["structures"][3], grains.bodies()
+    force = np.array([data["force_rock"][data["cell"] == k][0] for k in range(2)])
+    assert not force[0].any() and "force_soil" not in data and "walls" not in parts
+    assert force[1] == pytest.approx(body["mass"] * (np.array([0.0, -9.81, 0.0]) - body["v"] / 0.03), abs=1e-9)
+    assert force[1, 1] < -0.5 * body["mass"] * 9.81
+
+
 def strike(out, backend):
     """A brick falls beside a rubber block that falls onto a moving sill."""
     size, room = Box((0.0, 0.01, 0.0), (0.1, 0.06, 0.1)), Box((-0.05, -0.1, -0.05), (0.15, 0.15, 0.15))

@@ -5,7 +5,7 @@ import pytest
 from coupling import Output, Run, Scheme, Steps
 from coupling.ledger.books import Books, regions
 from dem_liggghts import Material, Scene, Spheres, Wall
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Support
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Structure, Support
 
 SOIL = LAWS["mohr_coulomb"](2e5, 0.3, 30.0, 0.0, 0.0)
 
@@ -144,3 +144,20 @@ def test_a_ball_that_bounces_is_booked_on_both_sides(backend, tmp_path):
                                                        "numerical"))
     whole = history["energy_grains"] + history["energy_solid"] + spent
     np.testing.assert_allclose(whole, whole[0], rtol=1e-9)
+
+
+def test_soil_and_rocks_on_one_structure(backend, tmp_path):
+    """A block and a ball stand on a bed, another ball falls on the block: momentum of both, to round-off."""
+    bed = Structure.plane("bed", (0, 0), "+y", Box((-0.05, -0.01), (0.25, 0.2)), friction=0.3)
+    box, rubber, pull = Box((0.0, 0.0), (0.1, 0.1)), Material(1e6, 0.3), (0.0, -9.81)
+    top = Interface.top(box, (4,))
+    solid = MPM(Grid(Box((-0.05, -0.05), (0.25, 0.2)), (12, 10)), Body(box, (4, 4), 2, LAWS["linear"](
+        1e6, 0.3), 1000.0), [], top, structures=[bed], gravity=pull, inertia="lumped")
+    balls = Spheres([[0.05, 0.111], [0.17, 0.011]], [[0.0, -1.0], [0.3, -1.0]], 0.01, 2500.0)
+    grains = Scene(balls, Wall(top.x, top.elements), rubber, rubber, structures=[bed], gravity=pull)
+    scheme = Scheme(dt=1e-4, t_end=5e-3, substeps=10, dem=backend)
+    history = Run("bed", solid, grains, scheme, Output(tmp_path)).go()[backend]
+    assert history["force_rock_bed_y"].min() < -1.0 and history["force_soil_bed_y"].min() < -1.0
+    mean = history["force_rock_bed_y"] + history["force_soil_bed_y"]
+    np.testing.assert_allclose(history["impulse_bed_y"], np.cumsum(mean) * 1e-4, rtol=1e-9)
+    assert history["momentum_error"].max() < 1e-12

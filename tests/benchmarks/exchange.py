@@ -4,6 +4,7 @@ those of an interface of all points. Soil that is pressed yields, and Newton's m
 law=elastic leaves that out.
 
     ./dev run python tests/benchmarks/exchange.py [points=1e5] [windows=8] [dem=reference] [law=elastic]
+        [speed=0.1]
     ./dev run mpirun -n 4 python tests/benchmarks/exchange.py
 """
 import sys
@@ -23,6 +24,7 @@ from mpm_fenicsx import MPM, Balls, Body, Box, Grid, Support, linear, mohr_coulo
 
 H, DT, SUBSTEPS, BOULDER = 0.1, 1e-3, 20, 0.3
 HIGH = 5  # cells of the bed
+SPEED = float(WORDS.get("speed", 0.1))  # of the boulders [m/s]
 LAWS = {"soil": mohr_coulomb(1e7, 0.3, friction_angle=35.0), "elastic": linear(1e7, 0.3)}
 
 
@@ -40,13 +42,15 @@ def bed(points):
 
 
 def boulders(side, backend):
-    """Five of 27 spheres each, that are about to touch the bed, one metre a second fast."""
+    """Five of 27 spheres each, that are about to touch the bed."""
     radius = BOULDER / 3
     place = np.stack(np.meshgrid(*3 * [np.linspace(-1.0, 1.0, 3)], indexing="ij"), -1).reshape(-1, 3) * radius
     stone = dem.Material(E=1e7, nu=0.3)
-    height = HIGH * H + 2.0 * radius + 0.08 * H
-    clusters = [dem.Cluster.of_spheres(place, np.full(27, radius), 2600.0, x=(side * (0.2 + 0.15 * k), height,
-                                       side * (0.3 + 0.1 * k)), v=(0.5, -1.0, 0.2)) for k in range(5)]
+    height = HIGH * H + 2.0 * radius + 0.04 * H
+    v = 0.2 * SPEED, -SPEED, 0.1 * SPEED
+    clusters = [dem.Cluster.of_spheres(place, np.full(27, radius), 2600.0, v=v,
+                                       x=(side * (0.2 + 0.15 * k), height, side * (0.3 + 0.1 * k)))
+                for k in range(5)]
     wall = dem.Wall.discs(np.zeros((0, 3)), 0.25 * H)
     scene = dem.Scene(clusters=clusters, wall=wall, material=stone, wall_material=stone,
                       at_wall=dem.Interaction(0.3, 0.5), gravity=(0.0, -9.81, 0.0))

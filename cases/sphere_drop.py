@@ -1,6 +1,6 @@
 """A steel sphere falls on a bed of dry soil: how deep it goes, and which force stops it.
 
-    python cases/sphere_drop.py                       a quarter of a small bed, a minute
+    python cases/sphere_drop.py                       a quarter of a small bed, half a minute
     python cases/sphere_drop.py h=0.01 dem=compare    finer, with both back ends
     python cases/sphere_drop.py dim=2                 a cylinder, in the plane
     python cases/sphere_drop.py preset=reference      the bed of 1.0 x 0.1 x 0.27 m, a quarter of it
@@ -33,10 +33,10 @@ def main(
     soil: Soil = Soil(E=61e6, nu=0.2, rho=600.0, phi=16.0, psi=3.0),
     ball: float = 0.25,  # radius of the balls in the place of material points [cells]
     ball_E: float = 0.0,  # their modulus in contacts [Pa]; 0: by the rule of Scene.contact_rule
-    h: float = 0.0125,  # size of the background cells [m]
+    h: float = 0.0167,  # size of the background cells [m]
     g: float = 9.81,  # gravity [m/s^2]
     numerics: Numerics = Numerics(),
-    scheme: Scheme = Scheme(dt=None, t_end=0.06),
+    scheme: Scheme = Scheme(dt=None, t_end=0.04),
     output: Output = Output(Path("out/sphere_drop")),
 ) -> Run:
     """Depth of a sphere in a granular bed and force on it over time."""

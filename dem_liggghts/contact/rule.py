@@ -6,7 +6,7 @@ import numpy as np
 import mpm_dem_checks as check
 
 from ..scene.scene import SceneData
-from ..scene.tables import SphereTable, sphere_table
+from ..scene.tables import IMMOVABLE, SphereTable, sphere_table
 from .critical_step import critical_step
 from .law import constant, law_table
 from .window import longest_window
@@ -50,26 +50,26 @@ def contact_rule(scene: SceneData, scales: Any, speed: float) -> ContactRule:
     """Modulus, window and step for the balls of ``scene.wall`` that meet its rocks at ``speed`` [m/s], as
     they are now and as they should be. scales: see `Scales`.
 
-    The largest force on a point is that which stops at DEPTH s, s the spacing, what is pressed with it:
-    5/4 m v^2 / (DEPTH s) of Hertz's contact with m = SHARE times the mass of a point, or the pressure rho c v
-    of the wave in the soil on its area, the larger one; and besides the pressure rho g H of the soil and the
-    weight of a rock that is not held over pi R^2. The modulus is that with which this force presses a ball DEPTH s into the
-    rock of the smallest radius: E* = 3/4 F / sqrt(R* d^3). The window is that of `longest_window` under that
-    force with the mass m. The step is the critical one, or SWING sqrt(M / k) of a rock of mass M that all
-    balls that have room on half of its surface hold with the stiffness k. Raises ValueError for rocks that
-    are too soft for any balls.
+    The largest force on a point is a sum: what stops at DEPTH s, s the spacing, the mass that is pressed with
+    it, 5/4 m v^2 / (DEPTH s) of Hertz's contact with m = SHARE times the mass of a point; and on its area the
+    pressure rho c v of the wave in the soil, rho g H of the soil's weight, and the weight of a rock over pi
+    R^2 (in a plane 2 R times the thickness). The modulus is that with which this
+    force presses a ball DEPTH s into the rock of the smallest radius: E* = 3/4 F / sqrt(R* d^3). The window
+    is that of `longest_window` under that force with the mass m. The step is the critical one, or SWING
+    sqrt(M / k) of a rock of mass M that all balls that have room on half of its surface hold with the
+    stiffness k. Raises ValueError for rocks that are too soft for any balls.
     """
     check.not_negative("speed", speed, "m/s", "the speed at which rocks meet the soil must be 0 or more")
     spheres, m = sphere_table(scene), SHARE * scales.mass
     g, s = float(np.linalg.norm(scene.gravity)), scales.spacing
     if not len(spheres.x) or not scene.wall.may_touch:
         return ContactRule(0.0, 0.0, 0.0, np.inf, float(min(critical_step(scene))), 0.0)
+    size, weight = _rocks(spheres, g)
     heaviest = spheres.contact_mass.max()
     stopped = 1.25 * m * heaviest / (m + heaviest) * speed**2 / (DEPTH * s)
-    free = np.array([c.flags[:scene.dim].any() for c in scene.clusters] + [True])[spheres.cluster]
-    resting = float((free * spheres.contact_mass * g / (np.pi * spheres.radius**2)).min())
-    force = max(stopped, scales.rho * scales.wave * speed * scales.area) + scales.area * (
-        scales.rho * g * scales.height + resting)
+    footprint = 2.0 * size * scales.area / s if scene.dim == 2 else np.pi * size**2
+    resting = float((weight / footprint).max())
+    force = stopped + scales.area * (scales.rho * (scales.wave * speed + g * scales.height) + resting)
     if not force > 0.0:
         raise ValueError("nothing presses rocks and soil on each other (speed and gravity are 0): give "
                          "speed=, at which they meet [m/s]")
@@ -77,8 +77,7 @@ def contact_rule(scene: SceneData, scales: Any, speed: float) -> ContactRule:
     needed = float((0.75 * force / np.sqrt(R * (DEPTH * s) ** 3)).max())
     depth = float(((0.75 * force / (E * np.sqrt(R))) ** (2.0 / 3.0)).max()) / s
     stiffness = 2.0 * E * np.sqrt(R * min(depth, DEPTH) * s)
-    around = np.maximum(np.pi * spheres.radius / s if scene.dim == 2 else
-                        2.0 * np.pi * (spheres.radius / s) ** 2, 1.0)
+    around = np.maximum(np.pi * size / s if scene.dim == 2 else 2.0 * np.pi * (size / s) ** 2, 1.0)
     swing = SWING * float(np.sqrt(spheres.contact_mass / (around * stiffness)).min())
     ball = scene.materials[scene.wall.material]
     return ContactRule(_modulus(needed, ball.nu, rock), force, depth, longest_window(scene, m, force),
@@ -95,6 +94,18 @@ def _pairs(scene: SceneData, spheres: SphereTable) -> Tuple[np.ndarray, np.ndarr
     R = spheres.radius if disc is None else spheres.radius * disc / (spheres.radius + disc)
     rocks = [scene.materials[names[k]] for k in np.unique(spheres.material)]
     return E, R, max((1.0 - rock.nu**2) / rock.E for rock in rocks)
+
+
+def _rocks(spheres: SphereTable, g: float) -> Tuple[np.ndarray, np.ndarray]:
+    """Radius [m] of the rock that each sphere is or belongs to, (n,), about its centre of mass; and its
+    weight [N], 0 of one that is held."""
+    size = spheres.radius.copy()
+    reach = np.linalg.norm(spheres.arm, axis=1) + spheres.radius
+    for number in np.unique(spheres.cluster[spheres.cluster >= 0]):
+        own = spheres.cluster == number
+        size[own] = reach[own].max()
+    held = spheres.contact_mass >= 0.5 * IMMOVABLE * spheres.mass
+    return size, np.where(held, 0.0, spheres.contact_mass * g)
 
 
 def _modulus(effective: float, nu: float, rock: float) -> float:

@@ -139,6 +139,22 @@ def test_states_bring_back_the_choice():
         assert np.array_equal(a.force, b.force) and np.array_equal(a.x, b.x)
 
 
+def test_points_drop_out_without_a_force():
+    """When all spheres have gone only the one that carries a force stays, and sums of loads stay."""
+    solid, near = soil(), np.zeros(2, [("x", float, 3), ("v", float, 3), ("radius", float)])
+    near["x"][:, 0], near["x"][:, 1], near["radius"] = (0.05, 0.15), 0.12, 0.09
+    force = np.zeros_like(solid.select(near, DT).x)
+    force[3, 1] = -0.1
+    solid.advance(DT, force)
+    near["x"][:, 1] = 1.0
+    change = solid.select(near, DT)
+    assert len(force) > 100 and change.was.tolist() == [3]
+    assert change.redistribute(2.0 * force + 1.0).sum(axis=0) == pytest.approx((2.0 * force + 1.0).sum(axis=0))
+    solid.advance(DT, change.redistribute(force))
+    assert solid.applied == pytest.approx([0.0, -0.1], abs=1e-15)
+    solid.close()
+
+
 @pytest.mark.mpi
 def test_bytes_follow_the_points_that_are_near(run_ranks, tmp_path):
     """On two ranks, layers with four times as many points at the same places near a sphere exchange as

@@ -32,8 +32,8 @@ def main(
     cells: int = 2,  # force cells of a rigid barrier, one above the other
     plate_E: float = 5e6,  # modulus of an elastic barrier [Pa]
     plate_rho: float = 1200.0,  # its density [kg/m^3]
-    spheres: int = 2,  # boulders that are spheres
-    clusters: int = 3,  # boulders that are clusters made from convex surfaces; none in the plane
+    spheres: int = 2,  # boulders that are spheres, before the soil
+    clusters: int = 3,  # boulders in it, clusters made from convex surfaces; none in the plane
     boulder: float = 0.03,  # their mean radius [m]
     rho_rock: float = 2600.0,  # their density [kg/m^3]
     seed: int = 1,  # of their places
@@ -43,7 +43,7 @@ def main(
     restitution: float = 0.3,  # of boulders
     h: float = 0.04,  # size of the background cells [m]
     numerics: Numerics = Numerics(),
-    scheme: Scheme = Scheme(dt=None, t_end=0.9, speed=1.0),  # boulders go with the flow: speed between them
+    scheme: Scheme = Scheme(dt=None, t_end=0.9, speed=1.5),  # [m/s], of boulders in the flow
     output: Output = Output(Path("out/boulder_barrier")),
 ) -> Run:
     """Force of a flow with boulders on a barrier: of soil and of rocks, on each of its force cells."""
@@ -56,8 +56,9 @@ def main(
     stone = Material(1e8, 0.25)
     family = [Cluster.from_surface(*reference.pebble(seed + k), rho_rock, volume=4.19 * boulder**3, spheres=12)
               for k in range(clusters if dim == 3 else 0)]
-    rocks = Cluster.packed(family, Box(whole.lower, (0.55 * length, *whole.upper[1:])), seed, gap=0.1 * h)
-    balls = Spheres.packed(spheres, boulder, Box((0.55 * length, *whole.lower[1:]), whole.upper), rho_rock, seed)
+    rocks = Cluster.packed(family, whole, seed, gap=0.1 * h)  # in the soil; spheres lie before it
+    ahead = Box((length + 0.3 * h, *whole.lower[1:]), (length + 4 * boulder, 2.1 * boulder, width)[cut])
+    balls = Spheres.packed(spheres, boulder, ahead, rho_rock, seed)
     body = Body(whole, Grid.counts(whole.size, h), 2, soil.material(dim), soil.rho, f_bar=True,
                 friction=friction, thickness=width).without([balls, *rocks], gap=0.25 * h)
 

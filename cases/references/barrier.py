@@ -26,12 +26,12 @@ def force(history: Any, matter: str, names: Tuple[str, ...]) -> np.ndarray:
     """Sum of the forces of "soil" or "rock" along x on the regions of those ``names`` [N], shape (windows,);
     zero where there are no such columns."""
     columns = [f"force_{matter}_{name}_x" for name in names]
-    return sum((history[c] for c in columns if c in history), np.zeros(len(history["time"])))
+    return sum((history[c] for c in columns if c in history.columns), np.zeros(len(history["time"])))
 
 
-def draw(path: Path, histories: Dict[str, History], names: Tuple[str, ...], jet: float = 0.0) -> None:
-    """Force of soil and rocks on the force cells ``names`` of a barrier, on each of them, and its impulse.
-    jet: a force [N] to compare with, drawn thin when it is not zero."""
+def draw(path: Path, histories: Dict[str, History], names: Tuple[str, ...]) -> None:
+    """Force of soil and rocks on the force cells ``names`` of a barrier, beside that of a jet like the flow
+    before it, on each of them, and the impulse."""
     panels: Dict[str, list] = {"force on the barrier [N]": [], "force on each cell [N]": [],
                                "impulse [N s]": []}
     first, cells, impulse = panels.values()
@@ -42,29 +42,29 @@ def draw(path: Path, histories: Dict[str, History], names: Tuple[str, ...], jet:
         cells += [(t, force(history, "soil", (cell,)) + force(history, "rock", (cell,)), f"{cell}{told}", "run")
                   for cell in names]
         impulse.append((t, np.cumsum((soil + rock) * history["window"]), f"both{told}", "run"))
-        if jet:
-            first.append((t[[0, -1]], [jet, jet], "ρ v² h w", "reference"))
+        first.append((t, history["front_force"], f"ρ v² h w{told}", "reference"))
     figure.draw(path, "time [s]", panels)
 
 
-def front(solid: Any, at: float, width: float) -> Any:
-    """Observer's columns: speed and depth of the soil within 0.1 m before ``at`` [m] along x, and the force ρ
-    v² h w of a jet of that ``width`` [m] that is stopped there."""
-    def jet() -> Tuple[float, float, float]:
-        lots = [(p.x, p.v, p.mass, p.volume_now) for p in map(_seen, solid.bodies[:1])]
-        x, v, mass, volume = lots[0]
-        near = (x[:, 0] > at - 0.1) & (x[:, 0] < at)
-        sums = np.array([mass[near].sum(), mass[near] @ v[near, 0], volume[near].sum()])
-        sums = sums if solid.comm.size == 1 else solid.comm.allreduce(sums)
-        speed = sums[1] / sums[0] if sums[0] else 0.0
-        return speed, sums[2] / (0.1 * width), sums[0] / 0.1 * speed * abs(speed)
-
-    return {"front_speed": ("m/s", "of the soil up to 0.1 m before the barrier", lambda w: jet()[0]),
-            "front_depth": ("m", "of the soil there", lambda w: jet()[1]),
-            "front_force": ("N", "rho v^2 h w of a jet with them", lambda w: jet()[2])}
+BEFORE = 0.1, 0.25  # where the flow is looked at, before the barrier [m]
 
 
-def _seen(body: Any) -> Any:
-    p = body.points
-    p.volume_now = p.V0 * np.linalg.det(p.F)
-    return p
+def front(solid: Any, at: float, width: float) -> Dict[str, tuple]:
+    """Columns of the flow before a barrier at ``at`` [m] along x: mean speed, depth over the ``width`` [m],
+    and the force of a jet like that which is stopped."""
+    low, high = at - BEFORE[1], at - BEFORE[0]
+
+    def jet() -> np.ndarray:
+        p = solid.bodies[0].points
+        near = (p.x[:, 0] > low) & (p.x[:, 0] < high)
+        volume = p.V0[near] * np.linalg.det(p.F[near])
+        sums = np.array([p.mass[near].sum(), p.mass[near] @ p.v[near, 0], volume.sum()])
+        mass, momentum, volume = solid.comm.allreduce(sums)
+        speed = momentum / mass if mass else 0.0
+        return np.array([speed, volume / (width * (high - low)), mass / (high - low) * speed * abs(speed)])
+
+    where = f"of the soil from {BEFORE[1]} to {BEFORE[0]} m before the barrier"
+    return {"front_speed": ("m/s", f"mean speed {where}", lambda window: jet()[0]),
+            "front_depth": ("m", f"depth {where}", lambda window: jet()[1]),
+            "front_force": ("N", f"rho v^2 h w, force of a jet {where} that is stopped",
+                            lambda window: jet()[2])}

@@ -1,0 +1,63 @@
+"""Dry sand slides down a flume and strikes a rigid wall: the force over time.
+
+    python cases/sand_on_wall.py                       45 degrees, in the plane, a minute
+    python cases/sand_on_wall.py slope=65 h=0.0125     steeper and finer
+    python cases/sand_on_wall.py dim=3 width=0.1       in space, between smooth sides
+
+Sizes, densities and friction are those of Moriguchi et al. 2009 (doi 10.1007/s11440-009-0084-5) as a later
+model has them: 0.5 x 0.3 m of sand, 1.8 m of free path, a wall of 0.3 m. Their peaks are not at hand: the
+force is drawn beside that of a jet, and its impulse beside the momentum that the sand has lost.
+"""
+from functools import partial
+from pathlib import Path
+from typing import Literal, Tuple
+
+import numpy as np
+
+import mpm_dem_checks as check
+from coupling import Output, Run, Steps, case
+from mpm_fenicsx import MPM, Body, Box, Grid, Numerics, Soil, Structure
+from references import barrier as reference
+
+
+@case()
+def main(
+    dim: Literal[2, 3] = 2,
+    slope: float = 45.0,  # of the flume [degrees]
+    deposit: Tuple[float, float] = (0.5, 0.3),  # of sand: length and height [m]
+    width: float = 0.3,  # of the flume [m]
+    path: float = 1.8,  # from the sand to the wall [m]
+    height: float = 0.3,  # of the wall [m]
+    thickness: float = 0.1,  # of the wall [m]
+    cells: int = 3,  # force cells of the wall, one above the other
+    soil: Soil = Soil(E=21.6e6, nu=0.3, rho=1379.0, phi=30.0),
+    friction: float = 0.3,  # of the sand on bed and wall [-]
+    h: float = 0.025,  # size of the background cells [m]
+    numerics: Numerics = Numerics(),
+    scheme: Steps = Steps(dt=1e-3, t_end=1.4),
+    output: Output = Output(Path("out/sand_on_wall")),
+) -> Run:
+    """Force of dry sand on a wall across a flume, on each of its force cells."""
+    check.between("slope", slope, 0.0, 90.0, "degrees", ends="()")
+    (length, top), cut = check.numbers("deposit", deposit, 2, "m", check.positive), slice(dim)
+    angle, foot = np.radians(slope), length + path
+    gravity = 9.81 * np.array([np.sin(angle), -np.cos(angle), 0.0])[cut]
+    whole = Box((0.0, 0.0, 0.0)[cut], (length, top, width)[cut])
+    body = Body(whole, Grid.counts(whole.size, h), 2, soil.material(dim), soil.rho, f_bar=True,
+                thickness=width)
+    room = Box((-4 * h, -4 * h, -h)[cut], (foot + 24 * h, 1.5 * (top + height), width + h)[cut])
+    structures = [Structure.plane("bed", (0.0,) * dim, "+y", room, friction=friction),
+                  Structure.plane("gate", (0.0,) * dim, "+x", Box(room.lower, (h, *room.upper[1:])))]
+    if dim == 3:
+        structures += [Structure.plane(name, (0.0, 0.0, z), normal, room)
+                       for name, z, normal in (("left", 0.0, "+z"), ("right", width, "-z"))]
+    front = Box((foot, -3 * h, 0.0)[cut], (foot + thickness, height, width)[cut])
+    wall = Structure.box("wall", front, (1, cells, 1)[cut], friction=friction)
+    solid = MPM(Grid(room, Grid.counts(room.size, h)), body, gravity=gravity, inertia="lumped",
+                structures=[*structures, wall], outflow="remove", numerics=numerics)
+    return Run("sand_on_wall", solid, None, scheme, output, columns=reference.front(solid, foot, width),
+               figure=partial(reference.draw, names=wall.cells))
+
+
+if __name__ == "__main__":
+    main.run()

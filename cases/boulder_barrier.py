@@ -43,7 +43,7 @@ def main(
     restitution: float = 0.3,  # of boulders
     h: float = 0.04,  # size of the background cells [m]
     numerics: Numerics = Numerics(),
-    scheme: Scheme = Scheme(dt=None, t_end=0.9, speed=1.5),  # [m/s], of boulders in the flow
+    scheme: Scheme = Scheme(dt=None, t_end=0.9, speed=2.5),  # [m/s], of boulders in the flow
     output: Output = Output(Path("out/boulder_barrier")),
 ) -> Run:
     """Force of a flow with boulders on a barrier: of soil and of rocks, on each of its force cells."""

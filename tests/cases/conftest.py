@@ -122,3 +122,15 @@ def joined():
         return x[order], {name: values[order] for name, values in data.items()}, corners[by_place]
 
     return join
+
+
+@pytest.fixture
+def boulder_barrier():
+    """The module ``cases/boulder_barrier.py``."""
+    return load("boulder_barrier")
+
+
+@pytest.fixture
+def sand_on_wall():
+    """The module ``cases/sand_on_wall.py``."""
+    return load("sand_on_wall")

@@ -1,0 +1,51 @@
+"""The cases ``boulder_barrier`` and ``sand_on_wall``: forces on barriers, whose books close."""
+import json
+
+import numpy as np
+import pytest
+
+SMALL = dict(deposit=(0.16, 0.08, 0.12), path=0.08, height=0.08, thickness=0.08, boulder=0.02, h=0.04)
+
+
+def last(history, name):
+    return history[name][-1]
+
+
+def test_boulders_in_the_plane_on_both_back_ends(boulder_barrier, tmp_path):
+    """Two discs roll onto the barrier before the soil comes: the same force with both."""
+    keys = dict(SMALL, dim=2, spheres=1, slope=40.0, t_end=0.16, speed=1.5)
+    histories = boulder_barrier.main(**keys, dem="compare", out=tmp_path)
+    one, other = histories["reference"], histories["liggghts"]
+    assert one["momentum_error"].max() < 1e-10 and one["force_rock_barrier_1_x"].max() > 1.0
+    for name in ("force_rock_barrier_1_x", "force_soil_barrier_1_x", "impulse_barrier_1_x"):
+        assert np.abs(one[name] - other[name]).max() < 1e-6 * max(1.0, np.abs(one[name]).max())
+    assert (tmp_path / "boulder_barrier.png").exists()
+    pushed = sum(one[f"force_{matter}_barrier_{cell}_x"] for matter in ("soil", "rock") for cell in (1, 2))
+    assert np.sum(pushed * one["window"]) == pytest.approx(
+        last(one, "impulse_barrier_1_x") + last(one, "impulse_barrier_2_x"), rel=1e-9)
+
+
+@pytest.mark.parametrize("barrier", ["rigid", "elastic"])
+def test_in_space(boulder_barrier, tmp_path, barrier):
+    """Spheres before the soil and a cluster in it start on their way."""
+    boulder_barrier.main(**SMALL, barrier=barrier, spheres=1, clusters=1, t_end=0.01, speed=1.5, out=tmp_path)
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert report["deepest"] < 0.1 and report["points"] > 100
+
+
+def test_what_the_sand_loses_the_wall_has_got(sand_on_wall, tmp_path):
+    history = sand_on_wall.main(slope=50.0, deposit=(0.2, 0.1), path=0.1, height=0.15, h=0.025, dt=2e-3,
+                                t_end=0.5, out=tmp_path)["solid"]
+    force = sum(history[f"force_soil_wall_{cell}_x"] for cell in (1, 2, 3))
+    assert history["momentum_error"].max() < 1e-10 and force.max() > 20.0
+    assert np.sum(force * history["window"]) == pytest.approx(
+        sum(last(history, f"impulse_wall_{cell}_x") for cell in (1, 2, 3)), rel=1e-9)
+    assert (tmp_path / "sand_on_wall.png").exists()
+
+
+@pytest.mark.parametrize("keys, sentence", [(dict(slope=95.0), "slope is 95.0"), (dict(h=0.0), "h is 0.0"),
+                                            (dict(deposit=(0.5, -0.3)), "deposit .* -0.3")],
+                         ids=["slope", "h", "deposit"])
+def test_bad_input(sand_on_wall, keys, sentence, tmp_path):
+    with pytest.raises(ValueError, match=sentence):
+        sand_on_wall.main(**keys, out=tmp_path)

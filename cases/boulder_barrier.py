@@ -7,7 +7,7 @@
 """
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, Tuple
+from typing import List, Literal, Tuple
 
 import numpy as np
 
@@ -24,7 +24,7 @@ ELASTIC = (lambda keys: keys["barrier"] == "elastic", "with barrier=elastic")
 def main(
     dim: Literal[2, 3] = 3,
     slope: float = 35.0,  # of the chute [degrees]
-    deposit: Tuple[float, float, float] = (0.4, 0.16, 0.16),  # of soil: length, height, width of the chute [m]
+    deposit: Tuple[float, float, float] = (0.4, 0.16, 0.16),  # of soil: length, height, width [m]
     path: float = 0.5,  # from the soil to the barrier [m]
     barrier: Literal["rigid", "elastic"] = "rigid",
     height: float = 0.2,  # of the barrier [m]
@@ -49,17 +49,16 @@ def main(
     """Force of a flow with boulders on a barrier: of soil and of rocks, on each of its force cells."""
     check.between("slope", slope, 0.0, 90.0, "degrees", ends="()")
     length, top, width = check.numbers("deposit", deposit, 3, "m", check.positive)
-    angle, cut = np.radians(slope), slice(dim)
-    gravity = 9.81 * np.array([np.sin(angle), -np.cos(angle), 0.0])[cut]
-    whole = Box((0.0, 0.0, 0.0)[cut], (length, top, width)[cut])
-    room = Box((-2 * h, -2 * h, -h)[cut], (length + path + 8 * h, top + height + 4 * h, width + h)[cut])
-    stone = Material(1e8, 0.25)
-    family = [Cluster.from_surface(*reference.pebble(seed + k), rho_rock, volume=4.19 * boulder**3, spheres=12)
+    whole, foot = reference.room(dim, (0.0, 0.0, 0.0), (length, top, width)), length + path
+    room = reference.room(dim, (-2 * h, -2 * h, -h), (foot + 8 * h, top + height + 4 * h, width + h))
+    gravity, stone = reference.down(dim, slope), Material(1e8, 0.25)
+    volume = 4.0 / 3.0 * np.pi * boulder**3
+    family = [Cluster.from_surface(*reference.pebble(seed + k), rho_rock, volume=volume, spheres=12)
               for k in range(clusters if dim == 3 else 0)]
     rocks = Cluster.packed(family, whole, seed, gap=0.1 * h)  # in the soil; spheres lie before it
-    ahead = Box((length + 0.3 * h, *whole.lower[1:]), (length + 4 * boulder, 2.1 * boulder, width)[cut])
+    ahead = reference.room(dim, (length + 0.3 * h, 0.0, 0.0), (length + 4 * boulder, 2.1 * boulder, width))
     balls = Spheres.packed(spheres, boulder, ahead, rho_rock, seed)
-    body = Body(whole, Grid.counts(whole.size, h), 2, soil.material(dim), soil.rho, f_bar=True,
+    body = Body(whole, reference.counts(whole, h), 2, soil.material(dim), soil.rho, f_bar=True,
                 friction=friction, thickness=width).without([balls, *rocks], gap=0.25 * h)
 
     structures = [Structure.plane("bed", (0.0,) * dim, "+y", room, friction=bed),
@@ -67,22 +66,22 @@ def main(
     if dim == 3:
         structures += [Structure.plane(name, (0.0, 0.0, z), normal, room)
                        for name, z, normal in (("left", 0.0, "+z"), ("right", width, "-z"))]
-    foot = length + path
-    front = Box((foot, -h, 0.0)[cut], (foot + thickness, height, width)[cut])
-    bodies, supports, names = [body], [], ("barrier",)
+    front = reference.room(dim, (foot, -h, 0.0), (foot + thickness, height, width))
+    bodies, names = [body], ("bodies_0_1",)  # an elastic barrier is the second body
+    supports: List[Support] = []
     if barrier == "rigid":
-        structures.append(Structure.box("barrier", front, (1, cells, 1)[cut], friction=friction))
-        names = structures[-1].cells
+        wall = Structure.box("barrier", front, (1, cells, 1)[:dim], friction=friction)
+        structures, names = [*structures, wall], wall.cells  # type: ignore[assignment] # any number
     else:
-        plate = Body(front, Grid.counts(front.size, 0.5 * h), 2, linear(plate_E, 0.3), plate_rho, thickness=width)
-        bodies, names = [body, plate], ("barrier",)
-        supports = [Support(lambda x: x[:, 1] < 0.5 * h, "xyz"[cut], name="barrier")]
-    solid = MPM(Grid(room, Grid.counts(room.size, h)), bodies, supports, Balls(0.25 * h), gravity=gravity,
+        bodies.append(Body(front, reference.counts(front, 0.5 * h), 2, linear(plate_E, 0.3), plate_rho,
+                           thickness=width))
+        supports.append(Support(lambda x: x[:, 1] < -0.5 * h, "xyz"[:dim], name="foot"))
+    solid = MPM(Grid(room, reference.counts(room, h)), bodies, supports, Balls(0.25 * h), gravity=gravity,
                 inertia="lumped", structures=structures, outflow="remove", numerics=numerics)
     met = {("spheres", one.name): Interaction(restitution, one.friction) for one in structures}
     grains = Scene(balls, Wall.discs(np.zeros((0, dim)), 0.25 * h), stone, Material(1e6, soil.nu),
                    Interaction(restitution, 0.5), Interaction(1.0, friction), gravity, clusters=rocks,
-                   structures=structures, interactions=met)
+                   structures=tuple(structures), interactions=met)
     scales = solid.contact_scales()
     grains = grains.fitted(scales, scheme.speed or scales.speed)
     return Run("boulder_barrier", solid, grains, scheme, output,

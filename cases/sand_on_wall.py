@@ -12,8 +12,6 @@ from functools import partial
 from pathlib import Path
 from typing import Literal, Tuple
 
-import numpy as np
-
 import mpm_dem_checks as check
 from coupling import Output, Run, Steps, case
 from mpm_fenicsx import MPM, Body, Box, Grid, Numerics, Soil, Structure
@@ -39,22 +37,20 @@ def main(
 ) -> Run:
     """Force of dry sand on a wall across a flume, on each of its force cells."""
     check.between("slope", slope, 0.0, 90.0, "degrees", ends="()")
-    (length, top), cut = check.numbers("deposit", deposit, 2, "m", check.positive), slice(dim)
-    angle, foot = np.radians(slope), length + path
-    gravity = 9.81 * np.array([np.sin(angle), -np.cos(angle), 0.0])[cut]
-    whole = Box((0.0, 0.0, 0.0)[cut], (length, top, width)[cut])
-    body = Body(whole, Grid.counts(whole.size, h), 2, soil.material(dim), soil.rho, f_bar=True,
+    length, top = check.numbers("deposit", deposit, 2, "m", check.positive)
+    whole, foot = reference.room(dim, (0.0, 0.0, 0.0), (length, top, width)), length + path
+    body = Body(whole, reference.counts(whole, h), 2, soil.material(dim), soil.rho, f_bar=True,
                 thickness=width)
-    room = Box((-4 * h, -4 * h, -h)[cut], (foot + 24 * h, 1.5 * (top + height), width + h)[cut])
+    room = reference.room(dim, (-4 * h, -4 * h, -h), (foot + 24 * h, 1.5 * (top + height), width + h))
     structures = [Structure.plane("bed", (0.0,) * dim, "+y", room, friction=friction),
                   Structure.plane("gate", (0.0,) * dim, "+x", Box(room.lower, (h, *room.upper[1:])))]
     if dim == 3:
         structures += [Structure.plane(name, (0.0, 0.0, z), normal, room)
                        for name, z, normal in (("left", 0.0, "+z"), ("right", width, "-z"))]
-    front = Box((foot, -3 * h, 0.0)[cut], (foot + thickness, height, width)[cut])
-    wall = Structure.box("wall", front, (1, cells, 1)[cut], friction=friction)
-    solid = MPM(Grid(room, Grid.counts(room.size, h)), body, gravity=gravity, inertia="lumped",
-                structures=[*structures, wall], outflow="remove", numerics=numerics)
+    front = reference.room(dim, (foot, -3 * h, 0.0), (foot + thickness, height, width))
+    wall = Structure.box("wall", front, (1, cells, 1)[:dim], friction=friction)
+    solid = MPM(Grid(room, reference.counts(room, h)), body, gravity=reference.down(dim, slope),
+                inertia="lumped", structures=[*structures, wall], outflow="remove", numerics=numerics)
     return Run("sand_on_wall", solid, None, scheme, output, columns=reference.front(solid, foot, width),
                figure=partial(reference.draw, names=wall.cells))
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from coupling import Output, Run, Scheme, case
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall
-from mpm_fenicsx import MPM, Body, Box, Grid, Soil, Support, fall_room, flow_grid, level_floor, of_points
+from mpm_fenicsx import MPM, Balls, Body, Box, Grid, Soil, Support, fall_room, flow_grid, level_floor
 
 
 @case
@@ -25,14 +25,13 @@ def main(
     supports, _ = level_floor("stick", h, dim=3)
     sides = ("x", 0.0), ("z", 0.0), ("z", size[2])  # where the soil leans against smooth walls [m]
     supports += [Support.column(axis, at, grid, axis) for axis, at in sides]
-    solid = MPM(grid, body, supports, of_points(body), gravity=gravity, inertia="lumped")
+    solid = MPM(grid, body, supports, Balls(0.25 * h), gravity=gravity, inertia="lumped")
 
     x = np.array([(x, radius, z) for x in (0.14, 0.18) for z in (0.02, 0.05, 0.08)])
     rocks = Spheres(x, np.zeros_like(x), radius, rho=2600.0)
-    surface = Wall.discs(solid.interface.x, 0.25 * h)  # the material points, as balls
     corners = (0, 0, 0), (1, 0, 0), (1, 0, size[2]), (0, 0, size[2])
     floor = Wall(corners, [(0, 2, 1), (0, 3, 2)], material="floor")
-    grains = Scene(rocks, surface, Material(1e7, 0.25), Material(1e6, 0.3), Interaction(0.5, 0.5),
+    grains = Scene(rocks, None, Material(1e7, 0.25), Material(1.5e6, 0.3), Interaction(0.5, 0.5),
                    Interaction(0.5, 0.4), gravity, walls=[floor], materials={"floor": Material(1e7, 0.25)},
                    interactions={("spheres", "floor"): Interaction(0.5, 0.4)})
     columns = {"front": ("m", "largest x of the rocks", lambda w: w.particles["x"][:, 0].max()),

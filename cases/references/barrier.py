@@ -1,11 +1,29 @@
-"""Flows down a chute against a barrier: rocks for them, the figure of the force, and what a jet would exert."""
+"""Flows down a chute against a barrier: rooms and rocks for them, the figure of the force, and what a jet
+would exert."""
 from pathlib import Path
-from typing import Any, Dict, Tuple
+from typing import Any, Dict, Sequence, Tuple
 
 import numpy as np
 
 from coupling import History
 from coupling.pictures import figure
+from mpm_fenicsx import Box, Grid
+
+
+def room(dim: int, lower: Sequence[float], upper: Sequence[float]) -> Box:
+    """A box in space from ``lower`` to ``upper`` [m], or its part in the plane z = 0."""
+    return Box(tuple(lower[:dim]), tuple(upper[:dim]))
+
+
+def counts(box: Box, h: float) -> Tuple[int, ...]:
+    """Cells of a box of about the size ``h`` [m]."""
+    return Grid.counts(tuple(box.size), h)
+
+
+def down(dim: int, slope: float) -> Tuple[float, ...]:
+    """Gravity in the frame of a chute that falls along x by ``slope`` [degrees] [m/s^2]."""
+    angle = np.radians(slope)
+    return (9.81 * float(np.sin(angle)), -9.81 * float(np.cos(angle)), 0.0)[:dim]
 
 
 def pebble(seed: int, corners: int = 24) -> Tuple[np.ndarray, np.ndarray]:
@@ -39,8 +57,9 @@ def draw(path: Path, histories: Dict[str, History], names: Tuple[str, ...]) -> N
         t, told = history["time"], f" ({name})" if len(histories) > 1 else ""
         soil, rock = (force(history, matter, names) for matter in ("soil", "rock"))
         first += [(t, soil, f"soil{told}", "run")] + [(t, rock, f"rocks{told}", "run")] * bool(rock.any())
-        cells += [(t, force(history, "soil", (cell,)) + force(history, "rock", (cell,)), f"{cell}{told}", "run")
-                  for cell in names]
+        for cell in names:
+            both = force(history, "soil", (cell,)) + force(history, "rock", (cell,))
+            cells.append((t, both, f"{cell}{told}", "run"))
         impulse.append((t, np.cumsum((soil + rock) * history["window"]), f"both{told}", "run"))
         first.append((t, history["front_force"], f"ρ v² h w{told}", "reference"))
     figure.draw(path, "time [s]", panels)

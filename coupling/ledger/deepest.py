@@ -10,7 +10,7 @@ DEEP = 0.1  # spacings of the points, from which on a run warns
 
 class DepthWatch:
     """Observer that tells how deep the grains press the balls of the interface, in spacings of the points: in
-    the history as ``deepest``, in the report as the largest, with a warning beyond a tenth, once.
+    the history as ``deepest_ball``, in the report as the largest, with a warning beyond a tenth, once.
 
     From the largest mean force on a ball in a window, by Hertz's law: ``grains.scene.depth_at_wall``."""
 
@@ -30,12 +30,13 @@ class DepthWatch:
 
     def columns(self) -> Dict[str, Tuple[str, str, Any]]:
         """Of the history."""
-        return {"deepest": ("-", "deepest overlap of a rock and a point's ball, in spacings of the points",
+        return {"deepest_ball": ("1", "deepest overlap of a rock and a point's ball, in spacings of the "
+                                 "points",
                             lambda window: self._now)}
 
     def entries(self, history: Any) -> Dict[str, float]:
         """Of the report."""
-        return {"deepest": self._most}
+        return {"deepest_ball": self._most}
 
     def get_state(self) -> Tuple[float, float]:
         """Largest so far, and now."""

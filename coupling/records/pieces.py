@@ -91,9 +91,12 @@ def particles_and_wall(grains: RecordedGrains, window: Optional[Window]) -> Dict
         x, v, force = window.wall_x + window.dt * window.wall_v, window.wall_v, window.wall_force
     data = {"velocity": particles["v"], "spin": particles["omega"], "radius": particles["radius"],
             "mass": particles["mass"], **({"body": particles["body"]} if grains.scene.clusters else {})}
+    parts: Dict[str, Piece] = {"particles": (particles["x"], _vertices(len(particles)), data)}
+    if not len(x):  # readers refuse files without points
+        return parts
     pushed = np.flatnonzero((force != 0.0).any(axis=1))
-    return {"particles": (particles["x"], _vertices(len(particles)), data),
-            "wall": (x, {kind: wall.elements}, {"velocity": v, "force": force}),
+    pushed = pushed if len(pushed) else np.zeros(1, int)  # a node without force
+    return {**parts, "wall": (x, {kind: wall.elements}, {"velocity": v, "force": force}),
             "contacts": (x[pushed], _vertices(len(pushed)), {"force": force[pushed]})}
 
 

@@ -20,8 +20,8 @@ def check_structures(given: Any) -> Tuple[Any, ...]:
     for one in structures:
         lacking = [name for name in FIELDS if not hasattr(one, name)]
         if lacking:
-            check.refuse("one of the structures", one, f"it has no {lacking[0]}, give an mpm_fenicsx.Structure "
-                         "or what has its fields")
+            check.refuse("one of the structures", one, f"it has no {lacking[0]}, give an "
+                         "mpm_fenicsx.Structure or what has its fields")
     names = [name for one in structures for name in {one.name, *one.cells}]
     for name in names:
         if names.count(name) > 1:

@@ -214,7 +214,7 @@ def test_help_is_the_manual_and_a_wrong_key_a_status():
     done = script("--help")
     lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
     assert done.returncode == 0 and done.stderr == ""
-    for line in ("dt=2e-06 coupling window and MPM time step [s]",
+    for line in ("dt=2e-06 window, MPM step [s]; none: what contacts and motion bear",
                  "h=0.002 size of the background cells, of which columns stand at the beam's ends [m]",
                  "dem=reference back end; compare runs both; one of reference, liggghts, compare",
                  "preset=paper cells=62,13 body=120,8 points=4 segments=60 dt=5e-08 substeps=1 t_end=0.0004"):

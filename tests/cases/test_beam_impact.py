@@ -181,7 +181,7 @@ def test_files_of_a_run(run, tmp_path, capsys):
             "window_ms", "phases_ms", "newton_mean", "coupling_mean", "peak_mb", "errors", "solver",
             "imbalance", "rebalances", "ghost_since", "helped", "retries", "failed", "window_s",
             "window_cpu_s", "cell_size", "points_per_cell", "explicit_limit", "options",
-            "transfer_losses"} == set(report)
+            "exchanged", "transfer_losses"} == set(report)
     assert (report["windows"], report["points"], report["substeps"]) == (50, 60 * 4 * 9, 80)
     assert set(report["errors"]) == {"force", "u_beam", "v_sphere_end"} and report["errors"]["force"] < 0.05
     assert report["newton_mean"] == history["newton"].mean() and report["parameters"]["cells"] == [31, 7]

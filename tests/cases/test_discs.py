@@ -7,7 +7,6 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2] / "cases"))
 
 
-@pytest.mark.filterwarnings("ignore:bodies 1 and 2")
 @pytest.mark.parametrize("basis, energy", [("linear", 0.954), ("ugimp", 0.948)])
 def test_discs_bounce(monkeypatch, basis, energy):
     """They keep their momentum, and most of the energy."""

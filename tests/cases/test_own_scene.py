@@ -52,4 +52,4 @@ def test_it_runs_in_an_empty_folder(tmp_path):
     lines = [" ".join(line.split()) for line in shown.splitlines()]
     assert lines[0] == "How far soil that collapses carries rocks, and with which force."
     assert "radius=0.01 of the rocks [m]" in lines
-    assert "dt=0.002 coupling window and MPM time step [s]" in lines
+    assert "dt=0.002 window, MPM step [s]; none: what contacts and motion bear" in lines

@@ -9,8 +9,8 @@ import pytest
 def test_both_back_ends_stop_it_alike(sphere_drop, dim, tmp_path):
     histories = sphere_drop.main(dim=dim, h=0.04, t_end=0.006, dem="compare", out=tmp_path)
     one, other = histories["reference"], histories["liggghts"]
-    assert 0.0 < one["deepest"].max() < 0.1 and one["force"].max() > 0.0
+    assert 0.0 < one["deepest_ball"].max() < 0.1 and one["force"].max() > 0.0
     assert np.abs(one["depth"] - other["depth"]).max() < 1e-6 * one["depth"].max()
     report = json.loads((tmp_path / "report.json").read_text())
-    assert report["deepest"] == pytest.approx(one["deepest"].max())
+    assert report["deepest_ball"] == pytest.approx(one["deepest_ball"].max())
     assert report["parameters"]["dt"] > 1e-4 and (tmp_path / "sphere_drop.png").exists()

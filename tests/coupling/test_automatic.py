@@ -69,8 +69,8 @@ def test_a_run_without_dt_goes_on(tmp_path):
         return Run("fall", solid, grains, Scheme(None, t_end, speed=2.0), Output(tmp_path, **more))
 
     first = run(0.04, checkpoint="end").go()["reference"]
-    assert 0.0 < first["deepest"].max() < 0.1 and len(first["time"]) > 5
-    (tmp_path / "report.json").read_text().index('"deepest"')
+    assert 0.0 < first["deepest_ball"].max() < 0.1 and len(first["time"]) > 5
+    (tmp_path / "report.json").read_text().index('"deepest_ball"')
     run(0.08, restart=tmp_path).go()
 
 

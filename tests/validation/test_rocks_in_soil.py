@@ -1,6 +1,5 @@
 """Rocks in soil of no strength, which is a heavy liquid: they float or sink by their density; and momentum,
 exact in every window, with rocks inside a flow."""
-from dataclasses import replace
 
 import numpy as np
 import pytest

@@ -1,8 +1,8 @@
 """Two elastic discs meet head-on, bounce and part: after Sulsky, Chen & Schreyer 1994 (doi
 10.1016/0045-7825(94)90112-0).
 
-Kinetic and strain energy together must be what they were, and the rims must meet when they do. There is no
-contact between bodies: what they share is the grid, so that each feels the other as soon as they share a
+Kinetic and strain energy together must be what they were, and the rims must meet when they do. The discs are
+``bonded``, without contact: what they share is the grid, so that each feels the other as soon as they share a
 node. How early that is, is part of what is found.
 """
 from typing import Optional
@@ -43,7 +43,7 @@ def run(basis: str = "linear", h: float = 0.05, inertia: str = "consistent", tra
              for centre, sign in zip(CENTRES, (1.0, -1.0))]
     cells = round(1.4 / h)
     grid = Grid(Room((-0.2, -0.2), (1.2, 1.2)), (cells, cells))
-    solid = MPM(grid, discs, inertia=inertia, numerics=numerics(basis, **more, **others))
+    solid = MPM(grid, discs, inertia=inertia, bonded=True, numerics=numerics(basis, **more, **others))
     dt = cfl * h / np.sqrt(E / RHO)
     steps = int(np.ceil(END / dt))
 

@@ -13,6 +13,7 @@ from . import signals
 from .automatic import choose_window, keep_window
 from .checkpoint import Checkpoints, Parts, Stopped, contradictions, find, found
 from .durations import read_every, seconds
+from .inside import check_inside
 from .ledger.deepest import DepthWatch, watches_depth
 from .loop.couple import check_end, couple
 from .maps.mapping import Mapping, copy, linear, same
@@ -232,6 +233,8 @@ def with_balls(scene: Any, solid: Any) -> Any:
     """The ``scene`` of grains, whose wall gets the radius of balls when the interface of the ``solid`` has
     such and the wall has none."""
     radius = getattr(solid, "ball_radius", None)
+    if radius is not None:
+        check_inside(scene, solid)
     if radius is None or scene.wall.radius is not None:
         return scene
     wall = scene.wall

@@ -1,8 +1,17 @@
 """The cases ``boulder_barrier`` and ``sand_on_wall``: forces on barriers, whose books close."""
 import json
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
+from coupling.inside import check_inside
+from coupling.records.history import read
+from dem_liggghts import Material, Scene, Spheres
+from mpm_fenicsx import Box
+
+CASES = Path(__file__).parents[2] / "cases"
 
 SMALL = dict(deposit=(0.16, 0.08, 0.12), path=0.08, height=0.08, thickness=0.08, boulder=0.02, h=0.04)
 
@@ -41,6 +50,35 @@ def test_what_the_sand_loses_the_wall_has_got(sand_on_wall, tmp_path):
     assert np.sum(force * history["window"]) == pytest.approx(
         sum(last(history, f"impulse_wall_{cell}_x") for cell in (1, 2, 3)), rel=1e-9)
     assert (tmp_path / "sand_on_wall.png").exists()
+
+
+@pytest.mark.mpi
+@pytest.mark.validation
+def test_ranks_agree_before_the_impact(run_ranks, tmp_path):
+    """1, 2 and 3 ranks, with rocks in and before the soil."""
+    words = [f"{name}={','.join(map(str, value)) if isinstance(value, tuple) else value}"
+             for name, value in dict(SMALL, spheres=1, clusters=1, t_end=0.02, dt=5e-4, substeps=16).items()]
+    histories = []
+    for ranks in (1, 2, 3):
+        done = run_ranks(ranks, CASES / "boulder_barrier.py", *words, f"out={tmp_path / str(ranks)}",
+                         "-mpm_snes_rtol", "1e-12")
+        assert done.returncode == 0, done.stderr
+        histories.append(read(tmp_path / str(ranks) / "history.csv"))
+    one = histories[0]
+    assert abs(one["impulse_grains_x"][-1]) > 1e-4
+    for other in histories[1:]:
+        for name in ("impulse_grains_x", "impulse_grains", "energy_solid", "energy_grains", "impulse_bed_y"):
+            assert other[name] == pytest.approx(one[name], rel=1e-10, abs=1e-10 * np.abs(one[name]).max())
+
+
+def test_a_rock_outside_the_grid_is_refused():
+    """Where no soil can come to it."""
+    grid = SimpleNamespace(box=Box((0.0, 0.0), (1.0, 1.0)))
+    far = Scene(Spheres([[0.5, 2.0]], [[0.0, 0.0]], 0.1, 2600.0), material=Material(1e7, 0.3))
+    with pytest.raises(ValueError, match=r"sphere 1 at \[0.5, 2.0\] m lies outside the grid of the soil"):
+        check_inside(far, SimpleNamespace(grid=grid))
+    check_inside(Scene(Spheres([[0.5, 1.05]], [[0.0, 0.0]], 0.1, 2600.0), material=Material(1e7, 0.3)),
+                 SimpleNamespace(grid=grid))
 
 
 @pytest.mark.parametrize("keys, sentence", [(dict(slope=95.0), "slope is 95.0"), (dict(h=0.0), "h is 0.0"),

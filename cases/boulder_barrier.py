@@ -56,16 +56,15 @@ def main(
     family = [Cluster.from_surface(*reference.pebble(seed + k), rho_rock, volume=volume, spheres=12)
               for k in range(clusters if dim == 3 else 0)]
     rocks = Cluster.packed(family, whole, seed, gap=0.1 * h)  # in the soil; spheres lie before it
-    ahead = reference.room(dim, (length + 0.3 * h, 0.0, 0.0), (length + 4 * boulder, 2.1 * boulder, width))
+    rows = -(-spheres // max(1, int(width / (2.6 * boulder)))) if dim == 3 else spheres
+    ahead = reference.room(dim, (length + 0.3 * h, 0.0, 0.0),
+                           (length + 4 * boulder * max(rows, 1), 2.1 * boulder, width))
     balls = Spheres.packed(spheres, boulder, ahead, rho_rock, seed)
     body = Body(whole, reference.counts(whole, h), 2, soil.material(dim), soil.rho, f_bar=True,
                 friction=friction, thickness=width).without([balls, *rocks], gap=0.25 * h)
 
-    structures = [Structure.plane("bed", (0.0,) * dim, "+y", room, friction=bed),
-                  Structure.plane("gate", (0.0,) * dim, "+x", Box(room.lower, (h, *room.upper[1:])))]
-    if dim == 3:
-        structures += [Structure.plane(name, (0.0, 0.0, z), normal, room)
-                       for name, z, normal in (("left", 0.0, "+z"), ("right", width, "-z"))]
+    end = room.upper[0] if barrier == "rigid" else foot  # an elastic barrier goes through the bed's plane
+    structures = reference.chute(Box(room.lower, (end, *room.upper[1:])), width, h, bed)
     front = reference.room(dim, (foot, -h, 0.0), (foot + thickness, height, width))
     bodies, names = [body], ("bodies_0_1",)  # an elastic barrier is the second body
     supports: List[Support] = []
@@ -73,7 +72,7 @@ def main(
         wall = Structure.box("barrier", front, (1, cells, 1)[:dim], friction=friction)
         structures, names = [*structures, wall], wall.cells  # type: ignore[assignment] # any number
     else:
-        bodies.append(Body(front, reference.counts(front, 0.5 * h), 2, linear(plate_E, 0.3), plate_rho,
+        bodies.append(Body(front, reference.counts(front, h), 2, linear(plate_E, 0.3), plate_rho,
                            thickness=width))
         supports.append(Support(lambda x: x[:, 1] < -0.5 * h, "xyz"[:dim], name="foot"))
     solid = MPM(Grid(room, reference.counts(room, h)), bodies, supports, Balls(0.25 * h), gravity=gravity,

@@ -14,7 +14,7 @@ from typing import Literal, Tuple
 
 import mpm_dem_checks as check
 from coupling import Output, Run, Steps, case
-from mpm_fenicsx import MPM, Body, Box, Grid, Numerics, Soil, Structure
+from mpm_fenicsx import MPM, Body, Grid, Numerics, Soil, Structure
 from references import barrier as reference
 
 
@@ -42,11 +42,7 @@ def main(
     body = Body(whole, reference.counts(whole, h), 2, soil.material(dim), soil.rho, f_bar=True,
                 thickness=width)
     room = reference.room(dim, (-4 * h, -4 * h, -h), (foot + 24 * h, 1.5 * (top + height), width + h))
-    structures = [Structure.plane("bed", (0.0,) * dim, "+y", room, friction=friction),
-                  Structure.plane("gate", (0.0,) * dim, "+x", Box(room.lower, (h, *room.upper[1:])))]
-    if dim == 3:
-        structures += [Structure.plane(name, (0.0, 0.0, z), normal, room)
-                       for name, z, normal in (("left", 0.0, "+z"), ("right", width, "-z"))]
+    structures = reference.chute(room, width, h, friction)
     front = reference.room(dim, (foot, -3 * h, 0.0), (foot + thickness, height, width))
     wall = Structure.box("wall", front, (1, cells, 1)[:dim], friction=friction)
     solid = MPM(Grid(room, reference.counts(room, h)), body, gravity=reference.down(dim, slope),

@@ -1,13 +1,13 @@
 """Flows down a chute against a barrier: rooms and rocks for them, the figure of the force, and what a jet
 would exert."""
 from pathlib import Path
-from typing import Any, Dict, Sequence, Tuple
+from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
 
 from coupling import History
 from coupling.pictures import figure
-from mpm_fenicsx import Box, Grid
+from mpm_fenicsx import Box, Grid, Structure
 
 
 def room(dim: int, lower: Sequence[float], upper: Sequence[float]) -> Box:
@@ -26,6 +26,17 @@ def down(dim: int, slope: float) -> Tuple[float, ...]:
     return (9.81 * float(np.sin(angle)), -9.81 * float(np.cos(angle)), 0.0)[:dim]
 
 
+def chute(box: Box, width: float, gate: float, friction: float) -> List[Structure]:
+    """The part inside ``box`` of a chute: its bed y = 0 with ``friction``, a gate x = 0 that reaches ``gate``
+    [m] down it, and in space smooth sides, ``width`` [m] apart."""
+    dim, zero = box.dim, (0.0,) * box.dim
+    planes = [Structure.plane("bed", zero, "+y", box, friction=friction),
+              Structure.plane("gate", zero, "+x", Box(box.lower, (gate, *box.upper[1:])))]
+    sides = ("left", 0.0, "+z"), ("right", width, "-z")
+    return planes + [Structure.plane(name, (0.0, 0.0, z), normal, box) for name, z, normal in sides
+                     if dim == 3]
+
+
 def pebble(seed: int, corners: int = 24) -> Tuple[np.ndarray, np.ndarray]:
     """Vertices, shape (n, 3), and triangles of a convex stone about as large as a ball of radius 1, longer
     than thick."""
@@ -42,7 +53,9 @@ def pebble(seed: int, corners: int = 24) -> Tuple[np.ndarray, np.ndarray]:
 
 def force(history: Any, matter: str, names: Tuple[str, ...]) -> np.ndarray:
     """Sum of the forces of "soil" or "rock" along x on the regions of those ``names`` [N], shape (windows,);
-    zero where there are no such columns."""
+    zero where there are no such columns. Of two bodies the soil is the first."""
+    if names[0].startswith("bodies") and matter == "soil":
+        return -history[f"force_{names[0]}_x"]
     columns = [f"force_{matter}_{name}_x" for name in names]
     return sum((history[c] for c in columns if c in history.columns), np.zeros(len(history["time"])))
 

@@ -4,6 +4,8 @@ from typing import Any, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
+from .ledger.momentum import rotation
+
 
 class Faces(NamedTuple):
     """Several surfaces in one: places ``x`` [m], shape (n, dim), and ``elements``, shape (m, dim), segments
@@ -63,17 +65,6 @@ def bare_spheres(grains: Any) -> np.ndarray:
     seen = [n + 1 for n, cluster in enumerate(clusters) if has_surface(cluster)]
     particles = grains.particles()
     return ~np.isin(particles["body"], seen) if seen else np.ones(len(particles), bool)
-
-
-def rotation(q: np.ndarray) -> np.ndarray:
-    """Matrix of a unit quaternion (w, x, y, z), shape (3, 3).
-
-    >>> rotation(np.array([0.0, 0.0, 0.0, 1.0])).round(3).tolist()
-    [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]]
-    """
-    w, axis = q[0], q[1:]
-    cross = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
-    return np.eye(3) + 2.0 * (w * cross + cross @ cross)
 
 
 def structures(solid: Any, grains: Any) -> List[Any]:

@@ -36,6 +36,10 @@ class WallBooks:
                             else np.full(len(wall.nodes), row[one.name]))
         self._row = np.concatenate([np.zeros(0, int), *of_nodes]).astype(int)
         self.fixed = len(self._row)  # nodes in front of those of the interface
+        self._start = in_space(np.concatenate([np.zeros((0, self._dim)), *(w.nodes for w in scene.fixed)]))
+        ends = np.cumsum([0, *(len(wall.nodes) for wall in scene.fixed)])[len(scene.walls):]
+        self._moving = [(one, slice(first, end)) for one, first, end in zip(scene.structures, ends, ends[1:])
+                        if one.motion is not None]
         self._sums = np.zeros((len(self.names), 6))
         self._pull = in_space([scene.gravity])[0]
         self._weight = np.zeros(6)  # now: force and moment
@@ -45,17 +49,16 @@ class WallBooks:
     def places(self, time: float, origin: np.ndarray) -> np.ndarray:
         """Nodes of all walls but the interface at ``time`` [s], in the frame of ``origin`` [m], shape (n,
         3)."""
-        parts = [wall.nodes for wall in self._scene.walls]
-        for one, wall in zip(self._scene.structures, self._scene.surfaces):
-            parts.append(wall.nodes if one.motion is None else wall.nodes + _displacement(one, time))
-        x = in_space(np.concatenate([np.zeros((0, self._dim)), *parts]))
-        return x - origin if origin.any() else x
+        x = self._start - origin
+        for one, own in self._moving:
+            x[own, :self._dim] += _displacement(one, time)
+        return x
 
     def motion(self, time: float, span: float, origin: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """Places [m] at ``time`` [s] and velocities [m/s] that take them to those ``span`` [s] later, (n, 3)
         each."""
         x = self.places(time, origin)
-        if not any(one.motion is not None for one in self._scene.structures):
+        if not self._moving:
             return x, np.zeros_like(x)
         return x, (self.places(time + span, origin) - x) / span
 

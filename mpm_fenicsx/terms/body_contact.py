@@ -50,7 +50,7 @@ class BodyContact:
     intent."""
 
     follows, points, moves, kinks = False, None, False, True
-    _sticks = False
+    _sticks, cell_names = False, ()
 
     def __init__(self, body, others, background):
         self._body, self._dim, self._h = body, background.dim, background.h.max()

@@ -51,6 +51,8 @@ class Penalties:
     ``points``: their particles on this rank with force [N] on the body, gap [m] at the end of the step and
     status in the tangent in use."""
 
+    cell_names = ()  # of force cells: only structures have some
+
     def __init__(self, penalties, stiffnesses, start, background):
         """stiffnesses: of the springs, one array per penalty [N/m]; start: the bodies, see
         ``bodies.Start``."""

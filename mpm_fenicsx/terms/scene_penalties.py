@@ -98,7 +98,7 @@ def _check_motion(penalty):
 
 def names_of(terms):
     """Names under which penalties and contacts tell their forces, sorted."""
-    return sorted({str(name) for term in terms for name in (*term.names, *term.held())})
+    return sorted({str(name) for term in terms for name in (*term.names, *term.cell_names)})
 
 
 def reaction(penalties, contacts, name):

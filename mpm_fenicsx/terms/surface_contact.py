@@ -46,6 +46,7 @@ class SurfaceContact:
         self.penalties = [surface.record for surface in surfaces]
         self.names, self._body, self._dim = [s.name for s in surfaces], body, background.dim
         self._cells, self._cell = [s.cells for s in surfaces], [s.cell for s in surfaces]
+        self.cell_names = [name for cells in self._cells for name in cells]
         self._h = background.h.max()
         self._walls = [WallSurfaces([surface], self._h, 2.0 * NEAR * self._h) for surface in surfaces]
         self.moves = any(wall.moves for wall in self._walls)

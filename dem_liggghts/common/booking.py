@@ -72,10 +72,12 @@ class WallBooks:
             bodies: np.ndarray) -> None:
         """After a window of ``span`` [s]: ``impulse`` [N s] on all wall nodes, which were at x [m] in its
         middle, those of the interface last, (n, 3) each; ``particles`` and ``bodies`` now."""
-        given, before = -moments(x, impulse), self._weight
-        for k in range(6 if self.fixed else 0):
-            self._sums[:, k] += np.bincount(self._row, given[:self.fixed, k], len(self.names))
-        self._sums[-1] += given[self.fixed:].sum(axis=0)
+        # Of the nodes of a terrain few are hit, and moments of all of them would cost more than the contacts.
+        hit, before = np.flatnonzero((impulse != 0.0).any(axis=1)), self._weight
+        given, first = -moments(x[hit], impulse[hit]), np.searchsorted(hit, self.fixed)
+        for k in range(6 if first else 0):
+            self._sums[:, k] += np.bincount(self._row[hit[:first]], given[:first, k], len(self.names))
+        self._sums[-1] += given[first:].sum(axis=0)
         self._weight = self._weigh(particles, bodies)
         self._sums[0] += 0.5 * span * (before + self._weight)
 

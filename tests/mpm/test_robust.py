@@ -298,10 +298,10 @@ def test_ranks_decide_together(tmp_path, run_ranks):
     script = tmp_path / "cantilever.py"
     script.write_text(RANKS)
     ends = []
-    for ranks in (1, 3):
+    for ranks in (1, 2):
         done = run_ranks(ranks, script, tmp_path / f"{ranks}.npz", 0)
         assert done.returncode == 0, done.stderr
         ends.append(np.load(tmp_path / f"{ranks}.npz"))
-    one, three = ends
-    assert STIFFNESS in one["helped"] and STIFFNESS in three["helped"] and three["time"] == one["time"]
-    assert three["x"] == pytest.approx(one["x"], abs=0.05)
+    one, two = ends
+    assert STIFFNESS in one["helped"] and STIFFNESS in two["helped"] and two["time"] == one["time"]
+    assert two["x"] == pytest.approx(one["x"], abs=0.05)

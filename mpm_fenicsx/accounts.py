@@ -25,6 +25,7 @@ class Accounts:
     _losses: Any
     _impulses: Any
     _works: Any
+    _feeds: Any
     origin: Any
 
     def energy(self) -> Dict[str, float]:
@@ -94,7 +95,7 @@ class Accounts:
         """Whether motions, loads or body forces do work on the bodies, besides gravity and the interface."""
         stated = [*self.scene.supports, *self.scene.walls]
         moved = any(getattr(one, "motion", None) is not None for one in stated)
-        return bool(self.loads or self._bodies[0].has_body_force or moved)
+        return bool(self.loads or self._feeds or self._bodies[0].has_body_force or moved)
 
     @property
     def springs(self) -> bool:
@@ -122,6 +123,7 @@ class Accounts:
                 found[f"force_bodies_{numbers}_{axis}"] = (
                     "N", f"force along {axis} on the first of {name} by the second in the last step",
                     lambda name=name, k=k: float(self.reaction(name)[k]))
+        found |= self._feeds.columns()
         if self._behind is not None:
             meaning = "material points that have gone through a wall"
             found["behind"] = ("1", meaning, lambda: sum(self.behind().values()))

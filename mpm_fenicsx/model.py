@@ -6,7 +6,7 @@ from mpi4py import MPI
 
 from .accounts import Accounts
 from .basis.smooth import Basis
-from .grid.background import Background, Needs, check_inside
+from .grid.background import Background, Needs, check_inside, whole_mesh
 from .grid.supports import Supports
 from .laws import ELASTIC_STATE
 from .output.states import fingerprint
@@ -15,7 +15,7 @@ from .points.migrate import Router
 from .points.outflow import Outflow, read_ways
 from .points.points import Points
 from .points.sets import Set, Sets
-from .scene.bodies import Grid
+from .scene.bodies import Body, Grid
 from .scene.frame import Frame, Seen, seen_points
 from .scene.interface import Interface
 from .scene.margin import margins_at_walls
@@ -27,6 +27,8 @@ from .solve.losses import Losses
 from .solve.works import Works
 from .terms.ball_forces import make_forces
 from .terms.behind import watch
+from .terms.bodies import BodyTerm
+from .terms.feeds import Feeds
 from .terms.kernels import compile_grid_kernels
 from .terms.loads import SurfaceLoads
 from .terms.scene_contacts import make_meetings, warn_if_thin
@@ -52,6 +54,7 @@ class Model(Accounts):
         self.basis, self._transfer = Basis(scene.numerics.basis), TRANSFERS[scene.numerics.transfer]
         self.basis.check_grid(scene.grid, scene.grid.cell, isinstance(scene.grid, Grid))
         self._bodies = make_bodies(scene, scene.grid, self.gravity, self.basis, self._transfer.body)
+        self._feeds = self._make_feeds()
         x = np.concatenate([body.points.x for body in self._bodies])
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)
         ways = read_ways(scene.outflow, self.dim)
@@ -76,15 +79,34 @@ class Model(Accounts):
         for condition in (*self.loads, *self.penalties):
             self.background.keep_mine(condition.points, condition.names)
         self._impulses, self._works = make_impulses(self, scene), Works(comm)
-        self._outflow.books = self._impulses, self._works
+        self._outflow.books = self._feeds.books = self._impulses, self._works
         self._sets = self._all_points()
         self._fingerprint = fingerprint(self, [
             *self._sets.names(), *self._surface.names(), *(c.names for c in self._contacts)])
+        self._share_out()
+
+    def _share_out(self) -> None:
+        """Every rank keeps the material points in its cells."""
         for body in self._bodies:
-            body.compile(self.background, scene.inertia != "lumped")
+            body.compile(self.background, self.scene.inertia != "lumped")
             self.background.keep_mine(body.points, np.full(len(body.points), "the body"))
         warn_if_in_pieces(self._bodies, self.background)
-        warn_if_thin(scene.structures, self.background)
+        warn_if_thin(self._framed.structures, self.background)
+
+    def _make_feeds(self) -> Feeds:
+        """Of the inflows, whose columns are inside the grid."""
+        grid, scene = self._framed.grid, self._framed
+        vertices, cells = whole_mesh(grid) if scene.openings else (np.zeros((1, self.dim)), [[0]])
+        h = np.ptp(vertices[cells], axis=1).mean(axis=0)
+
+        def make(body: Body, first: int) -> BodyTerm:
+            return self._transfer.body(body, first, self.gravity, scene.body_force, self.basis,
+                                       grid.box.size / grid.cells if self.basis.smooth else None)
+
+        feeds = Feeds(scene.openings, self._bodies, make, h, self.gravity, self.comm)
+        for feed in feeds:
+            feed.check_inside(grid.box, self.origin)
+        return feeds
 
     def _distribute(self, x: np.ndarray, owner: Optional[np.ndarray] = None) -> None:
         """Distribute the grid over the ranks for points at x [m], shape (n, dim); each rank gives some.
@@ -93,7 +115,8 @@ class Model(Accounts):
         self.background = Background(self._framed.grid, self.comm, x,
                                      Needs(averaged, max(self.scene.fields) + 1), self.origin, self._margin,
                                      self.basis, owner)
-        self.supports = Supports(self._framed.supports, self.background.x, self.steps > 0)
+        self.supports = Supports((*self._framed.supports, *self._feeds.supports()), self.background.x,
+                                 self.steps > 0)
         self._router = Router(self.comm, self.background.neighbours)
 
     def _all_points(self) -> Sets:
@@ -133,7 +156,7 @@ class Model(Accounts):
     @property
     def count(self) -> int:
         """Material points that take part, on all ranks."""
-        return self._count - self.removed["count"]
+        return self._count + self._feeds.count - self.removed["count"]
 
     @property
     def removed(self) -> dict:
@@ -141,6 +164,11 @@ class Model(Accounts):
         "momentum" [kg m/s], shape (dim,), and "energy" [J] (kinetic, strain and potential), the same on every
         rank."""
         return self._outflow.removed
+
+    @property
+    def entered(self) -> Optional[dict]:
+        """The same of what inflows have made since the start; None without any."""
+        return self._feeds.entered if self._feeds else None
 
     def held(self) -> list:
         """Points of each body that ``outflow`` holds at the edge on this rank."""

@@ -21,6 +21,7 @@ from .scene.conditions import GridWall, Load, Penalty
 from .scene.interface import Interface
 from .scene.mesh import Mesh
 from .scene.numerics import Numerics
+from .scene.openings import Inflow
 from .scene.solid import SolidScene
 from .scene.structures import Structure
 from .solve.clock import PHASES
@@ -42,7 +43,7 @@ class MPM(Restarting):
     ``removed``; bonded: whether bodies stick where they share grid nodes (layers of one soil), True, or
     groups of the numbers of those that do, such as [(0, 1)]; others push, rub and part, see
     ``terms.body_contact``; numerics: see ``Numerics``; structures: ``Structure`` records, which the soil
-    meets; basis: at the material points, instead of that of ``numerics``.
+    meets; openings: ``Inflow`` records; basis: at the material points, instead of that of ``numerics``.
 
     ``bodies`` are the bodies with their points, numbered through, see ``bodies.BodyTerm``; ``phases`` sums
     the seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,
@@ -90,12 +91,12 @@ class MPM(Restarting):
                  penalties: Sequence[Union[Penalty, GridWall]] = (), body_force: Optional[Callable] = None,
                  outflow: Union[str, Dict[str, str]] = "stop",
                  bonded: Union[bool, Sequence[Sequence[int]]] = False, numerics: Numerics = Numerics(),
-                 structures: Sequence[Structure] = (), basis: Optional[str] = None,
-                 comm: MPI.Comm = MPI.COMM_WORLD):
+                 structures: Sequence[Structure] = (), openings: Sequence[Inflow] = (),
+                 basis: Optional[str] = None, comm: MPI.Comm = MPI.COMM_WORLD):
         if basis is not None:
             numerics = replace(check.record("numerics", numerics, Numerics), basis=basis)
         super().__init__(SolidScene(grid, body, supports, interface, gravity, inertia, loads, penalties,
-                                    body_force, outflow, bonded, numerics, structures), comm)
+                                    body_force, outflow, bonded, numerics, structures, openings), comm)
         self.iterations, self.rebalances, self.closed = 0, [], False
         self.phases, self._doubt = dict.fromkeys(PHASES, 0.0), Doubt()
         self._located = False  # whether the points are in their cells
@@ -141,10 +142,10 @@ class MPM(Restarting):
 
     # ---------------------------------------------------------------- what a step stands on
 
-    def _locate(self):
+    def _locate(self, fed=False):
         """Phase I, once in a step: points go to their ranks and cells, and what a step stands on follows
-        them."""
-        if self._located:
+        them. fed: some have just come."""
+        if self._located and not fed:
             return
         row = np.full(len(self.background.cells), -1, np.int32)  # no cell is active before the first step
         if self.step is not None:
@@ -153,7 +154,7 @@ class MPM(Restarting):
         self._located = True
         if inactive:
             self._renew_step(self._sets.filled())
-        elif travelled:
+        elif travelled or fed:
             self._renew_arrays()
 
     def _rebalance(self):
@@ -196,7 +197,7 @@ class MPM(Restarting):
         """Everything that decides the future of this rank's points, as name → array copy."""
         return {**self._sets.get_state(), **self._surface.get_state(), **self._outflow.get_state(),
                 **self.step.get_state(), **self._losses.get_state(), **self._impulses.get_state(),
-                **self._works.get_state(),
+                **self._works.get_state(), **self._feeds.get_state(),
                 "scene": self._fingerprint.copy(), **self._ladder.get_state(),
                 "time": np.array([self.time, self.steps, self.background.checksum])}
 
@@ -206,7 +207,7 @@ class MPM(Restarting):
         round-off. ValueError for a state of another scene."""
         check_state(state, self._fingerprint)
         for part in (self._sets, self._surface, self._outflow, self._losses, self._impulses,
-                     self._works):
+                     self._works, self._feeds):
             part.set_state(state)
         self._located, other = False, self._ladder.set_state(state)
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])

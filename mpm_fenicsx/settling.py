@@ -78,10 +78,10 @@ class Settling(Model):
             warnings.warn(f"settle needed {' and '.join(what)}", stacklevel=3)
         return settled
 
-    def _enter_cells(self) -> None:
-        """Points are in their cells, and about to move."""
-        self._locate()
-        self._outflow.check_left(self._count, self.time)
+    def _enter_cells(self, fed: bool = False) -> None:
+        """Points are in their cells, and about to move; fed: some have just come."""
+        self._locate(fed)
+        self._outflow.check_left(self._count + self._feeds.count, self.time)
         self._located = False
 
     def _go_on(self) -> None:

@@ -17,7 +17,8 @@ from .departures import left
 from .limit import say
 from .momentum import AXES, Momentum
 
-SCHEME = "gravity", "body force", "interface", "outflow", "numerical"  # no regions: nothing is pushed there
+# no regions: nothing is pushed there
+SCHEME = "gravity", "body force", "interface", "inflow", "outflow", "numerical"
 SIDES = "solid", "grains"
 MATTER = {"solid": "soil", "grains": "rock"}
 WARN = 1e-8  # error from which a run says that its books do not close

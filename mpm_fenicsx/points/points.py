@@ -134,6 +134,14 @@ class Points:
         self.names += tuple(fields)
         self.__dict__.update(fields)
 
+    def append(self, others):
+        """Add points with higher numbers; fields that they do not have are zero."""
+        for name in self.names:
+            mine = getattr(self, name)
+            new = getattr(others, name, None)
+            new = np.zeros((len(others), *mine.shape[1:]), mine.dtype) if new is None else new
+            setattr(self, name, np.concatenate([mine, new]))
+
     def copy(self):
         """Fields as a dict of copies: the state."""
         return {name: getattr(self, name).copy() for name in self.names}

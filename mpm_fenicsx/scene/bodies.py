@@ -203,7 +203,7 @@ class Body:
     @property
     def dim(self) -> int:
         """Number of dimensions."""
-        return self.box.dim
+        return self.shape.x.shape[1] if isinstance(self.shape, Cloud) else self.shape.dim
 
 
 @dataclass(frozen=True)

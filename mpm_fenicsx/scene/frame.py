@@ -17,6 +17,7 @@ from .bodies import Body, Cloud, Grid, Support
 from .conditions import GridWall, Load, Penalty
 from .interface import SIDES, Interface, Resampling
 from .mesh import Box, Mesh
+from .openings import Inflow
 from .solid import SolidScene
 from .structures import Structure
 
@@ -128,6 +129,11 @@ def _(structure: Structure, by: np.ndarray) -> Structure:
     return other
 
 
+@shifted.register(Inflow)
+def _(inflow: Inflow, by: np.ndarray) -> Inflow:
+    return replace(inflow, at=inflow.at + by, stress=_of_shifted(inflow.stress, by))
+
+
 @shifted.register(Load)
 def _(load: Load, by: np.ndarray) -> Load:
     return replace(load, surface=shifted(load.surface, by))
@@ -141,6 +147,7 @@ def _(scene: SolidScene, by: np.ndarray) -> SolidScene:
     return replace(scene, grid=shifted(scene.grid, by), body=several(scene.bodies),
                    supports=several(scene.supports), loads=several(scene.loads),
                    penalties=several(scene.penalties), structures=several(scene.structures),
+                   openings=several(scene.openings),
                    body_force=_of_shifted(scene.body_force, by),
                    interface=scene.interface and shifted(scene.interface, by))
 

@@ -12,10 +12,12 @@ from .conditions import GridWall, Load, Penalty
 from .interface import Interface
 from .mesh import BYTES_PER_CELL, Mesh, cell_count
 from .numerics import Numerics
+from .openings import Inflow
 from .structures import Structure
 
 INERTIA = "consistent", "lumped", "ghost"  # the kinds there are
-BOOKED = "gravity", "interface", "outflow", "numerical"  # what else gives momentum, see ``Impulses``
+# what else gives momentum, see ``Impulses``
+BOOKED = "gravity", "interface", "inflow", "outflow", "numerical"
 
 
 def find_fields(bonded: Union[bool, Sequence[Sequence[int]]], count: int) -> Tuple[int, ...]:
@@ -64,6 +66,7 @@ class SolidScene:
     bonded: Union[bool, Sequence[Sequence[int]]] = False
     numerics: Numerics = field(default_factory=Numerics)
     structures: Sequence[Structure] = ()
+    openings: Sequence[Inflow] = ()
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:
@@ -75,7 +78,9 @@ class SolidScene:
         put("loads", check.records("loads", self.loads, Load))
         put("penalties", check.records("penalties", self.penalties, Penalty, GridWall))
         put("structures", check.records("structures", self.structures, Structure))
+        put("openings", check.records("openings", self.openings, Inflow))
         self._check_structures()
+        self._check_openings()
         check.choice("inertia", self.inertia, INERTIA)
         check.record("numerics", self.numerics, Numerics)
         if self.interface is not None:
@@ -107,6 +112,22 @@ class SolidScene:
                 raise ValueError(f"{name!r} is the name of two structures, supports, penalties or loads: "
                                  "give each its own, as forces are told by name")
             taken += {one.name, *one.cells}
+
+    def _check_openings(self) -> None:
+        """ValueError for one of another dimension, into no body, or of a name that is taken."""
+        stated = *self.supports, *self.penalties, *self.loads, *self.structures
+        taken = [*BOOKED, *(one.name for one in stated)]  # type: ignore[union-attr]
+        for one in self.openings:
+            if len(one.at) != self.grid.box.dim:
+                raise ValueError(f"{one.name} has {len(one.at)} dimensions, the grid {self.grid.box.dim}: "
+                                 "give both the same")
+            if one.body >= len(self.bodies):
+                raise ValueError(f"body of {one.name} is {one.body}: give a number from 0 to "
+                                 f"{len(self.bodies) - 1}")
+            if one.name in taken:
+                raise ValueError(f"{one.name!r} is the name of an opening, and of something else in the "
+                                 "books: give it another one")
+            taken.append(one.name)
 
     @property
     def walls(self) -> Tuple[Union[Penalty, GridWall, Structure], ...]:

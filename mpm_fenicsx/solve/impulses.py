@@ -32,7 +32,8 @@ from ..collective import total
 from ..points.moments import add_wrenches, moment, wrenches
 from ..terms import midpoint
 
-GRAVITY, BODY, INTERFACE, OUTFLOW, NUMERICAL = "gravity", "body force", "interface", "outflow", "numerical"
+GRAVITY, BODY, INTERFACE, NUMERICAL = "gravity", "body force", "interface", "numerical"
+INFLOW, OUTFLOW = "inflow", "outflow"
 
 
 class Forces(NamedTuple):
@@ -87,12 +88,19 @@ class Impulses:
 
     def leave(self, body: Any, chosen: np.ndarray, gravity: np.ndarray) -> None:
         """The ``chosen`` points of a body leave, with their momentum and the forces that they carry on."""
-        p, row = body.points, self._row[OUTFLOW]
+        self._add_points(body, chosen, OUTFLOW, -1.0)
+
+    def enter(self, body: Any, chosen: np.ndarray, gravity: np.ndarray) -> None:
+        """The ``chosen`` points of a body have come, with theirs."""
+        self._add_points(body, chosen, INFLOW, 1.0)
+
+    def _add_points(self, body: Any, chosen: np.ndarray, name: str, sign: float) -> None:
+        p, row = body.points, self._row[name]
         linear = p.mass[chosen] @ p.v[chosen]
         carried = wrenches(p.x[chosen], p.mass[chosen, None] * p.a[chosen]).sum(axis=0)
-        lost = total(self._comm, [[*linear, *body.angular_momentum(chosen)], carried])
-        self._sums[row] -= lost[0]
-        self._last[row] -= lost[1]
+        given = total(self._comm, [[*linear, *body.angular_momentum(chosen)], carried])
+        self._sums[row] += sign * given[0]
+        self._last[row] += sign * given[1]
 
     def begin(self, grid: Any) -> np.ndarray:
         """The nodes have just got what the points have. Returns their velocity, before supports set it."""
@@ -218,7 +226,7 @@ def make_impulses(model: Any, scene: Any) -> Impulses:
     springs = [name for term in (*model.penalties, *model._contacts) for name in term.held()]
     names = [*springs, *(str(load.name) for load in scene.loads)]
     there = {BODY: model._bodies[0].has_body_force, INTERFACE: scene.interface is not None,
-             OUTFLOW: model._outflow.active}
+             OUTFLOW: model._outflow.active, INFLOW: len(model._feeds) > 0}
     names += [name for name, some in there.items() if some]
     impulses = Impulses(model.comm, model.origin, names, model.supports.names)
     impulses.regions = [*dict.fromkeys([*springs, *impulses.regions])]

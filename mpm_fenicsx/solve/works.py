@@ -22,7 +22,7 @@ KINDS = "loads", "body force", "interface", "supports", "walls", "friction", "no
 class Works:
     """Sums since the start [J] by kind: work of loads, body force and interface, of supports and walls that
     move, what friction has taken, the change of the nodes' kinetic energy over the steps, and strain and
-    potential energy of what has left. Collective."""
+    potential energy of what has left less that of what has come. Collective."""
 
     def __init__(self, comm: Any) -> None:
         self._comm, self._sums = comm, np.zeros(len(KINDS))
@@ -31,9 +31,13 @@ class Works:
         """Kind → [J]."""
         return dict(zip(KINDS, self._sums.tolist()))
 
-    def leave(self, body: Any, chosen: np.ndarray, gravity: np.ndarray) -> None:
-        """The ``chosen`` points of a body leave; gravity: [m/s^2], (D,)."""
-        self._sums[-1] += total(self._comm, sum(body.energies(gravity, chosen)[1:]))
+    def leave(self, body: Any, chosen: np.ndarray, gravity: np.ndarray, sign: float = 1.0) -> None:
+        """The ``chosen`` points of a body leave; gravity: [m/s^2], (D,); sign: -1 of those that enter."""
+        self._sums[-1] += sign * total(self._comm, sum(body.energies(gravity, chosen)[1:]))
+
+    def enter(self, body: Any, chosen: np.ndarray, gravity: np.ndarray) -> None:
+        """The ``chosen`` points of a body have come."""
+        self.leave(body, chosen, gravity, -1.0)
 
     def step(self, grid: Any, problem: Any, found: Any, increment: Any) -> None:
         """A step is done. found: see ``impulses.Forces``."""

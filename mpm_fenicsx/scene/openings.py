@@ -1,0 +1,119 @@
+"""Where material comes into a scene: frozen data in SI units, checked when made."""
+from dataclasses import dataclass
+from typing import Any, Callable, Optional, Tuple
+
+import numpy as np
+
+import mpm_dem_checks as check
+
+from .bodies import AXES
+from .hydrograph import EVER, SAMPLES, Hydrograph, Series, is_table, read_table, sample
+
+RATES = {"depth": "m", "speed": "m/s", "discharge": "m^3/s"}
+
+
+@dataclass(frozen=True)
+class Inflow:
+    """Material of one of the bodies that enters through a plane of the grid during the run.
+
+    at: middle of the lower edge of the inlet [m], shape (dim,), in the plane its lower end, best on nodes of
+    the grid; normal: the way the flow goes, such as "+x". Two of depth [m], speed [m/s] and discharge
+    [m^3/s], each a number, a function of time [s], or a table, times and values, linear between them. The
+    depth is measured along y from ``at``, of an inlet across y along x; width: along the third axis of space
+    [m], in the plane it is the thickness of the body. until: end of the inflow [s]; None: that of the table
+    that ends first, never with numbers alone; with functions it is needed. body: number of the body whose
+    law, density and spacing of points the material has.
+
+    ratio: of the stress along the bed to that across it in what comes in, whose stress is ``at_rest`` under
+    its surface; None: nu / (1 - nu), or the nearest that a soil without cohesion bears. stress: in its place,
+    see ``Body``; elastic laws have none. length: of the column upstream of the inlet from which it is fed
+    [m]; None: two cells.
+
+    The column moves with ``speed`` as one piece: the nodes of the grid from the inlet upstream are held to
+    it, as by a ``Support`` with this ``name``. See docs/scenes.md.
+
+    >>> depth = [0.0, 1.0, 5.0], [0.1, 0.3, 0.0]
+    >>> flood = Inflow("flood", at=(0.0, 0.0), normal="+x", depth=depth, speed=2.0)
+    >>> round(flood.hydrograph(1.0).discharged(1.0), 6)  # of one metre width, until t = 1 s [m^3]
+    0.4
+    """
+
+    name: str
+    at: Any
+    normal: str
+    depth: Optional[Series] = None
+    speed: Optional[Series] = None
+    discharge: Optional[Series] = None
+    width: Optional[float] = None
+    until: Optional[float] = None
+    body: int = 0
+    ratio: Optional[float] = None
+    stress: Optional[Callable] = None
+    length: Optional[float] = None
+
+    def __post_init__(self) -> None:
+        at = check.array(f"at of {self.name}", self.at, (2,), (3,), unit="m")
+        object.__setattr__(self, "at", at)
+        check.choice(f"normal of {self.name}", self.normal,
+                     tuple(sign + axis for axis in AXES[:len(at)] for sign in "+-"))
+        if (self.width is None) == (len(at) == 3):
+            raise ValueError(f"the width of {self.name} is {self.width}: give one in space, and none in the "
+                             "plane, where it is the thickness of the body")
+        for what in ("width", "until", "length"):
+            if getattr(self, what) is not None:
+                check.positive(f"{what} of {self.name}", getattr(self, what), "s" if what == "until" else "m")
+        if self.ratio is not None:
+            check.not_negative(f"ratio of {self.name}", self.ratio)
+        if self.stress is not None:
+            check.function(f"stress of {self.name}", self.stress)
+        object.__setattr__(self, "body", check.count(f"body of {self.name}", self.body, 0))
+        self.hydrograph(self.width or 1.0)
+
+    @property
+    def axes(self) -> Tuple[int, ...]:
+        """Along the flow, of the depth, and in space of the width."""
+        along = AXES.index(self.normal[1])
+        deep = 0 if along == 1 else 1
+        return (along, deep, 3 - along - deep)[:len(self.at)]
+
+    @property
+    def sign(self) -> float:
+        """Of the flow along its axis."""
+        return 1.0 if self.normal[0] == "+" else -1.0
+
+    def hydrograph(self, width: float) -> Hydrograph:
+        """Speed and discharge of an inlet of this ``width`` [m]. ValueError for what is no flow."""
+        given = {rate: getattr(self, rate) for rate in RATES if getattr(self, rate) is not None}
+        if len(given) != 2:
+            raise ValueError(f"{self.name} has {' and '.join(given) or 'no rate'}: give two of depth, speed "
+                             "and discharge")
+        times = self._times(given)
+        found = {rate: sample(f"the {rate} of {self.name}", value, times, RATES[rate])
+                 for rate, value in given.items()}
+        if "speed" not in found:
+            found["speed"] = self._over(found["discharge"], found["depth"] * width, times, "depth")
+        elif "depth" not in found:
+            self._over(found["discharge"], found["speed"], times, "speed")
+        return Hydrograph(times, found["speed"],
+                          found.get("discharge", found["speed"] * found.get("depth", 0.0) * width))
+
+    def _times(self, given: dict) -> np.ndarray:
+        """At which the rates are looked at [s]."""
+        tables = [read_table(f"the {rate} of {self.name}", one, RATES[rate], ("n",))[0]
+                  for rate, one in given.items() if is_table(one)]
+        functions = any(map(callable, given.values()))
+        if self.until is None and functions:
+            raise ValueError(f"{self.name} has a function of time and no end: give until")
+        end = min((times[-1] for times in tables), default=EVER) if self.until is None else self.until
+        if not tables and not functions:
+            return np.array([0.0, end])
+        times = np.unique(np.concatenate([np.linspace(0.0, end, SAMPLES + 1), *tables]))
+        return times[(times >= 0.0) & (times <= end)]
+
+    def _over(self, discharge: np.ndarray, by: np.ndarray, times: np.ndarray, what: str) -> np.ndarray:
+        """Discharge over the area or speed ``by``."""
+        dry = (by == 0.0) & (discharge > 0.0)
+        if dry.any():
+            raise ValueError(f"the discharge of {self.name} is {discharge[dry][0]:.6g} m^3/s at t = "
+                             f"{times[dry][0]:.6g} s, where its {what} is 0: give both, or neither")
+        return np.divide(discharge, by, out=np.zeros_like(by), where=by > 0.0)

@@ -21,11 +21,12 @@ class Structure:
 
     name: of its forces; x: vertices [m], shape (n, dim); elements, shape (m, dim): segments a→b with the
     outside on their left, or triangles that run counter-clockwise seen from outside; a closed surface that is
-    inside out is turned. friction: Coulomb's coefficient with the soil [-]. motion: displacement of the
-    vertices since the start [m] as a function of time [s], shape (dim,) or (n, dim), zero at the start, see
-    ``moving`` and ``turning``. cell: number of the force cell of each element, shape (m,), from 0 on; None:
-    the whole is one. stiffness: of its contact with the soil per area [Pa/m], see ``Penalty``. material: its
-    name in the DEM; None: that of the structure.
+    inside out is turned. friction: Coulomb's coefficient with the soil [-], one, or one of each element,
+    shape (m,). motion: displacement of the vertices since the start [m] as a function of time [s], shape
+    (dim,) or (n, dim), zero at the start, see ``moving`` and ``turning``. cell: number of the force cell of
+    each element, shape (m,), from 0 on; None: the whole is one. stiffness: of its contact with the soil per
+    area [Pa/m], see ``Penalty``. material: its name in the DEM; None: that of the structure. names: of the
+    force cells, which go behind that of the structure ("bed_ice"); None: they are numbered from 1 on.
 
     >>> wall = Structure.box("wall", Box((1.0, 0.0, 0.0), (1.1, 0.4, 0.3)), cells=(1, 2, 1), friction=0.3)
     >>> wall.cells, wall.closed, len(wall.elements)
@@ -35,11 +36,12 @@ class Structure:
     name: str
     x: np.ndarray
     elements: np.ndarray
-    friction: float = 0.0
+    friction: Any = 0.0
     motion: Optional[Callable] = None
     cell: Optional[np.ndarray] = None
     stiffness: Optional[float] = None
     material: Optional[str] = None
+    names: Optional[Sequence[str]] = None
 
     contact: ClassVar[str] = "surface"  # as of a ``Penalty``, see there
     separates: ClassVar[bool] = True
@@ -54,26 +56,43 @@ class Structure:
         elements = check.indices(f"elements of {self.name}", self.elements, len(x), (x.shape[1],), "vertices")
         if not len(elements):
             raise ValueError(f"{self.name} has no elements: give segments in a plane, triangles in space")
-        self._check_rubbing()
+        self._check_rubbing(len(elements))
         cell = np.zeros(len(elements), np.int64) if self.cell is None else check.shaped(
             f"force cells of {self.name}", self.cell, (len(elements),))
         if not np.array_equal(np.unique(cell), np.arange(len(np.unique(cell)))):
             raise ValueError(f"force cells of {self.name} are {np.unique(cell).tolist()}: number them from 0 "
                              "on, and leave none out")
+        self._check_cell_names(int(cell.max()) + 1)
         elements, closed = outwards(x, elements, self.name)
         for name, value in (("x", x), ("elements", elements), ("cell", cell.astype(np.int64)),
                             ("closed", closed)):
             put(name, value)
 
-    def _check_rubbing(self) -> None:
-        if isinstance(self.friction, bool) or not (isinstance(self.friction, (int, float))
-                                                   and self.friction >= 0):
-            check.refuse(f"the friction of {self.name}", self.friction, "it must be 0 or more (inf sticks)")
+    def _check_rubbing(self, n: int) -> None:
+        given, rule = f"the friction of {self.name}", "it must be 0 or more (inf sticks)"
+        if np.ndim(self.friction):
+            values = check.shaped(given, self.friction, (n,))
+            if not (values >= 0.0).all():
+                check.refuse(given, float(values[~(values >= 0.0)][0]), rule)
+            object.__setattr__(self, "friction", values)
+        elif isinstance(self.friction, bool) or not (isinstance(self.friction, (int, float))
+                                                     and self.friction >= 0):
+            check.refuse(given, self.friction, rule)
         if self.motion is not None:
             check.function(f"the motion of {self.name}", self.motion)
         if self.stiffness is not None:
             check.positive(f"the stiffness of {self.name}", self.stiffness, "Pa/m", "it must be positive")
         check.record(f"the material of {self.name}", self.material, str, type(None))
+
+    def _check_cell_names(self, n: int) -> None:
+        if self.names is None:
+            return
+        names = tuple(self.names)
+        if len(set(names)) != n or len(names) != n or not all(
+                isinstance(one, str) and one.replace("_", "a").isalnum() for one in names):
+            check.refuse(f"names of the force cells of {self.name}", names, f"give {n} different ones of "
+                         "letters, digits and _")
+        object.__setattr__(self, "names", names)
 
     # ---------------------------------------------------------------- shapes
 
@@ -199,7 +218,9 @@ class Structure:
     def cells(self) -> Tuple[str, ...]:
         """Names of its force cells, by number."""
         n = int(self.cell.max()) + 1  # type: ignore[union-attr] # set above
-        return (self.name,) if n == 1 else tuple(f"{self.name}_{k + 1}" for k in range(n))
+        if self.names is None and n == 1:
+            return (self.name,)
+        return tuple(f"{self.name}_{k}" for k in self.names or range(1, n + 1))
 
     @property
     def surface(self) -> Interface:

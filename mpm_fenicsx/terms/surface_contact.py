@@ -57,7 +57,8 @@ class SurfaceContact:
               wall_side=np.zeros((n, W), np.int8), wall_status=np.zeros((n, W), np.int8),
               wall_force=np.zeros((n, W, D)), wall_gap=np.zeros((n, W, D)),
               wall_foot=np.zeros((n, W, D)), wall_cell=np.zeros((n, W), np.int16))
-        self._friction = np.array([surface.record.friction for surface in surfaces], float)
+        self._friction = [np.broadcast_to(np.asarray(s.record.friction, float), len(s.elements))
+                          for s in surfaces]
         self._compile(background)
         found, _ = self._find_feet()
         np.maximum.at(p.sunk, found.point, -found.gap)
@@ -105,8 +106,9 @@ class SurfaceContact:
                 wall.place(grid.time)
         feet, number = self._find_feet()
         self._index, normal = (feet.point, number), feet.normal
-        self._arm, self._on_cell = -feet.reach[:, None] * normal, np.concatenate(
-            [cell[feet.element[number == w]] for w, cell in enumerate(self._cell)])
+        at = [feet.element[number == w] for w in range(len(self._walls))]
+        self._arm = -feet.reach[:, None] * normal
+        self._on_cell = np.concatenate([cell[e] for cell, e in zip(self._cell, at)])
         element, nodes = np.ascontiguousarray(body._element[feet.point]), body._elements.nodes
         shape = len(element), nodes.shape[1]
         self._basis = FootBasis(element, nodes, np.empty(shape), np.empty(shape), normal)
@@ -124,7 +126,8 @@ class SurfaceContact:
             base -= now - before + AHEAD * (before - 4.0 * half + 3.0 * now)  # dt times its last velocity
         pressed, stiffness = np.sum(force * normal, axis=1), p.wall_stiffness[self._index]
         pressed, self._sticks = (np.full_like(pressed, STICKS) if self._sticks else pressed), False
-        limit = np.where(pressed > 0.0, self._friction[number], 0.0)
+        rough = np.concatenate([friction[e] for friction, e in zip(self._friction, at)])
+        limit = np.where(pressed > 0.0, rough, 0.0)
         rubs = np.isfinite(limit)
         limit[rubs] *= pressed[rubs] / stiffness[rubs]
         self._springs = Springs(base, normal, stiffness, limit, np.ones(len(limit), bool),

@@ -54,8 +54,8 @@ class Scene(SceneData):
         >>> scene = Scene(rock, Wall.discs([[0.0, 0.0, 0.0]], 0.0025), stone, soil, gravity=(0, 0, -9.81))
         >>> scales = Scales(0.005, 7.5e-5, 2.5e-5, 600.0, wave=30.0, height=0.2, speed=1.0)
         >>> print(scene.contact_rule(scales, speed=1.0))  # doctest: +NORMALIZE_WHITESPACE
-        contact modulus 1e+06 Pa, where 0.831 N, the most expected on a material point, press it 0.11 of
-        its spacing into a rock (1.14e+06 Pa: 0.1)
+        contact modulus 1e+06 Pa, where 4.87 N, the most expected on a material point, press it 0.35 of
+        its spacing into a rock (6.7e+06 Pa: 0.1)
         """
         return contact_rule(self, scales, speed)
 

@@ -12,9 +12,11 @@ from .law import constant, law_table
 from .window import longest_window
 
 DEPTH = 0.1  # to which a point may be pressed into a rock, in spacings of the points
-# mass that one of many pressed points moves, in masses of a point: at a flat free surface in the linear
-# basis, two points per cell and direction, 1 / sum_i N_i 2^(D-1) N_i / M_i = 1.68 and more, whatever D
-SHARE = 1.6
+# mass that a pressed point moves, in masses of a point: at a flat free surface in the linear basis, two
+# points per cell and direction, 1 / sum_i N_i^2 / M_i of one alone, and 1 / sum_i N_i 2^(D-1) N_i / M_i = 1.68
+# and more, whatever D, of one of many
+ALONE, TOGETHER = {2: 5.4, 3: 17.2}, 1.6
+GAP = 0.5  # between a rock and a point whose neighbours touch it, in spacings
 SWING = 0.2  # DEM step in sqrt(m / k) of a rock that is held by all balls around it
 
 
@@ -50,26 +52,37 @@ def contact_rule(scene: SceneData, scales: Any, speed: float) -> ContactRule:
     """Modulus, window and step for the balls of ``scene.wall`` that meet its rocks at ``speed`` [m/s], as
     they are now and as they should be. scales: see `Scales`.
 
-    The largest force on a point is a sum: what stops at DEPTH s, s the spacing, the mass that is pressed with
-    it, 5/4 m v^2 / (DEPTH s) of Hertz's contact with m = SHARE times the mass of a point; and on its area the
-    pressure rho c v of the wave in the soil, rho g H of the soil's weight, and the weight of a rock over pi
-    R^2 (in a plane 2 R times the thickness). The modulus is that with which this
-    force presses a ball DEPTH s into the rock of the smallest radius: E* = 3/4 F / sqrt(R* d^3). The window
-    is that of `longest_window` under that force with the mass m. The step is the critical one, or SWING
-    sqrt(M / k) of a rock of mass M that all balls that have room on half of its surface hold with the
-    stiffness k. Raises ValueError for rocks that are too soft for any balls.
+    The largest force is that on a point which meets a rock alone, before its neighbours, and so moves ALONE
+    masses of a point, as its nodes have those of neighbours, too. Within DEPTH s, s the spacing, Hertz's
+    contact takes up the energy of the impact and, as a point may have to cross a gap before it touches, the
+    work of the pressure p along gap and depth, while the wave in the soil presses with rho c v:
+
+        F = 5/2 (m* v^2 / 2 + A p (GAP + DEPTH) s) / (DEPTH s) + A rho c v
+
+    with m* the effective mass with the heaviest rock, A the area of a point, and p = rho g H of the soil's
+    weight and a rock's weight over pi R^2 (in a plane 2 R times the thickness). The modulus is that with
+    which F presses a ball DEPTH s into the rock of the smallest radius: E* = 3/4 F / sqrt(R* d^3). The window
+    is the shorter one of `longest_window` with the mass of a lone point under F, and with TOGETHER masses of
+    a point under the force on one of many, which have no gap. The step is the critical one, or SWING sqrt(M /
+    k) of a rock of mass M that all balls that have room on half of its surface hold with the stiffness k.
+    Raises ValueError for rocks that are too soft for any balls.
     """
     check.not_negative("speed", speed, "m/s", "the speed at which rocks meet the soil must be 0 or more")
-    spheres, m = sphere_table(scene), SHARE * scales.mass
+    spheres = sphere_table(scene)
     g, s = float(np.linalg.norm(scene.gravity)), scales.spacing
     if not len(spheres.x) or not scene.wall.may_touch:
         return ContactRule(0.0, 0.0, 0.0, np.inf, float(min(critical_step(scene))), 0.0)
     size, weight = _rocks(spheres, g)
-    heaviest = spheres.contact_mass.max()
-    stopped = 1.25 * m * heaviest / (m + heaviest) * speed**2 / (DEPTH * s)
     footprint = 2.0 * size * scales.area / s if scene.dim == 2 else np.pi * size**2
-    resting = float((weight / footprint).max())
-    force = stopped + scales.area * (scales.rho * (scales.wave * speed + g * scales.height) + resting)
+    pressure = scales.rho * g * scales.height + float((weight / footprint).max())
+    heaviest = spheres.contact_mass.max()
+
+    def largest(m: float, gap: float) -> float:
+        energy = 0.5 * m * heaviest / (m + heaviest) * speed**2 + scales.area * pressure * (gap + DEPTH) * s
+        return float(2.5 * energy / (DEPTH * s) + scales.area * scales.rho * scales.wave * speed)
+
+    lone, many = ALONE[scene.dim] * scales.mass, TOGETHER * scales.mass
+    force = largest(lone, GAP)
     if not force > 0.0:
         raise ValueError("nothing presses rocks and soil on each other (speed and gravity are 0): give "
                          "speed=, at which they meet [m/s]")
@@ -80,7 +93,8 @@ def contact_rule(scene: SceneData, scales: Any, speed: float) -> ContactRule:
     around = np.maximum(np.pi * size / s if scene.dim == 2 else 2.0 * np.pi * (size / s) ** 2, 1.0)
     swing = SWING * float(np.sqrt(spheres.contact_mass / (around * stiffness)).min())
     ball = scene.materials[scene.wall.material]
-    return ContactRule(_modulus(needed, ball.nu, rock), force, depth, longest_window(scene, m, force),
+    window = min(longest_window(scene, lone, force), longest_window(scene, many, largest(many, 0.0)))
+    return ContactRule(_modulus(needed, ball.nu, rock), force, depth, window,
                        min(*critical_step(scene), swing), ball.E)
 
 

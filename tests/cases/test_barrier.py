@@ -22,7 +22,7 @@ def last(history, name):
 
 def test_boulders_in_the_plane_on_both_back_ends(boulder_barrier, tmp_path):
     """A disc rolls onto the barrier before the soil comes: the same force with both."""
-    keys = dict(SMALL, path=0.12, dim=2, spheres=1, slope=60.0, t_end=0.16, speed=1.0)
+    keys = dict(SMALL, path=0.12, dim=2, spheres=1, slope=60.0, t_end=0.16, speed=1.5)
     histories = boulder_barrier.main(**keys, dem="compare", out=tmp_path)
     one, other = histories["reference"], histories["liggghts"]
     assert one["momentum_error"].max() < 1e-10 and one["force_rock_barrier_1_x"].max() > 1.0

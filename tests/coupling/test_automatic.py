@@ -21,7 +21,7 @@ def block(g=10.0, v=0.0, fall=0.4, interface=False):
 def rock(solid, E=1e5):
     at = 0.05 + 0.025 + solid.interface.x[:, 1].max()
     ball = Spheres([(0.1, at)], [(0.0, 0.0)], 0.05, 2600.0)
-    return Scene(ball, Wall.discs(solid.interface.x, 0.025), Material(1e8, 0.3), Material(E, 0.3),
+    return Scene(ball, Wall.discs(solid.interface.x, 0.025), Material(1e9, 0.3), Material(E, 0.3),
                  at_wall=Interaction(1.0, 0.3), gravity=(0.0, -10.0))
 
 

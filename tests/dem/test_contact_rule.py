@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, critical_step, longest_window
-from dem_liggghts.contact.rule import SHARE, Scales
+from dem_liggghts.contact.rule import ALONE, TOGETHER, Scales
 
 R, BALL = 0.05, 0.0025
 SCALES = Scales(spacing=0.005, mass=7.5e-5, area=2.5e-5, rho=600.0, wave=300.0, height=0.2, speed=2.0)
@@ -37,14 +37,26 @@ def test_the_force_presses_a_tenth(backend):
 def test_what_grows_with_what():
     slow, fast = (scene().contact_rule(SCALES, speed) for speed in (1.0, 2.0))
     assert fast.modulus > slow.modulus and fast.window < slow.window
-    assert slow.depth > 0.1 and slow.window == longest_window(scene(), SHARE * SCALES.mass, slow.force)
+    assert slow.depth > 0.1 and slow.window <= longest_window(scene(), ALONE[3] * SCALES.mass, slow.force)
     damped = scene(restitution=0.3).contact_rule(SCALES, 1.0)
     assert damped.window < slow.window  # a heavy rock's damper
     soft = SCALES._replace(wave=0.0)
     assert scene().contact_rule(soft, 1.0).force < slow.force
     still = scene().contact_rule(soft, 0.0)  # weight of soil and rock alone
-    assert still.force == pytest.approx(SCALES.area * 9.81 * (600.0 * 0.2 + 4.0 / 3.0 * 2600.0 * R), rel=1e-9)
+    weight = SCALES.area * 9.81 * (600.0 * 0.2 + 4.0 / 3.0 * 2600.0 * R)
+    assert still.force == pytest.approx(2.5 * (0.5 + 0.1) / 0.1 * weight, rel=1e-9)  # through half a spacing
     assert "contact modulus 1e+06 Pa" in str(slow)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_masses_of_points_at_a_free_surface(dim):
+    """Two points per cell and direction, linear basis: of one alone, and of all of the surface together."""
+    x = np.arange(0.25, 8.0, 0.5)  # in cells
+    hat = np.maximum(1.0 - abs(x[:, None] - np.arange(9)), 0.0)  # (points, nodes)
+    side, down = hat.sum(axis=0)[4], hat.sum(axis=0)  # masses along the surface and from it inwards
+    alone = (hat[0]**2 / down).sum() * ((hat[8]**2 / side).sum()) ** (dim - 1)
+    assert 1.0 / alone == pytest.approx(ALONE[dim], rel=0.01)
+    assert TOGETHER < 1.0 / (hat[0]**2 / down).sum() < 1.06 * TOGETHER
 
 
 def test_clusters_and_named_materials():

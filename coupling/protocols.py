@@ -131,6 +131,30 @@ class RecordedSolid(Solid, Protocol):
         """Options that nobody asked for."""
 
 
+class Matter(Protocol):
+    """The material points of one body on this rank, for maps of a flow: a solid with maps has a method
+    ``matter()`` that gives one for each body, and the entry "volume" [m^3], material volume at rest, in
+    ``removed`` where something may leave it, and in ``entered`` where something comes in."""
+
+    x: np.ndarray  # places [m], shape (n, dim)
+    v: np.ndarray  # velocities [m/s], shape (n, dim)
+    mass: np.ndarray  # [kg], shape (n,)
+    volume: np.ndarray  # now [m^3], shape (n,)
+    rest: np.ndarray  # at rest [m^3], shape (n,)
+    thickness: float  # of a plane body [m], 1 in space
+
+
+class Terrain(Protocol):
+    """The ground of a flow; its last axis points upward. It may have ``x`` [m], shape (n, dim), and
+    ``elements``, segments or triangles, shape (m, dim): its surface."""
+
+    lower: Any  # horizontal extent [m], one or two numbers
+    upper: Any
+
+    def height(self, xy: np.ndarray) -> np.ndarray:
+        """At horizontal places [m], shape (n, dim - 1), inside the extent: [m], shape (n,)."""
+
+
 class RecordedGrains(Grains, Protocol):
     """What the ledger and the record of a case ask besides. ``scene.wall`` has ``nodes`` [m], shape (m, dim),
     and ``elements``, shape (k, dim). With ``scene.clusters`` (``mass`` [kg], ``flags``: free along each axis)

@@ -13,14 +13,13 @@ from . import signals
 from .automatic import choose_window, keep_window
 from .checkpoint import Checkpoints, Parts, Stopped, contradictions, find, found
 from .durations import read_every, seconds
+from .hazard.maps import Maps
 from .inside import check_inside
-from .ledger.deepest import DepthWatch, watches_depth
 from .loop.couple import check_end, couple
 from .maps.mapping import Mapping, copy, linear, same
+from .observing import Observers
 from .output import Output
-from .pictures.views import Animation, EndPicture
 from .records.record import Plan, Record
-from .records.results import labelled
 from .records.schedule import Schedule
 from .records.writing import tell
 from .scheme import Scheme, Steps
@@ -41,14 +40,15 @@ class Run:
     meaning, function of the ``Window``). observe: function of the two partitions that gives observers of one
     back end's run. errors: function of the histories so far by back end that gives name → number for the
     report; figure: function of path and histories that draws NAME.png. closed: nothing but the two exchanges
-    energy, so that a run which gains some is stopped.
+    energy, so that a run which gains some is stopped. maps: ``Maps`` of the flow over a terrain.
 
     An observer is called with each ``Window``. It may have ``begin()``, called before the first one,
     ``columns()``, as above, ``pictures()``: file name → function that draws it at a path, at the end, however
-    the run ends, ``entries(history)``: more of report.json, and ``shapes()``: polygons [m], shape (m,
-    corners, 2), that the animation shows in the place of the particles, and, where it remembers something
-    from window to window, ``get_state()`` and ``set_state(state)``, plain data for checkpoints. They are made
-    when both sides are at their start, and called in their order, before the record is written.
+    the run ends, ``due()``: the same of files that are to be written now, ``entries(history)``: more of
+    report.json, and ``shapes()``: polygons [m], shape (m, corners, 2), that the animation shows in the place
+    of the particles, and, where it remembers something from window to window, ``get_state()`` and
+    ``set_state(state)``, plain data for checkpoints. They are made when both sides are at their start, and
+    called in their order, before the record is written.
 
     >>> import tempfile
     >>> from coupling import Output, Run, Steps
@@ -73,6 +73,7 @@ class Run:
     errors: Optional[Callable] = None
     figure: Optional[Callable] = None
     closed: bool = False
+    maps: Optional[Maps] = None
     _running: List[Checkpoints] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -107,8 +108,8 @@ class Run:
             solid = self.solid.anew() if histories else self.solid
             grains = self.grains.open(backend, coupled.inner) if coupled else None
             label = backend if len(back_ends) > 1 and backend == "liggghts" else ""
-            plan = Plan(self.name, self._parameters(parameters), self.output, self.scheme, {}, {}, label,
-                        self.closed, began, goes_on)
+            plan = Plan(self.name, self._parameters(parameters), self.output, self.scheme, self.columns, {},
+                        label, self.closed, began, goes_on, ground=self.maps and self.maps.terrain)
             with closing(solid, grains):
                 why = self._one(plan, place, (backend, solid, grains), histories)
             if why:
@@ -149,15 +150,8 @@ class Run:
         been stopped, or "" at its end. sides: name of the back end, solid, grains."""
         backend, solid, grains = sides
         mapping = None if grains is None else self._mapping(solid)
-        observers = list(self.observe(solid, grains)) if self.observe else []
-        views = self._views(solid, grains, observers)
-        observers += views + ([DepthWatch(solid, grains)] if watches_depth(solid, grains) else [])
-        columns, pictures = dict(self.columns), {}
-        for observer in observers:
-            columns.update(getattr(observer, "columns", dict)())
-            pictures.update({labelled(name, plan.label): draw for name, draw in getattr(
-                observer, "pictures", dict)().items()})
-        plan = plan._replace(columns=columns, pictures=pictures)
+        observers = Observers(self, solid, grains)
+        plan = observers.added_to(plan)
         record = Record(plan, solid, grains)
         parts = Parts(solid, grains, tuple(observers), record)
         saved = find(place, plan.label) if place else None
@@ -171,11 +165,8 @@ class Run:
             except Stopped as stop:
                 return self._stop(record, str(stop), checkpoints.entries())
             histories[backend] = record.history
-            for view in views:
-                getattr(view, "take", int)()
-            more: Dict[str, Any] = {}
-            for observer in observers:
-                more.update(getattr(observer, "entries", lambda history: {})(record.history))
+            observers.take()
+            more = observers.entries(record.history)
             if self.output.checkpoint is not None:
                 checkpoints.finish()
             more.update(checkpoints.entries())
@@ -206,18 +197,6 @@ class Run:
         if MPI.COMM_WORLD.rank == 0:
             tell(f"{why}: go on with restart={self.output.out}")
         return why
-
-    def _views(self, solid: Any, grains: Any, observers: list) -> list:
-        """Observers that make the general pictures."""
-        views: List[Any] = []
-        if self.output.picture:
-            views.append(EndPicture(self.name, self.output.picture, solid, grains,
-                                    self.output.view))
-        if self.output.animation:
-            shapes = next((observer.shapes for observer in observers if hasattr(observer, "shapes")), None)
-            views.append(Animation(self.name, self.output.animation, solid, grains, shapes,
-                                   self.output.view))
-        return views
 
     def _mapping(self, solid: Any) -> Mapping:
         if self.mapping is not None:

@@ -9,6 +9,7 @@ from .basis.smooth import Basis
 from .grid.background import Background, Needs, check_inside, whole_mesh
 from .grid.supports import Supports
 from .laws import ELASTIC_STATE
+from .output.matter import Matter, matter
 from .output.states import fingerprint
 from .points.ball_surface import make_surface
 from .points.migrate import Router
@@ -153,6 +154,10 @@ class Model(Accounts):
                              "bodies[n].points")
         return self.bodies[0].points
 
+    def matter(self) -> List[Matter]:
+        """Places, velocities, masses and volumes of the points of each body on this rank, see ``Matter``."""
+        return matter(self.bodies)
+
     @property
     def count(self) -> int:
         """Material points that take part, on all ranks."""
@@ -161,8 +166,8 @@ class Model(Accounts):
     @property
     def removed(self) -> dict:
         """What has left the grid, held or removed by ``outflow``, since the start: "count", "mass" [kg],
-        "momentum" [kg m/s], shape (dim,), and "energy" [J] (kinetic, strain and potential), the same on every
-        rank."""
+        "volume" at rest [m^3], "momentum" [kg m/s], shape (dim,), and "energy" [J] (kinetic, strain and
+        potential), the same on every rank."""
         return self._outflow.removed
 
     @property

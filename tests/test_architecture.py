@@ -86,7 +86,7 @@ def test_scenes_are_plain_data(file):
 FLOORS = {  # from the ground up: each imports from those before it, and from files beside them
     "mpm_fenicsx": ["laws", "scene", "basis", "grid", "points", "terms", "solve", "output"],
     "dem_liggghts": ["scene", "contact", "search", "common", "reference", "liggghts"],
-    "coupling": ["ledger", "maps", "pictures", "loop", "records"]}
+    "coupling": ["ledger", "maps", "pictures", "loop", "records", "hazard"]}
 
 
 @pytest.mark.parametrize("package", FLOORS)

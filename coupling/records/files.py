@@ -1,13 +1,13 @@
 """The files that grow with a run: history.csv and the ParaView series, among its results."""
 import time
 from pathlib import Path
-from typing import Any, Dict, NamedTuple, Optional, Sequence
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence
 
 from mpi4py import MPI
 
 from .history import Columns, History
 from .paraview import ParaView, Piece
-from .results import Results
+from .results import Results, labelled
 from .resumed import Resumed, share_rows
 from .sharing import on_first
 from .writing import OutputError, writing
@@ -40,6 +40,7 @@ class Files:
         self.results = Results(names.out, names.case, names.key, [self._history, *names.at_end], self._comm,
                                names.goes_on)
         self._pieces = ParaView(self.results, suffix, self._comm)
+        self.written: List[str] = list(resumed.state.get("written", ())) if resumed else []
         try:
             if resumed:
                 self._pieces.set_state(resumed.state["paraview"])
@@ -56,7 +57,7 @@ class Files:
         """The history, whose file is rank 0's."""
         path, resumed = self.results.path(self._history), self._resumed
         with writing(path):
-            kept = resumed and resumed.files(self.results, self._pieces, self._history, self._names.at_end)
+            kept = resumed and resumed.files(self.results, self._pieces, self._history, self._names)
             self.history = History(path, meanings, notes, kept)
         if resumed:
             self._pieces.relist()
@@ -64,7 +65,8 @@ class Files:
     def get_state(self) -> Dict[str, Any]:
         """How far they have come, all rows of the history on the disk itself; on rank 0. Collective."""
         kept = on_first(self._comm, lambda: self.history.sync())
-        return {"rows": kept.rows, "size": kept.size, "paraview": self._pieces.get_state()}
+        return {"rows": kept.rows, "size": kept.size, "paraview": self._pieces.get_state(),
+                "written": tuple(self.written)}
 
     def add(self, row: Dict[str, float]) -> None:
         """A row of the history."""
@@ -80,6 +82,18 @@ class Files:
     def add_pieces(self, time: float, parts: Dict[str, Piece]) -> None:
         """One time [s] of the ParaView series, see ``ParaView.add``."""
         self._pieces.add(time, parts)
+
+    def write(self, due: Dict[str, Callable]) -> None:
+        """Files of this time: name → function that writes it at a path, on rank 0. Collective."""
+        def on_disk() -> None:
+            for name, write in due.items():
+                path = self.results.path(labelled(name, self._names.label))
+                with writing(path):
+                    write(path)
+                self.written.append(path.name)
+
+        if due:
+            on_first(self._comm, on_disk)
 
     def start(self) -> None:
         """After the first window: the files become those of the folder."""

@@ -15,9 +15,10 @@ SIDES = "soil", "rock"  # which push structures: the solid, the grains
 
 class Pieces:
     """Parts of ``ParaView.add`` at one time after the other. Forces on structures are means since the time
-    before: sums of them lose nothing between two files. Collective."""
+    before: sums of them lose nothing between two files. ground: a terrain, or None. Collective."""
 
-    def __init__(self, solid: RecordedSolid, grains: Optional[RecordedGrains]) -> None:
+    def __init__(self, solid: RecordedSolid, grains: Optional[RecordedGrains], ground: Any = None) -> None:
+        self._ground = ground if hasattr(ground, "elements") else None
         self._solid, self._grains, self._structures = solid, grains, structures(solid, grains)
         self._walls_shown, self._time = False, solid.time
         self._impulses: List[Dict[str, np.ndarray]] = []
@@ -35,7 +36,10 @@ class Pieces:
             dim = walls[0].nodes.shape[1]
             faces = joined([(wall.nodes, wall.elements) for wall in walls], dim)
             parts["walls"] = faces.x, {KIND[dim]: faces.elements}, {}, {"wall": faces.of_element}
-            self._walls_shown = True
+        if self._ground is not None and not self._walls_shown:
+            x, elements = (np.asarray(part) for part in (self._ground.x, self._ground.elements))
+            parts["terrain"] = x, {KIND[x.shape[1]]: elements}, {"height": x[:, -1]}
+        self._walls_shown = True
         return parts
 
     def _on_structures(self, time: float) -> Piece:

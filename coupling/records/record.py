@@ -29,7 +29,9 @@ class Plan(NamedTuple):
     case: its name; parameters: of the report; columns: name → (unit, meaning, function of the ``Window``);
     pictures: file name → function that draws it at a path, at the end, unless the run is only interrupted;
     label: goes into the names of the other files when a case runs more than once; closed: see
-    ``RecordedColumns``; began: moment from which the start-up time counts; goes_on: see ``Results``.
+    ``RecordedColumns``; began: moment from which the start-up time counts; goes_on: see ``Results``; due:
+    functions that give the files of now, file name → function that writes it at a path, after each window;
+    ground: a terrain, shown in ParaView.
     """
 
     case: str
@@ -42,6 +44,8 @@ class Plan(NamedTuple):
     closed: bool = False
     began: float = IMPORTED
     goes_on: str = ""
+    due: Tuple[Callable, ...] = ()
+    ground: Any = None
 
 
 class Record:
@@ -62,7 +66,7 @@ class Record:
         self._complete, self._begun, self._pictures = False, False, plan.pictures
         self._resolution: Dict[str, Any] = {}
         self._figure, self._report = f"{plan.case}{suffix}.png", f"report{suffix}.json"
-        self._pieces = Pieces(solid, grains) if plan.output.paraview else None
+        self._pieces = Pieces(solid, grains, plan.ground) if plan.output.paraview else None
         self._resumed: Optional[Resumed] = None
         self._restarts: Tuple[dict, ...] = ()
 
@@ -132,6 +136,8 @@ class Record:
         self._files.add(self._columns(window))
         self._columns.check(window.time)
         self._files.start()
+        for due in self._plan.due:
+            self._files.write(due())
         if self._plan.output.paraview and window.number % self._plan.output.paraview == 0:
             self._paraview(window.time, window)
         self.begin()

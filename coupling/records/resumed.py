@@ -1,7 +1,8 @@
 """The files of a run that goes on: what they had at the checkpoint stays, what is later goes."""
+import re
 import shutil
 from pathlib import Path
-from typing import Any, Dict, Iterable, NamedTuple
+from typing import Any, Dict, NamedTuple
 
 import numpy as np
 from mpi4py import MPI
@@ -18,13 +19,16 @@ class Resumed(NamedTuple):
     state: Dict[str, Any]
     source: Path
 
-    def files(self, results: Results, pieces: ParaView, history: str, last: Iterable[str]) -> Kept:
+    def files(self, results: Results, pieces: ParaView, history: str, names: Any) -> Kept:
         """Bring the files of the set to where they were, in another folder as copies. Returns what stays of
-        the file ``history``; last: files that are written at the end. On rank 0."""
+        the file ``history``; names: see ``files.Names``. On rank 0."""
+        written = self.state.get("written", ())
         if results.started:
-            results.remove(*last, *pieces.later(results.files()))
+            numbered = re.compile(rf"\w+_\d{{4}}{f'_{names.label}' if names.label else ''}\.(asc|csv)")
+            later = [name for name in results.files() if numbered.fullmatch(name) and name not in written]
+            results.remove(*names.at_end, *pieces.later(results.files()), *later)
         else:
-            for name in (history, *pieces.files()):
+            for name in (history, *written, *pieces.files()):
                 shutil.copyfile(self.source / name, results.path(name))
         return Kept(self.state["rows"], self.state["size"])
 

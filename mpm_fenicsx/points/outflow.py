@@ -43,13 +43,15 @@ class Outflow:
         self._ways, self._grid, self._box, self._comm, self._gravity = ways, grid, grid.box, comm, gravity
         self.active = bool((ways != "stop").any())
         self.held, self.books = [], ()  # whose ``leave`` is told of a body and its points that leave
-        self._sums = np.zeros(3 + len(ways))  # count, mass, energy, momentum
+        self._sums = np.zeros(4 + len(ways))  # count, mass, energy, volume, momentum
 
     @property
     def removed(self):
-        """"count", "mass" [kg], "momentum" [kg m/s], shape (dim,), and "energy" [J]."""
-        count, mass, energy = self._sums[:3].tolist()
-        return {"count": int(count), "mass": mass, "momentum": self._sums[3:].copy(), "energy": energy}
+        """"count", "mass" [kg], "volume" at rest [m^3], "momentum" [kg m/s], shape (dim,), and "energy"
+        [J]."""
+        count, mass, energy, volume = self._sums[:4].tolist()
+        return {"count": int(count), "mass": mass, "volume": volume, "momentum": self._sums[4:].copy(),
+                "energy": energy}
 
     def _way(self, points):
         """What happens to each point that is outside the grid, shape (n,): by the side beyond which it is
@@ -85,7 +87,8 @@ class Outflow:
         energy, momentum = sum(body.energies(self._gravity, chosen)), p.mass[chosen] @ p.v[chosen]
         for book in self.books:
             book.leave(body, chosen, self._gravity)
-        self._sums += total(self._comm, [len(chosen), p.mass[chosen].sum(), energy, *momentum])
+        self._sums += total(self._comm, [len(chosen), p.mass[chosen].sum(), energy, p.V0[chosen].sum(),
+                                         *momentum])
 
     def _hold(self, points, held, mask):
         """Add the points of the ``mask`` to those ``held``, on the edge and at rest."""

@@ -23,7 +23,7 @@ class Feeds:
         self.first = sum(len(body.points) for body in bodies)  # number of the first new point
         self._feeds = [Feed(one, bodies[one.body], make, cell, gravity) for one in inflows]
         self._gravity, self._comm, self.books = gravity, comm, ()
-        self._sums = np.zeros(3 + len(cell))  # count, mass, energy, momentum
+        self._sums = np.zeros(4 + len(cell))  # count, mass, energy, volume, momentum
 
     def __len__(self):
         return len(self._feeds)
@@ -38,9 +38,11 @@ class Feeds:
 
     @property
     def entered(self):
-        """"count", "mass" [kg], "momentum" [kg m/s], shape (D,), and "energy" [J]."""
-        count, mass, energy = self._sums[:3].tolist()
-        return {"count": int(count), "mass": mass, "momentum": self._sums[3:].copy(), "energy": energy}
+        """"count", "mass" [kg], "volume" at rest [m^3], "momentum" [kg m/s], shape (D,), and "energy"
+        [J]."""
+        count, mass, energy, volume = self._sums[:4].tolist()
+        return {"count": int(count), "mass": mass, "volume": volume, "momentum": self._sums[4:].copy(),
+                "energy": energy}
 
     def supports(self):
         """What holds the columns."""
@@ -69,8 +71,8 @@ class Feeds:
         energy, momentum = sum(body.energies(self._gravity, chosen)), p.mass[chosen] @ p.v[chosen]
         for book in self.books:
             book.enter(body, chosen, self._gravity)
-        mass, energy, *momentum = total(self._comm, [p.mass[chosen].sum(), energy, *momentum])
-        self._sums += [count, mass, energy, *momentum]
+        sums = p.mass[chosen].sum(), energy, p.V0[chosen].sum(), *momentum
+        self._sums += [count, *total(self._comm, sums)]
 
     def volume(self, feed):
         """What has come through the plane of the ``feed`` since the start [m^3]."""

@@ -1,0 +1,28 @@
+"""The material points of each body as those that make maps of a flow want them."""
+from typing import List, NamedTuple
+
+import numpy as np
+
+
+class Matter(NamedTuple):
+    """Points of one body on this rank: places x [m] and velocities v [m/s], shape (n, D); mass [kg]; volume
+    now, without what has opened between soil that separated, and rest, that at the start [m^3], shape (n,)
+    each; thickness [m] of a plane body, 1 in space."""
+
+    x: np.ndarray
+    v: np.ndarray
+    mass: np.ndarray
+    volume: np.ndarray
+    rest: np.ndarray
+    thickness: float
+
+
+def matter(bodies) -> List[Matter]:
+    """``Matter`` of each of the ``bodies``, see ``MPM.bodies``."""
+    found = []
+    for body in bodies:
+        p, volume = body.points, body.volume()
+        if "opened" in (p.state.dtype.names or ()):
+            volume = volume * np.exp(-p.state["opened"])
+        found.append(Matter(p.x, p.v, p.mass, volume, p.V0, body.thickness))
+    return found

@@ -87,8 +87,9 @@ class Places:
             meanings |= {f"depth_{gauge.name}": ("m", f"of the flow at ({at})"),
                          f"speed_{gauge.name}": ("m/s", f"of the flow at ({at}), mean over the depth")}
         for line in self._maps.lines:
-            meanings |= {f"discharge_{line.name}": ("m^3/s", f"material volume through the line {line.name}"),
-                         f"passed_{line.name}": ("m^3", f"material volume that has passed the line {line.name}")}
+            through = f"material volume through the line {line.name}"
+            meanings |= {f"discharge_{line.name}": ("m^3/s", through),
+                         f"passed_{line.name}": ("m^3", f"{through} since the start")}
         return {name: (*meaning, partial(self._value, name)) for name, meaning in {**meanings,
                                                                                    **VOLUMES}.items()}
 

@@ -66,9 +66,9 @@ class Chart:
     def _contours(self, figure: Any, axes: Any, shown: Shown) -> None:
         low, high = self._raster.lower, self._raster.upper
         x, y = (np.array([low[i], *self._raster.axis(i), high[i]]) for i in (0, 1))  # to the edge
-        ground, depth, release = (np.pad(np.nan_to_num(values), 1, "edge") for values in (
-            self._ground, shown.largest, shown.release))
-        if np.ptp(ground) > 0.0:
+        depth, release = (np.pad(np.nan_to_num(values), 1, "edge") for values in (shown.largest, shown.release))
+        ground = np.ma.masked_invalid(np.pad(self._ground, 1, "edge"))
+        if np.ma.ptp(ground) > 0.0:
             lines = axes.contour(x, y, ground, 12, colors="0.25", linewidths=0.4, linestyles="-")
             axes.clabel(lines, fontsize=6, fmt="%g")
         if depth.max() > self._dry:
@@ -84,9 +84,10 @@ class Chart:
 
         if min(self._raster.shape) == 1:
             return np.full(self._raster.shape, 0.8)
-        shade = LightSource(azdeg=315, altdeg=45).hillshade(self._ground[::-1], dx=self._raster.cell,
-                                                            dy=self._raster.cell)[::-1]
-        return 0.4 + 0.55 * shade
+        there, size = ~np.isnan(self._ground), self._raster.cell
+        ground = np.where(there, self._ground, np.nanmin(self._ground))
+        shade = LightSource(azdeg=315, altdeg=45).hillshade(ground[::-1], dx=size, dy=size)[::-1]
+        return np.where(there, 0.4 + 0.55 * shade, np.nan)
 
     def _outlines(self, sides: Tuple[Any, Any]) -> List[np.ndarray]:
         """Of the structures seen from above, but of the ground itself: corners [m], shape (k, 2)."""

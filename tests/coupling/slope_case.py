@@ -3,22 +3,7 @@ import numpy as np
 
 from coupling import Gauge, Line, Maps, Output, Run, Scheme, case
 from dem_liggghts import Interaction, Material, Scene, Spheres, Wall
-from mpm_fenicsx import MPM, Balls, Body, Box, Grid, Soil, Structure
-
-
-class Slope:
-    """A plane that falls along x by ``fall`` [-], in the plane or in space."""
-
-    def __init__(self, lower, upper, fall):
-        self.lower, self.upper, self.fall = lower, upper, fall
-        dim = len(lower) + 1
-        sides = [()] if dim == 2 else [(lower[1],), (upper[1],)]
-        ends = [(x, *y) for x in (lower[0], upper[0]) for y in sides]
-        self.x = np.column_stack([ends, self.height(np.array(ends))])
-        self.elements = np.array([[0, 1]] if dim == 2 else [[0, 2, 1], [1, 2, 3]])
-
-    def height(self, xy):
-        return -self.fall * xy[:, 0]
+from mpm_fenicsx import MPM, Balls, Body, Box, Grid, Soil, Structure, Terrain
 
 
 @case
@@ -54,7 +39,8 @@ def main(
     scene = Scene(rocks, Wall.discs(np.zeros((0, dim)), 0.25 * h), stone, Material(1e5, 0.3),
                   Interaction(0.3, 0.5), Interaction(1.0, 0.4), solid.scene.gravity,
                   structures=(bed,), interactions={("spheres", "bed"): Interaction(0.3, 0.5)})
-    terrain = Slope((0.0, 0.0)[:dim - 1], (far, size)[:dim - 1], fall)
+    extent = Box((0.0, 0.0), (far, size)) if dim == 3 else (0.0, far)
+    terrain = Terrain.function(lambda x, *y: -fall * x, extent, 0.1)
     middle = (0.5 * size,)[:dim - 2]
     gauges = [Gauge("top", (0.1, *middle)), Gauge("foot", (0.6, *middle), width=0.1)]
     lines = [Line("gate", (0.25, 0.0), (0.25, size)) if dim == 3 else Line("gate", (0.25,))]

@@ -307,3 +307,30 @@ def test_on_any_ranks_maps_are_the_same(run_ranks, tmp_path):
             assert np.allclose(one, other, rtol=1e-12, atol=1e-15, equal_nan=True), path.name
     one, *others = (np.loadtxt(tmp_path / n / "now") for n in "123")
     assert all(np.allclose(one, other, rtol=1e-12, atol=1e-15) for other in others)
+
+
+def test_in_the_plane_there_are_profiles(tmp_path):
+    from tests.coupling import slope_case
+
+    slope_case.main(dim=2, out=tmp_path, t_end=0.02, every=0.01)
+    first, largest = read(tmp_path / "profile_0000.csv"), read(tmp_path / "profile_max.csv")
+    assert list(largest) == ["x", "terrain", *LARGEST] and len(largest["x"]) == 36
+    assert first["depth"].max() == pytest.approx(0.12)
+    assert first["terrain"] == pytest.approx(-0.7 * first["x"])
+    assert (largest["depth_max"] >= first["depth"])[first["depth"] > 0.0].all()
+    history = read(tmp_path / "history.csv")
+    assert np.abs(history["volume_error"]).max() < 1e-10
+    assert history["volume_on_map"][0] == pytest.approx(0.5 * 0.12 * 0.2, rel=0.2)  # less what sticks out
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {"map.png", "profile_0002.csv", "rocks.csv"} <= names and "depth_max.asc" not in names
+
+
+@pytest.mark.mpi
+@pytest.mark.validation
+def test_a_run_on_any_ranks_leaves_the_same_maps(run_ranks, straight, tmp_path):
+    for n in (2, 3):
+        done = run_ranks(n, CASE, f"out={tmp_path / str(n)}", "t_end=0.06", "every=0.03")
+        assert not done.returncode, done.stderr
+        one, other = rasters(straight), rasters(tmp_path / str(n))
+        for name, values in one.items():
+            assert np.allclose(values, other[name], rtol=1e-9, atol=1e-12, equal_nan=True), name

@@ -10,7 +10,7 @@ from .clusters import Cluster
 from .domain import read_domain, read_ways
 from .materials import SPHERES, WALL, Interaction, Material
 from .spheres import Spheres
-from .structures import check_structures, wall_of
+from .structures import by_region, check_structures, for_regions, wall_of
 from .walls import Wall
 
 
@@ -39,7 +39,9 @@ class SceneData:
         put = partial(object.__setattr__, self)  # the class is frozen
         put("clusters", check.records("clusters", self.clusters, Cluster))
         put("walls", check.records("walls", self.walls, Wall))
-        put("structures", check_structures(self.structures))
+        given = check_structures(self.structures)
+        put("interactions", for_regions(check.record("interactions", self.interactions, dict), given))
+        put("structures", by_region(given))
         put("surfaces", tuple(map(wall_of, self.structures)))
         kinds: Dict[str, type] = {"spheres": Spheres, "wall": Wall, "material": Material,
                                   "wall_material": Material}

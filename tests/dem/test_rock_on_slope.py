@@ -4,7 +4,7 @@ import pytest
 from scipy.spatial import Delaunay
 
 from dem_liggghts import Interaction, Material, Scene, Spheres
-from mpm_fenicsx import Structure
+from mpm_fenicsx import Box, Structure, Terrain
 
 G, RADIUS, RHO = 9.81, 0.5, 2600.0
 ANGLE = np.radians(30.0)
@@ -91,3 +91,31 @@ def test_it_jumps_as_far_and_as_high_as_a_rigid_ball(dem):
     expected, high = jumps((2.0, 4.0), 0.6, 0.1, 2)
     assert np.array(places[:2]) == pytest.approx(expected, rel=0.015)
     assert np.array(heights[:2]) == pytest.approx(high, rel=0.015)
+
+
+def test_regions_of_a_terrain_have_their_own_friction(dem):
+    """A sphere rolls on rough ground, and slides over ice, whose seams it does not feel; the books of both
+    close."""
+    hill = Terrain.function(lambda x, y: -0.3 * x, Box((0.0, 0.0), (10.0, 4.0)), 0.5)
+    ground = hill.structure("ground", 0.5, {"ice": ([(4.1, -1.0), (7.2, -1.0), (7.2, 5.0), (4.1, 5.0)], 0.05)})
+    up, along = np.array([0.3, 0.0, 1.0]) / np.sqrt(1.09), np.array([1.0, 0.0, -0.3]) / np.sqrt(1.09)
+    scene = Scene(Spheres([np.array([1.0, 2.0, -0.3]) + 0.2 * up], [[0.0, 0.0, 0.0]], 0.2, RHO),
+                  structures=[ground], material=STIFF, gravity=(0.0, 0.0, -G),
+                  interactions={("spheres", "ground"): Interaction(0.3, 0.5),
+                                ("ground_ice", "spheres"): Interaction(0.3, 0.05)})
+    assert {tuple(sorted(pair))[0]: one.friction for pair, one in scene.interactions.items()
+            if any(name.startswith("ground") for name in pair)} == {"ground_ice": 0.05, "ground_rest": 0.5}
+    run, seen = dem(scene, 2e-5), []
+    for _ in range(300):
+        run.advance(500, NONE, NONE)
+        p = run.particles()
+        seen.append([p["x"][0, 0], p["v"][0] @ along, 0.2 * p["omega"][0, 1], p["x"][0] @ up, 0.01 * len(seen)])
+    x, v, rim, height, time = np.array(seen).T
+    steep = np.arctan(0.3)
+    for region, pull in (((1.5, 4.0), 5.0 / 7.0 * np.sin(steep)), ((4.5, 7.0), np.sin(steep) - 0.05 * np.cos(steep))):
+        on = (x > region[0]) & (x < region[1])
+        assert np.polyfit(time[on], v[on], 1)[0] == pytest.approx(G * pull, rel=2e-3)
+    assert np.abs(v - rim)[(x > 1.5) & (x < 4.0)].max() < 1e-3 and (v - rim)[x > 7.0][0] > 0.5
+    assert np.ptp(height[20:]) < 1e-6 * 0.2
+    given, momentum = run.impulses(), run.particles()["mass"][0] * run.particles()["v"][0]
+    assert sum(given.values())[:3] == pytest.approx(momentum, abs=1e-10 * abs(momentum).max())

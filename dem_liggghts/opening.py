@@ -20,10 +20,11 @@ class Scene(SceneData):
     ``between`` is that of "spheres" with themselves, ``at_wall`` that of "spheres" with "wall". domain: lower
     and upper corner [m], (dim,) each; outflow: what happens to that which leaves it, "stop", "hold" or
     "remove" for all sides, or by side, such as {"+x": "remove"}, whose other sides stop; without a domain
-    nothing ever leaves. structures: as
-    ``mpm_fenicsx.Structure``, rigid surfaces, at rest or moving; where ``materials`` and
-    ``interactions`` do not name their material (their name, if they have none), it is that of the particles,
-    and ``friction`` that of the structure, with a restitution of 1. Raises ValueError for what does not fit.
+    nothing ever leaves. structures: as ``mpm_fenicsx.Structure``, rigid surfaces, at rest or moving; where
+    ``materials`` and ``interactions`` do not name their material (their name, if they have none), it is that
+    of the particles, and ``friction`` that of the structure, with a restitution of 1. base: acceleration of
+    the ground [m/s^2], shape (dim,), a function of time [s]: all is told in its frame; in each window its
+    mean acts. Raises ValueError for what does not fit.
 
     >>> sphere = Spheres(x=[[0.0, 0.0201]], v=[[0.0, -0.1]], radius=0.02, rho=7800.0)
     >>> floor = Wall(nodes=[[-1.0, 0.0], [1.0, 0.0]], elements=[[0, 1]])

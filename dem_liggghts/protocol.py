@@ -81,6 +81,10 @@ class DEM(Protocol):
         cell of the structures, of other fixed walls by their material, and of the moving wall, "interface":
         linear [N s] and angular about zero [N m s], shape (3,) in a plane, (6,) in space."""
 
+    @property
+    def base_work(self) -> float:
+        """Work that the motion of the base has done on the particles since the start [J], in its frame."""
+
     def contact_at_wall(self, force: float) -> np.ndarray:
         """Tangent stiffness [N/m], damping [kg/s] and mass [kg] in the contact of each sphere with the moving
         wall under ``force`` [N], shape (3, n), whether it touches it or not."""

@@ -71,6 +71,11 @@ class Accounts:
         return {**self._works.sums(), "springs": float(total(self.comm, stored))}
 
     @property
+    def base_work(self) -> float:
+        """Work that the motion of the base has done on the bodies since the start [J], in its frame."""
+        return self._works.of_base
+
+    @property
     def applied(self) -> np.ndarray:
         """Sum of the interface forces that reached the nodes in the last step [N], shape (dim,)."""
         return self._ladder.applied(self.step.problem.interface.applied)
@@ -95,7 +100,7 @@ class Accounts:
         """Whether motions, loads or body forces do work on the bodies, besides gravity and the interface."""
         stated = [*self.scene.supports, *self.scene.walls]
         moved = any(getattr(one, "motion", None) is not None for one in stated)
-        return bool(self.loads or self._feeds or self._bodies[0].has_body_force or moved)
+        return bool(self.loads or self._feeds or self.scene.base or self._bodies[0].has_body_force or moved)
 
     @property
     def springs(self) -> bool:

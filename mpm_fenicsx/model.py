@@ -54,7 +54,8 @@ class Model(Accounts):
         self.gravity, self.time, self.steps = scene.acceleration, 0.0, 0
         self.basis, self._transfer = Basis(scene.numerics.basis), TRANSFERS[scene.numerics.transfer]
         self.basis.check_grid(scene.grid, scene.grid.cell, isinstance(scene.grid, Grid))
-        self._bodies = make_bodies(scene, scene.grid, self.gravity, self.basis, self._transfer.body)
+        free = self.gravity + scene.frame_pull(0.0)
+        self._bodies = make_bodies(scene, scene.grid, free, self.basis, self._transfer.body)
         self._feeds = self._make_feeds()
         x = np.concatenate([body.points.x for body in self._bodies])
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)
@@ -66,7 +67,7 @@ class Model(Accounts):
         self._margin = margins_at_walls(scene.grid, scene.penalties)
         self._distribute(np.array_split(x, comm.size)[comm.rank])
         self.kernels = compile_grid_kernels(self.background, self._transfer.to_points)
-        start = Start(self._bodies, self.gravity, scene.body_force)
+        start = Start(self._bodies, free, scene.body_force)
         self._surface = make_surface(comm, self.dim, scene.interface, start, self._bodies)
         self.boundary = self._surface.points
         check_inside(scene.grid, self.boundary.x, "a boundary particle", self.origin)

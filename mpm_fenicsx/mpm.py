@@ -43,7 +43,8 @@ class MPM(Restarting):
     ``removed``; bonded: whether bodies stick where they share grid nodes (layers of one soil), True, or
     groups of the numbers of those that do, such as [(0, 1)]; others push, rub and part, see
     ``terms.body_contact``; numerics: see ``Numerics``; structures: ``Structure`` records, which the soil
-    meets; openings: ``Inflow`` records; basis: at the material points, instead of that of ``numerics``.
+    meets; openings: ``Inflow`` records; base: acceleration of the ground [m/s^2], shape (dim,), a function of
+    time [s]: all is told in its frame; basis: at the material points, instead of that of ``numerics``.
 
     ``bodies`` are the bodies with their points, numbered through, see ``bodies.BodyTerm``; ``phases`` sums
     the seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,
@@ -89,18 +90,17 @@ class MPM(Restarting):
                  gravity: Optional[Sequence[float]] = None, inertia: str = "consistent",
                  loads: Sequence[Load] = (),
                  penalties: Sequence[Union[Penalty, GridWall]] = (), body_force: Optional[Callable] = None,
-                 outflow: Union[str, Dict[str, str]] = "stop",
+                 outflow: Union[str, Dict[str, str]] = "stop", base: Optional[Callable] = None,
                  bonded: Union[bool, Sequence[Sequence[int]]] = False, numerics: Numerics = Numerics(),
                  structures: Sequence[Structure] = (), openings: Sequence[Inflow] = (),
                  basis: Optional[str] = None, comm: MPI.Comm = MPI.COMM_WORLD):
         if basis is not None:
             numerics = replace(check.record("numerics", numerics, Numerics), basis=basis)
         super().__init__(SolidScene(grid, body, supports, interface, gravity, inertia, loads, penalties,
-                                    body_force, outflow, bonded, numerics, structures, openings), comm)
+                                    body_force, outflow, bonded, numerics, structures, openings, base), comm)
         self.iterations, self.rebalances, self.closed = 0, [], False
         self.phases, self._doubt = dict.fromkeys(PHASES, 0.0), Doubt()
-        self._located = False  # whether the points are in their cells
-        self.step = self._facets = None
+        self._located, self.step, self._facets = False, None, None  # located: points are in their cells
         self._locate()
         if numerics.settle:
             self.settle(numerics.settle)
@@ -179,7 +179,8 @@ class MPM(Restarting):
         if ghost and self._facets is None:
             self._facets = Facets(self.background, self.kernels.shapes)
         problem = Problem(self._bodies, self._forces, self.loads, (*self.penalties, *self._contacts),
-                          self.supports, self.gravity, self.scene.inertia != "lumped", self.numerics.solver,
+                          self.supports, self.gravity, self.scene.base and self.scene.frame_pull,
+                          self.scene.inertia != "lumped", self.numerics.solver,
                           self._transfer.rule, self._losses, self._impulses, self._works)
         self.step = kind(self.background, self.kernels, filled, problem, self.phases, self._doubt,
                          self._facets if ghost else None)
@@ -197,8 +198,8 @@ class MPM(Restarting):
         """Everything that decides the future of this rank's points, as name → array copy."""
         return {**self._sets.get_state(), **self._surface.get_state(), **self._outflow.get_state(),
                 **self.step.get_state(), **self._losses.get_state(), **self._impulses.get_state(),
-                **self._works.get_state(), **self._feeds.get_state(),
-                "scene": self._fingerprint.copy(), **self._ladder.get_state(),
+                **self._works.get_state(), **self._feeds.get_state(), **self._ladder.get_state(),
+                "scene": self._fingerprint.copy(),
                 "time": np.array([self.time, self.steps, self.background.checksum])}
 
     @while_open
@@ -206,8 +207,8 @@ class MPM(Restarting):
         """Go back to ``state``; the run continues bit for bit, but over a new distribution of the grid to
         round-off. ValueError for a state of another scene."""
         check_state(state, self._fingerprint)
-        for part in (self._sets, self._surface, self._outflow, self._losses, self._impulses,
-                     self._works, self._feeds):
+        for part in (self._sets, self._surface, self._outflow, self._losses, self._impulses, self._works,
+                     self._feeds):
             part.set_state(state)
         self._located, other = False, self._ladder.set_state(state)
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])

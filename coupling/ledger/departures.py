@@ -55,6 +55,11 @@ class Departures:
         return found
 
 
+def shaken(partition: Any) -> float:
+    """Work that the motion of the base has done on the partition since the start [J]."""
+    return float(getattr(partition, "base_work", 0.0))
+
+
 def left(partition: Any, what: str) -> Any:
     """"mass", "momentum" or "energy" of what has left the partition less what has come, 0 when nothing
     can."""

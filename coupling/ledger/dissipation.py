@@ -12,7 +12,7 @@ that supports stop, and W_wall less the work that has reached the solid.
 """
 from typing import Any, Dict, Tuple
 
-from .departures import left
+from .departures import left, shaken
 
 COLUMNS = {
     "energy_springs": ("J", "energy in the springs of walls and contacts of the solid"),
@@ -23,7 +23,7 @@ COLUMNS = {
     "energy_numerical": ("J", "energy that transfers, held nodes and the exchange have taken: what remains "
                               "of the balance"),
 }
-WORK = "loads", "body force", "interface", "supports", "walls"
+WORK = "loads", "body force", "base", "interface", "supports", "walls"
 
 
 class Dissipation:
@@ -61,6 +61,7 @@ class Dissipation:
         found = {"energy_springs": works["springs"], "energy_friction": friction, "energy_plastic": plastic}
         if ledger is not None:
             gone = sum(ledger.energies["grains"].values()) + float(left(self._grains, "energy"))
-            found["energy_contact_damping"] = self._grains_start - gone - ledger.work_wall
+            outside = shaken(self._grains) - ledger.work_wall
+            found["energy_contact_damping"] = self._grains_start - gone + outside
             lost += ledger.work_wall - works["interface"]
         return {**found, "energy_numerical": lost}

@@ -3,7 +3,7 @@ from typing import Any, Dict, Tuple
 
 import numpy as np
 
-from .departures import left
+from .departures import left, shaken
 from .limit import work_on_wall
 from .momentum import AXES, Momentum, turning
 
@@ -20,8 +20,9 @@ COLUMNS = {
     "energy_solid": ("J", "energy of the solid"),
     "interface_error": ("1", "energy that the staggered scheme has made at the interface, work_solid - "
                              "work_wall, relative to the largest energy so far"),
-    "energy_error": ("1", "change of the total energy, with what left, relative to the largest energy so "
-                          "far; of a closed system without damping, friction and moving supports: the error"),
+    "energy_error": ("1", "change of the total energy, with what left and less the work of the base, to the "
+                          "largest energy so far; of a closed system without damping, friction and moving "
+                          "supports: the error"),
 }
 VERTICAL = 1  # axis: y is up in a plane as in space
 LINEAR = {"grains": "impulse of the interface on the particles along {} since the start",
@@ -96,6 +97,7 @@ class Ledger:
         self._work_solid += float(np.vdot(window.force, window.moved))
         grains, solid = self._energies()
         gone = float(left(self._grains, "energy") + left(self._solid, "energy"))
+        gone -= shaken(self._grains) + shaken(self._solid)
         self._scale = max(self._scale, abs(grains), abs(solid))
         scale = self._scale or 1.0  # nothing has moved yet
         return {**self._impulses(window), "work_wall": self._work_wall,

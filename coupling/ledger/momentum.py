@@ -19,7 +19,7 @@ def turning(x: np.ndarray, f: np.ndarray) -> np.ndarray:
 
 
 class Momentum:
-    """Momentum of grains less what gravity gave them since the start.
+    """Momentum of grains less what gravity and the motion of the base gave them since the start.
 
     gravity [m/s^2], shape (dim,); it does not pull clusters that are held up. Linear momentum is exact and
     counts what has left at the end of a window. Of the angular momentum about ``about`` [m] gravity's share
@@ -38,6 +38,7 @@ class Momentum:
         self._weight = gravity * (particles["mass"][self._single].sum()
                                   + np.array([c.mass for c in self._clusters]) @ self._free)
         self._begin, self._turned = time, 0.0 * self._torque
+        self._shaken = self._of_base()
 
     def gained(self, particles: np.ndarray, time: float) -> Tuple[np.ndarray, np.ndarray]:
         """Linear [N s], (dim,), and angular impulse [N m s], (1,) or (3,), that was not gravity's, until
@@ -49,7 +50,17 @@ class Momentum:
         self._torque, self._time = torque, time
         linear, angular = (now - start for now, start in zip(self.now(particles), self._start))
         linear += left(self._grains, "momentum") + self._without
-        return linear - self._weight * (time - self._begin), angular - self._turned
+        shaken, turned = self._of_base()
+        return (linear - self._weight * (time - self._begin) - shaken + self._shaken[0],
+                angular - self._turned - turned + self._shaken[1])
+
+    def _of_base(self) -> Tuple[Any, Any]:
+        """Linear and angular impulse of the motion of the base since its start."""
+        if not getattr(getattr(self._grains, "scene", None), "base", None):
+            return 0.0, 0.0
+        row, dim = self._grains.impulses()["base"], len(self._gravity)
+        about = np.broadcast_to(np.asarray(self._about, float), (dim,))
+        return row[:dim], row[dim:] - turning(about[None], row[None, :dim])
 
     def now(self, particles: np.ndarray) -> Tuple[Any, Any]:
         """Linear momentum [kg m/s] and angular momentum [kg m^2/s]. A cluster counts with its mass at its

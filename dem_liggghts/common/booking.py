@@ -7,7 +7,7 @@ import numpy as np
 from ..scene.arrays import in_space
 from ..scene.scene import SceneData
 
-GRAVITY, INTERFACE = "gravity", "interface"
+GRAVITY, BASE, INTERFACE = "gravity", "base", "interface"
 
 
 def moments(x: np.ndarray, f: np.ndarray) -> np.ndarray:
@@ -28,7 +28,9 @@ class WallBooks:
     def __init__(self, scene: SceneData) -> None:
         self._scene, self._dim = scene, scene.dim
         cells = [name for one in scene.structures for name in one.cells]
-        self.names = [GRAVITY, *dict.fromkeys([*(wall.material for wall in scene.walls), *cells]), INTERFACE]
+        shaken = [BASE] if scene.base else []
+        self.names = [GRAVITY, *shaken, *dict.fromkeys([*(wall.material for wall in scene.walls), *cells]),
+                      INTERFACE]
         row = {name: number for number, name in enumerate(self.names)}
         of_nodes: List[np.ndarray] = [np.full(len(wall.nodes), row[wall.material]) for wall in scene.walls]
         for one, wall in zip(scene.structures, scene.surfaces):
@@ -41,8 +43,9 @@ class WallBooks:
         self._moving = [(one, slice(first, end)) for one, first, end in zip(scene.structures, ends, ends[1:])
                         if one.motion is not None]
         self._sums = np.zeros((len(self.names), 6))
-        self._pull = in_space([scene.gravity])[0]
-        self._weight = np.zeros(6)  # now: force and moment
+        self._gravity, self._base = in_space([scene.gravity, scene.frame_pull(0.0, 0.0)])
+        self._mass = np.zeros((3, 7))  # now, see ``_weigh``
+        self.base_work = 0.0
 
     # ---------------------------------------------------------------- where walls are
 
@@ -62,34 +65,59 @@ class WallBooks:
             return x, np.zeros_like(x)
         return x, (self.places(time + span, origin) - x) / span
 
+    # ---------------------------------------------------------------- gravity and the base
+
+    @property
+    def pull(self) -> np.ndarray:
+        """Of gravity and the base in the last window, at the start in its first moment [m/s^2], (3,)."""
+        return self._gravity + self._base
+
+    def shake(self, time: float, steps: int, dt: float) -> np.ndarray:
+        """The ``pull`` in a window of ``steps`` of ``dt`` [s] from ``time`` [s] on. In its first half kick
+        the last one acts."""
+        before, self._base = self._base, in_space([self._scene.frame_pull(time, steps * dt)])[0]
+        self._mean = self._base + (before - self._base) / (2.0 * steps)
+        return self.pull
+
     # ---------------------------------------------------------------- impulses
 
     def begin(self, particles: np.ndarray, bodies: np.ndarray) -> None:
         """Particles and bodies are those that there are now: at the start, and when some have left."""
-        self._weight = self._weigh(particles, bodies)
+        self._mass = self._weigh(particles, bodies)
 
     def add(self, x: np.ndarray, impulse: np.ndarray, span: float, particles: np.ndarray,
             bodies: np.ndarray) -> None:
         """After a window of ``span`` [s]: ``impulse`` [N s] on all wall nodes, which were at x [m] in its
         middle, those of the interface last, (n, 3) each; ``particles`` and ``bodies`` now."""
         # Of the nodes of a terrain few are hit, and moments of all of them would cost more than the contacts.
-        hit, before = np.flatnonzero((impulse != 0.0).any(axis=1)), self._weight
+        hit, before = np.flatnonzero((impulse != 0.0).any(axis=1)), self._mass
         given, first = -moments(x[hit], impulse[hit]), np.searchsorted(hit, self.fixed)
         for k in range(6 if first else 0):
             self._sums[:, k] += np.bincount(self._row[hit[:first]], given[:first, k], len(self.names))
         self._sums[-1] += given[first:].sum(axis=0)
-        self._weight = self._weigh(particles, bodies)
-        self._sums[0] += 0.5 * span * (before + self._weight)
+        self._mass = self._weigh(particles, bodies)
+        both = 0.5 * span * (before + self._mass)[:, :6]
+        self._sums[0] += self._gravity @ both
+        if self._scene.base:
+            self._sums[1] += self._mean @ both
+            self.base_work += float(self._mean @ (self._mass - before)[:, 6])
 
     def _weigh(self, particles: np.ndarray, bodies: np.ndarray) -> np.ndarray:
-        """Force and moment about zero of gravity; it does not move what is held."""
-        if not self._pull.any():
-            return np.zeros(6)
+        """Force and moment about zero of 1 m/s^2 along each axis, and mass times place along it, shape (3,
+        7); nothing moves what is held."""
+        found = np.zeros((3, 7))
+        if not self._gravity.any() and self._scene.base is None:
+            return found
         single = particles[particles["body"] == 0]
-        found = moments(single["x"], single["mass"][:, None] * self._pull).sum(axis=0)
+        parts = [(single["mass"], single["x"], np.ones((len(single), 3)))]
         if len(bodies):
-            free = np.array([self._scene.clusters[k - 1].flags[:3] for k in bodies["id"]])
-            found = found + moments(bodies["x"], bodies["mass"][:, None] * self._pull * free).sum(axis=0)
+            free = np.array([self._scene.clusters[k - 1].flags[:3] for k in bodies["id"]], float)
+            parts.append((bodies["mass"], bodies["x"], free))
+        for mass, x, free in parts:
+            for k, axis in enumerate(np.eye(3)):
+                own = mass * free[:, k]
+                found[k, :6] += moments(x, own[:, None] * axis).sum(axis=0)
+                found[k, 6] += own @ x[:, k]
         return found
 
     def sums(self) -> Dict[str, np.ndarray]:
@@ -99,12 +127,15 @@ class WallBooks:
 
     def get_state(self) -> Dict[str, np.ndarray]:
         """As name → array copy."""
-        return {"impulses": np.vstack([self._sums, self._weight])}
+        more = np.array([*self._base, self.base_work, 0.0, 0.0])
+        rows = np.vstack([self._sums, self._mass[:, :6], more])
+        return {"impulses": rows, "placed": self._mass[:, 6].copy()}
 
     def set_state(self, state: Dict[str, Any]) -> None:
         """Go back to what ``get_state`` gave."""
         rows = np.array(state["impulses"])
-        self._sums, self._weight = rows[:-1], rows[-1]
+        self._sums, self._base, self.base_work = rows[:-4], rows[-1, :3], float(rows[-1, 3])
+        self._mass = np.column_stack([rows[-4:-1], state["placed"]])
 
 
 def _displacement(one: Any, time: float) -> np.ndarray:

@@ -26,10 +26,10 @@ from .buffers import CHANGING, constant_rows, copied, gathered, initial_rows, so
 from .instance import Instance, pointer
 from .library import SHIM, LiggghtsError, load
 from .moving_wall import MovingWall
-from .script import commands
+from .script import commands, pull_of_now
 
 NAMES = ("origin", "particles", "bodies", "wall", "wall_elements", "wall_force", "impulses",  # of a state
-         "steps")
+         "placed", "steps")
 
 
 class LiggghtsDEM(MovingWall):
@@ -77,6 +77,7 @@ class LiggghtsDEM(MovingWall):
         steps = check_window(steps, x, v, self.scene)
         span, fixed = steps * self.dt, self._books.fixed
         here, there = self._books.motion(self.time, span, self.origin)
+        self._pull(self._books.shake(self.time, steps, self.dt))
         x, v = self._all_nodes(here, translated_points(x, -self.origin)), self._all_nodes(there, v)
         out = np.empty(x.size + 2)
         code = self._chunks.run(steps, lambda begin, count: self._instance.call(
@@ -94,6 +95,11 @@ class LiggghtsDEM(MovingWall):
         if self._outflow.active:
             self._let_out()
         return impulse[fixed:] / span
+
+    def _pull(self, pull: np.ndarray) -> None:
+        """From now on gravity and the motion of the base are ``pull`` [m/s^2], (3,)."""
+        for line in pull_of_now(pull) if self.scene.base else ():
+            self._instance.command(line)
 
     @property
     def removed(self) -> Dict[str, Any]:
@@ -178,6 +184,11 @@ class LiggghtsDEM(MovingWall):
         """See `protocol.DEM.impulses`."""
         return self._books.sums()
 
+    @property
+    def base_work(self) -> float:
+        """See `protocol.DEM.base_work`."""
+        return self._books.base_work
+
     def contact_at_wall(self, force: float) -> np.ndarray:
         """See `protocol.DEM.contact_at_wall`."""
         return contact_at_wall(self.scene, force)
@@ -235,6 +246,7 @@ class LiggghtsDEM(MovingWall):
         particles, own = np.array(state["particles"], float), np.array(state["wall"])
         self._steps, self._nodes = int(state["steps"]), own
         self._books.set_state(state)
+        self._pull(self._books.pull)
         wall = self._all_nodes(self._books.places(self.time, self.origin), own)
         force = np.array(state["wall_force"]) if self.comm.rank == 0 else np.zeros(wall.shape)
         bodies = np.hstack([self._constant[~self._outflow.out_clusters], state["bodies"]])

@@ -123,8 +123,20 @@ def _interaction(scene, a, b):
 def _gravity(scene):
     vector = np.zeros(3)
     vector[:scene.dim] = scene.gravity
+    if scene.base:
+        vector[:scene.dim] += scene.frame_pull(0.0, 0.0)
+        return [*pull_of_now(vector), "fix gravity all gravity v_pull vector v_pull_x v_pull_y v_pull_z"]
     size = np.sqrt((vector**2).sum())
     return [f"fix gravity all gravity {size:.17g} vector " + _numbers(vector)] if size > 0 else []
+
+
+def pull_of_now(vector):
+    """Commands that make ``vector`` [m/s^2], (3,), that of gravity and the motion of the base: its size, and
+    its direction, any where there is none."""
+    size = np.sqrt((vector**2).sum())
+    direction = vector if size > 0.0 else np.ones(3)
+    return [f"variable pull{name} equal {value:.17g}"
+            for name, value in zip(("", "_x", "_y", "_z"), (size, *direction))]
 
 
 def _numbers(values):

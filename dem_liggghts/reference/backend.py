@@ -33,7 +33,7 @@ MOVING = ("x", "v", "omega", "force", "torque")  # what changes of the spheres, 
 CLUSTER_MOVING = ("x", "v", "omega", "spin", "force", "torque", "q", "axes")
 LISTS = [(f"near_{of}_{name}", of, name) for of in ("spheres", "elements") for name in NeighbourList._fields]
 NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_force", "impulses",  # of a state
-         "near_x", "near_wall", "skin", *(name for name, _, _ in LISTS))
+         "placed", "near_x", "near_wall", "skin", *(name for name, _, _ in LISTS))
 
 
 class ReferenceDEM(WallOfNow):
@@ -47,11 +47,10 @@ class ReferenceDEM(WallOfNow):
         self._fingerprint, self.origin = fingerprint(scene, self.dt), find_origin(scene)
         inside = translated(scene, -self.origin)
         self._all_spheres, self._all_clusters, self.scene = sphere_table(inside), cluster_table(inside), scene
-        self._outflow = Outflow(scene, self._all_spheres.cluster)
+        self._outflow, self._books = Outflow(scene, self._all_spheres.cluster), WallBooks(scene)
         self._populate(np.ones(len(self._all_spheres.x), np.bool_), np.ones(len(scene.clusters), np.bool_))
         self._laws, self._steps_of = laws_of(scene), direct(run)
         self._springs = tuple(count_springs(table) for table in self._laws)
-        self._books = WallBooks(scene)
         self._use(scene)
         none = no_neighbours(len(self._table.x))
         self._lists = NeighbourLists(none, none, self._spheres.x, self._wall.x, 0.0)
@@ -65,7 +64,7 @@ class ReferenceDEM(WallOfNow):
         self._cluster_table = c = select_clusters(self._all_clusters, present, clusters)
         self._spheres = SphereState(s.x.copy(), s.v.copy(), s.omega.copy(), np.zeros_like(s.x),
                                     np.zeros_like(s.x), s.radius, s.contact_mass, s.material,
-                                    in_space([self.scene.gravity])[0], int(c.first[0]))
+                                    self._books.pull, int(c.first[0]))
         self._clusters = cluster_state(c, s.arm) if len(c.mass) else None
 
     def _begin(self) -> None:
@@ -94,6 +93,7 @@ class ReferenceDEM(WallOfNow):
         steps = check_window(steps, x, v, self.scene)
         span, x = steps * self.dt, translated_points(x, -self.origin)
         here, there = self._books.motion(self.time, span, self.origin)
+        self._spheres.gravity[:] = self._books.shake(self.time, steps, self.dt)
         wall = MovingWall(self._all_nodes(x, here), self._all_nodes(v, there), *self._surface[1:3])
         on_wall = self._on_wall
         np.multiply(on_wall.force, 0.5 * self.dt, out=on_wall.impulse)
@@ -184,6 +184,11 @@ class ReferenceDEM(WallOfNow):
         """See `protocol.DEM.impulses`."""
         return self._books.sums()
 
+    @property
+    def base_work(self) -> float:
+        """See `protocol.DEM.base_work`."""
+        return self._books.base_work
+
     def contact_at_wall(self, force: float) -> np.ndarray:
         """See `protocol.DEM.contact_at_wall`."""
         return contact_at_wall(self.scene, force)
@@ -227,6 +232,7 @@ class ReferenceDEM(WallOfNow):
             self.origin, nodes = there, translated_points(state["wall"][:, :self.scene.dim], there)
             self._use(with_wall(self.scene, replace(wall, nodes=nodes, elements=state["wall_elements"])))
         self._books.set_state(state)
+        self._spheres.gravity[:] = self._books.pull
         fixed = self._books.places(self.time, self.origin)
         self._wall = at_rest(self._surface, self._all_nodes(state["wall"], fixed))
         self._on_wall.force[:] = state["wall_force"]

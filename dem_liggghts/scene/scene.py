@@ -1,7 +1,9 @@
 """The data of a DEM scene: frozen, in SI units, checked when made. No numerics, no MPI."""
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, ClassVar, Dict, FrozenSet, List, Optional, Set, Tuple, Union
+from typing import Any, Callable, ClassVar, Dict, FrozenSet, List, Optional, Set, Tuple, Union
+
+import numpy as np
 
 import mpm_dem_checks as check
 
@@ -32,6 +34,7 @@ class SceneData:
     domain: Array = None
     outflow: Union[str, Dict[str, str]] = "stop"
     structures: Tuple[Any, ...] = ()
+    base: Optional[Callable] = None
 
     surfaces: ClassVar[Tuple[Wall, ...]]  # of the structures, one wall each
 
@@ -59,6 +62,9 @@ class SceneData:
         put("wall", Wall.none(dims[0]) if self.wall is None else self.wall)
         put("gravity", check.numbers("gravity", (0.0,) * self.dim if self.gravity is None else self.gravity,
                                      self.dim, "m/s^2"))
+        if self.base is not None:
+            check.function("base", self.base)
+        self.frame_pull(0.0, 0.0)
         self._check_domain()
         put("materials", self._all_materials())
         put("interactions", self._all_interactions())
@@ -120,6 +126,15 @@ class SceneData:
     def interaction(self, a: str, b: str) -> Interaction:
         """Contact constants of the materials named a and b."""
         return self.interactions[frozenset((a, b))]
+
+    def frame_pull(self, time: float, span: float) -> Array:
+        """Mean acceleration of what is free in the frame of the ``base``, without gravity, in ``span`` [s]
+        from ``time`` [s] on, by Simpson's rule [m/s^2], shape (dim,)."""
+        if self.base is None:
+            return np.zeros(self.dim)
+        at = [check.values("base", self.base, (time + part * span,), (self.dim,), unit="m/s^2")
+              for part in (0.0, 0.5, 1.0)]
+        return -(at[0] + 4.0 * at[1] + at[2]) / 6.0
 
     @property
     def names(self) -> Tuple[str, ...]:

@@ -17,7 +17,7 @@ from .structures import Structure
 
 INERTIA = "consistent", "lumped", "ghost"  # the kinds there are
 # what else gives momentum, see ``Impulses``
-BOOKED = "gravity", "interface", "inflow", "outflow", "numerical"
+BOOKED = "gravity", "base", "interface", "inflow", "outflow", "numerical"
 
 
 def find_fields(bonded: Union[bool, Sequence[Sequence[int]]], count: int) -> Tuple[int, ...]:
@@ -67,6 +67,7 @@ class SolidScene:
     numerics: Numerics = field(default_factory=Numerics)
     structures: Sequence[Structure] = ()
     openings: Sequence[Inflow] = ()
+    base: Optional[Callable] = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:
@@ -91,6 +92,9 @@ class SolidScene:
             check.numbers("gravity", self.gravity, self.grid.box.dim, "m/s^2")
         if self.body_force is not None:
             check.function("body_force", self.body_force)
+        if self.base is not None:
+            check.function("base", self.base)
+            self.frame_pull(0.0)
         self._check_fields()
 
     def _check_structures(self) -> None:
@@ -157,3 +161,10 @@ class SolidScene:
     def acceleration(self) -> np.ndarray:
         """Of gravity [m/s^2], shape (dim,)."""
         return np.zeros(self.grid.box.dim) if self.gravity is None else np.array(self.gravity, float)
+
+    def frame_pull(self, time: float) -> np.ndarray:
+        """Acceleration of what is free in the frame of the ``base``, without gravity, at ``time`` [s]
+        [m/s^2], shape (dim,)."""
+        dim = self.grid.box.dim
+        return np.zeros(dim) if self.base is None else -check.values("base", self.base, (time,), (dim,),
+                                                                     unit="m/s^2")

@@ -33,7 +33,7 @@ from ..points.moments import add_wrenches, moment, wrenches
 from ..terms import midpoint
 
 GRAVITY, BODY, INTERFACE, NUMERICAL = "gravity", "body force", "interface", "numerical"
-INFLOW, OUTFLOW = "inflow", "outflow"
+BASE, INFLOW, OUTFLOW = "base", "inflow", "outflow"
 
 
 class Forces(NamedTuple):
@@ -75,13 +75,17 @@ class Impulses:
 
     # ---------------------------------------------------------------- who books
 
-    def start(self, bodies: list, gravity: np.ndarray) -> None:
-        """All points are at the start, on every rank, with the accelerations of gravity and body force, or,
-        under a stress that is given, at rest: what holds them is not known yet, it counts as numerical."""
+    def start(self, bodies: list, gravity: np.ndarray, frame_pull: np.ndarray) -> None:
+        """All points are at the start, on every rank, with the accelerations of gravity, base and body force;
+        or, under a stress that is given, at rest: what holds them is not known yet, it is numerical."""
         for body in bodies:
             p, held = body.points, body.body.stress is not None
             pull = np.broadcast_to(gravity, p.x.shape)
             self._last[self._row[GRAVITY]] += wrenches(p.x, p.mass[:, None] * pull).sum(axis=0)
+            if BASE in self._row:
+                base = np.broadcast_to(frame_pull, p.x.shape)
+                self._last[self._row[BASE]] += wrenches(p.x, p.mass[:, None] * base).sum(axis=0)
+                pull = pull + base
             if held or BODY in self._row:
                 row = self._row[NUMERICAL if held else BODY]
                 self._last[row] += wrenches(p.x, p.mass[:, None] * (p.a - pull)).sum(axis=0)
@@ -162,6 +166,10 @@ class Impulses:
         mass, pull = grid.mass[:n], part * problem.gravity
         rows[self._row[GRAVITY]] += wrenches((mass @ places[:n])[None], pull[None])[0]
         rows[self._row[GRAVITY], :self._dim] = mass.sum() * pull
+        if BASE in self._row:
+            pull = problem.base_pull(grid) * np.ones(self._dim)
+            rows[self._row[BASE]] += wrenches((mass @ places[:n])[None], pull[None])[0]
+            rows[self._row[BASE], :self._dim] = mass.sum() * pull
         if found.body is not None:
             rows[self._row[BODY]] += part * wrenches(places[:n], found.body[:n]).sum(axis=0)
         for load in (problem.interface, *problem.loads):
@@ -226,9 +234,9 @@ def make_impulses(model: Any, scene: Any) -> Impulses:
     springs = [name for term in (*model.penalties, *model._contacts) for name in term.held()]
     names = [*springs, *(str(load.name) for load in scene.loads)]
     there = {BODY: model._bodies[0].has_body_force, INTERFACE: scene.interface is not None,
-             OUTFLOW: model._outflow.active, INFLOW: len(model._feeds) > 0}
+             BASE: scene.base is not None, OUTFLOW: model._outflow.active, INFLOW: len(model._feeds) > 0}
     names += [name for name, some in there.items() if some]
     impulses = Impulses(model.comm, model.origin, names, model.supports.names)
     impulses.regions = [*dict.fromkeys([*springs, *impulses.regions])]
-    impulses.start(model._bodies, model.gravity)
+    impulses.start(model._bodies, model.gravity, scene.frame_pull(0.0))
     return impulses

@@ -1,6 +1,6 @@
 """What acts in every step of a scene."""
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, Callable, NamedTuple, Optional
 
 import numpy as np
 
@@ -13,7 +13,8 @@ from .works import Works
 
 class Problem(NamedTuple):
     """What acts in every step: ``bodies``, surface ``loads`` and ``penalties`` with their points, the
-    ``interface``'s forces, ``supports``, ``gravity`` [m/s^2], shape (D,), whether inertia is ``consistent``,
+    ``interface``'s forces, ``supports``, ``gravity`` [m/s^2], shape (D,), ``frame_pull``, what
+    the motion of the base adds to it as a function of time, or None, whether inertia is ``consistent``,
     the linear ``solver``, the ``rule`` of time, see ``GridState``, and who books ``losses`` of transfers and
     ``impulses`` and ``works``."""
 
@@ -23,9 +24,17 @@ class Problem(NamedTuple):
     penalties: tuple
     supports: Supports
     gravity: np.ndarray
+    frame_pull: Optional[Callable]
     consistent: bool
     solver: str
     rule: ModuleType
     losses: Losses
     impulses: Impulses
     works: Works
+
+    def base_pull(self, grid: Any) -> Any:
+        """What the motion of the base adds to gravity in a step, where the rule of time takes forces, shape
+        (D,) or 0; nothing in load steps without inertia."""
+        if self.frame_pull is None or grid.dt == 0.0:
+            return 0.0
+        return self.frame_pull(grid.time + self.rule.PLACE * grid.dt)

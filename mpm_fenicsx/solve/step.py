@@ -158,7 +158,7 @@ class Step:
                 self.problem.impulses.jumped(grid, force, self._holder)
         for penalty in penalties:
             penalty.begin(grid, load)
-        load += grid.mass[:, None] * self.problem.gravity
+        load += grid.mass[:, None] * (self.problem.gravity + self.problem.base_pull(grid))
         self._body_force = self._body_load() if bodies[0].has_body_force else None
         return load if self._body_force is None else load + self._body_force
 

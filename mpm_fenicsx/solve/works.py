@@ -16,13 +16,13 @@ import numpy as np
 
 from ..collective import total
 
-KINDS = "loads", "body force", "interface", "supports", "walls", "friction", "nodes", "left"
+KINDS = "loads", "body force", "base", "interface", "supports", "walls", "friction", "nodes", "left"
 
 
 class Works:
-    """Sums since the start [J] by kind: work of loads, body force and interface, of supports and walls that
-    move, what friction has taken, the change of the nodes' kinetic energy over the steps, and strain and
-    potential energy of what has left less that of what has come. Collective."""
+    """Sums since the start [J] by kind: work of loads, body force, motion of the base and interface, of
+    supports and walls that move, what friction has taken, the change of the nodes' kinetic energy over the
+    steps, and strain and potential energy of what has left less that of what has come. Collective."""
 
     def __init__(self, comm: Any) -> None:
         self._comm, self._sums = comm, np.zeros(len(KINDS))
@@ -48,8 +48,14 @@ class Works:
         self._sums[:-1] += total(self._comm, [
             sum(load.work(grid, u) for load in problem.loads),
             0.0 if found.body is None else np.vdot(found.body[:n], u[:n]),
+            0.0 if problem.frame_pull is None else mean_pull(grid, problem) @ (grid.mass[:n] @ u[:n]),
             problem.interface.work(grid, u), np.vdot(held, u[:n]), walls, friction,
             0.5 * np.vdot(mass * (v - grid.v[:n]), v + grid.v[:n])])
+
+    @property
+    def of_base(self) -> float:
+        """That of the motion of the base [J]."""
+        return float(self._sums[KINDS.index("base")])
 
     def get_state(self) -> Dict[str, np.ndarray]:
         """As name → array copy."""
@@ -58,3 +64,9 @@ class Works:
     def set_state(self, state: Dict[str, np.ndarray]) -> None:
         """Go back to what ``get_state`` gave."""
         self._sums = np.array(state["works"])
+
+
+def mean_pull(grid: Any, problem: Any) -> np.ndarray:
+    """``frame_pull`` of the ``problem``, its mean over the step as the rule of time takes forces, (D,)."""
+    ends = [1.0 - grid.rule.PLACE, grid.rule.PLACE]
+    return np.mean([problem.frame_pull(grid.time + part * grid.dt) for part in ends], axis=0)

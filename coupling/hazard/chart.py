@@ -66,8 +66,9 @@ class Chart:
     def _contours(self, figure: Any, axes: Any, shown: Shown) -> None:
         low, high = self._raster.lower, self._raster.upper
         x, y = (np.array([low[i], *self._raster.axis(i), high[i]]) for i in (0, 1))  # to the edge
-        depth, release = (np.pad(np.nan_to_num(values), 1, "edge") for values in (shown.largest, shown.release))
-        ground = np.ma.masked_invalid(np.pad(self._ground, 1, "edge"))
+        ground, *depths = (np.pad(values, 1, "edge") for values in (self._ground, shown.largest,
+                                                                    shown.release))
+        (depth, release), ground = map(np.nan_to_num, depths), np.ma.masked_invalid(ground)
         if np.ma.ptp(ground) > 0.0:
             lines = axes.contour(x, y, ground, 12, colors="0.25", linewidths=0.4, linestyles="-")
             axes.clabel(lines, fontsize=6, fmt="%g")

@@ -40,25 +40,33 @@ class Raster(NamedTuple):
         return np.column_stack([x.ravel(), y.ravel()])
 
 
-def raster_over(terrain: Any, cell: float) -> Raster:
-    """The fewest cells of width ``cell`` [m] that cover the extent of a ``terrain``.
+class Ground:
+    """A ``terrain``, see ``protocols.Terrain``, also where something is beyond its edge: ``lower`` and
+    ``upper`` corner [m], shape (2,) or (1,)."""
+
+    def __init__(self, terrain: Any) -> None:
+        self._terrain = terrain
+        self.lower, self.upper = (np.atleast_1d(np.asarray(side, float)) for side in (terrain.lower,
+                                                                                      terrain.upper))
+
+    def height(self, xy: np.ndarray) -> np.ndarray:
+        """At horizontal places [m], shape (n, 2 or 1), of the nearest place for those beyond: [m], (n,)."""
+        inside = np.minimum(np.maximum(xy, self.lower), self.upper)
+        return np.asarray(self._terrain.height(inside), float)
+
+
+def raster_over(ground: Ground, cell: float) -> Raster:
+    """The fewest cells of width ``cell`` [m] that cover the extent of the ``ground``.
 
     >>> from types import SimpleNamespace as Toy
-    >>> raster_over(Toy(lower=(10.0, 0.0), upper=(11.0, 0.5)), 0.2).shape
+    >>> raster_over(Ground(Toy(lower=(10.0, 0.0), upper=(11.0, 0.5))), 0.2).shape
     (3, 5)
     """
-    lower, upper = (np.atleast_1d(np.asarray(side, float)) for side in (terrain.lower, terrain.upper))
-    columns, *rows = (max(1, math.ceil(n - 1e-9)) for n in (upper - lower) / cell)
-    raster = Raster(lower, cell, (rows[0] if rows else 1, columns))
+    columns, *rows = (max(1, math.ceil(n - 1e-9)) for n in (ground.upper - ground.lower) / cell)
+    raster = Raster(ground.lower, cell, (rows[0] if rows else 1, columns))
     check.check_memory(f"a map of {raster.shape[0]} x {columns} cells", 200 * raster.shape[0] * columns,
                        "make cell larger")
     return raster
-
-
-def height_of(terrain: Any, xy: np.ndarray) -> np.ndarray:
-    """Heights [m] of a ``terrain`` at horizontal places [m], shape (n, 2 or 1); at its edge for those
-    beyond."""
-    return np.asarray(terrain.height(np.clip(xy, terrain.lower, terrain.upper)), float)
 
 
 def write_grid(path: Path, raster: Raster, values: np.ndarray) -> None:

@@ -5,7 +5,7 @@ from typing import Any, Dict, List, NamedTuple, Tuple
 import numpy as np
 
 from ..ledger.momentum import rotation
-from .raster import height_of, write_table
+from .raster import Ground, write_table
 
 AXES = "xyz"
 
@@ -28,7 +28,7 @@ class Motion(NamedTuple):
 
 
 class Rocks:
-    """The rocks of ``grains``, clusters first, then single spheres, over a ``terrain``. ``motion``: where
+    """The rocks of ``grains``, clusters first, then single spheres, over the ``ground``. ``motion``: where
     they are now; ``path``: (time [s], ``Motion``) at the times of the output; ``largest``: height, speed and
     energy since the start, shape (n,) each.
 
@@ -37,8 +37,8 @@ class Rocks:
     plane, below zero where it is pressed in, or lies in the flow's bed.
     """
 
-    def __init__(self, grains: Any, terrain: Any, dim: int) -> None:
-        self._grains, self._terrain, self._dim = grains, terrain, dim
+    def __init__(self, grains: Any, ground: Ground, dim: int) -> None:
+        self._grains, self._ground, self._dim = grains, ground, dim
         self._clusters = tuple(getattr(grains.scene, "clusters", ()))
         body = self._body_of(grains.particles())
         single, count = body == 0, len(self._clusters)
@@ -87,13 +87,13 @@ class Rocks:
         some = radius > 0.0
         x, radius, owner = x[some], radius[some], self.owner[some]
         steps = np.eye(self._dim - 1)[:, None] * radius[:, None]
-        sides = [height_of(self._terrain, x[:, :-1] + way * step) for step in steps for way in (1, -1)]
-        slope = np.array([(a - b) for a, b in zip(sides[::2], sides[1::2])]).T / (2.0 * radius[:, None])
-        normal = np.column_stack([-slope, np.ones(len(x))])
+        sides = np.concatenate([x[:, :-1] + way * step for way in (1, -1) for step in steps])  # one call
+        above, below = self._ground.height(sides).reshape(2, self._dim - 1, len(x))
+        normal = np.column_stack([(below - above).T / (2.0 * radius[:, None]), np.ones(len(x))])
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         lowest = x - radius[:, None] * normal
         heights = np.full(self.count, np.inf)
-        np.minimum.at(heights, owner, lowest[:, -1] - height_of(self._terrain, lowest[:, :-1]))
+        np.minimum.at(heights, owner, lowest[:, -1] - self._ground.height(lowest[:, :-1]))
         return np.where(there, heights, np.nan)
 
     def follow(self) -> None:

@@ -12,7 +12,7 @@ from .chart import Chart, Shown
 from .flow import FlowMap
 from .maps import Maps
 from .places import Places
-from .raster import Raster, height_of, raster_over, write_grid, write_table
+from .raster import Ground, Raster, raster_over, write_grid, write_table
 from .rocks import Rocks
 
 LARGEST = {  # name of the file → (unit, meaning)
@@ -30,7 +30,8 @@ class MapWatch:
 
     def __init__(self, maps: Maps, solid: Any, grains: Any, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
         self._maps, self._solid, self._grains = maps, solid, grains
-        self.raster: Raster = raster_over(maps.terrain, maps.cell)
+        self._ground = Ground(maps.terrain)
+        self.raster: Raster = raster_over(self._ground, maps.cell)
         self._dim, bodies = len(self.raster.lower) + 1, self._bodies()
         self._time, self._due = solid.time, False
         self._times: List[float] = []
@@ -38,9 +39,9 @@ class MapWatch:
         self.places = Places(maps, self.flow.dry, comm)
         self.places.look(bodies, self.flow.inside, solid, 0.0)
         self._release = self.flow.depth
-        self.rocks = Rocks(grains, maps.terrain, self._dim) if grains is not None else None
+        self.rocks = Rocks(grains, self._ground, self._dim) if grains is not None else None
         self._energy = np.zeros(self.raster.shape)
-        self._ground: Optional[np.ndarray] = None
+        self._heights: Optional[np.ndarray] = None
         self._take(solid.time)
 
     def _bodies(self) -> List[Any]:
@@ -139,9 +140,9 @@ class MapWatch:
     @property
     def ground(self) -> np.ndarray:
         """Height of the terrain in the middles of the cells [m], shape (rows, columns)."""
-        if self._ground is None:
-            self._ground = height_of(self._maps.terrain, self.raster.middles()).reshape(self.raster.shape)
-        return self._ground
+        if self._heights is None:
+            self._heights = self._ground.height(self.raster.middles()).reshape(self.raster.shape)
+        return self._heights
 
     def values(self, name: str) -> np.ndarray:
         """One of ``LARGEST`` [its unit], shape (rows, columns), NaN where there was nothing. On rank 0."""

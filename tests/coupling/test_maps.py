@@ -9,7 +9,7 @@ import pytest
 
 from coupling import Gauge, Line, Maps
 from coupling.hazard import kernels
-from coupling.hazard.raster import raster_over, write_grid
+from coupling.hazard.raster import Ground, raster_over, write_grid
 from coupling.hazard.rocks import Rocks
 from coupling.hazard.watch import LARGEST, MapWatch
 from coupling.records.history import read
@@ -57,7 +57,7 @@ def slowly(x, width, raster):
 @pytest.mark.parametrize("spread", [1.0, 2.0])
 def test_points_are_spread_over_their_width(spread):
     random = np.random.default_rng(1)
-    raster = raster_over(plane(1.0, 0.7, lower=(0.2, -0.1)), 0.11)
+    raster = raster_over(Ground(plane(1.0, 0.7, lower=(0.2, -0.1))), 0.11)
     x, v = random.uniform(-0.3, 1.2, (50, 3)), random.normal(size=(50, 3))
     volume, rest, mass = random.uniform(1e-5, 1e-2, (3, 50))
     sums = np.zeros((*raster.shape, 5))
@@ -71,7 +71,8 @@ def test_points_are_spread_over_their_width(spread):
 @pytest.mark.parametrize("far", [0.0, 2.6e6])
 def test_depth_times_area_is_the_volume(far):
     """Also far from zero, as in coordinates of a country."""
-    random, raster = np.random.default_rng(2), raster_over(plane(far + 4.0, 3.0, lower=(far, 0.0)), 0.25)
+    random = np.random.default_rng(2)
+    raster = raster_over(Ground(plane(far + 4.0, 3.0, lower=(far, 0.0))), 0.25)
     x = random.uniform(0.6, 2.4, (500, 3)) + [far, 0.0, 0.0]
     volume, sums = random.uniform(0.01, 0.1, 500), np.zeros((*raster.shape, 5))
     kernels.to_raster(x, 0 * x, volume, volume, volume, 2.0, (raster.lower, raster.cell), sums)
@@ -163,7 +164,7 @@ def test_the_volume_is_balanced():
 
 def test_a_grid_is_read_back(tmp_path):
     """Rows from north to south, corner, size and no data as an ESRI ASCII grid has them."""
-    raster = raster_over(plane(2600001.0, 0.5, lower=(2600000.0, -1.0)), 0.25)
+    raster = raster_over(Ground(plane(2600001.0, 0.5, lower=(2600000.0, -1.0))), 0.25)
     values = np.arange(24.0).reshape(raster.shape) / 3.0
     values[0, 1] = np.nan
     write_grid(tmp_path / "a.asc", raster, values)
@@ -210,7 +211,7 @@ def test_a_rock_on_a_slope_touches_it():
     steep = np.hypot(1.0, 0.75)
     grains, p = grains_of((1, 0, (2.0, 1.0, -1.5 + 0.2 * steep), (3.0, 0.0, 4.0), (0.0, 2.0, 0.0), 0.2, 5.0),
                           (2, 0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.5, 9.0))
-    rocks = Rocks(grains, plane(4.0, 4.0, fall=0.75), 3)
+    rocks = Rocks(grains, Ground(plane(4.0, 4.0, fall=0.75)), 3)
     assert rocks.motion.height == pytest.approx([0.0, 1.75 - 0.5 * steep], abs=1e-12)
     assert rocks.motion.energy == pytest.approx([0.5 * 5.0 * (25.0 + 0.4 * 0.04 * 4.0), 0.0])
     p["x"][0] += [0.4, 0.3, 0.7]

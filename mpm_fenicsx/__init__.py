@@ -32,15 +32,15 @@ from .scene.interface import Interface, Resampling  # noqa: E402
 from .scene.mesh import Box, Mesh  # noqa: E402
 from .scene.meshfile import read_cloud, read_mesh  # noqa: E402
 from .scene.numerics import SOLVERS, Numerics  # noqa: E402
-from .scene.openings import Inflow  # noqa: E402
+from .scene.openings import Inflow, Outflow  # noqa: E402
 from .scene.raster import Raster  # noqa: E402
 from .scene.structures import Structure  # noqa: E402
 from .scene.terrain import Terrain  # noqa: E402
 from .settling import Settled  # noqa: E402
 
 __all__ = [  # a scene; how it is computed; laws; points; what is read off; errors
-    "Balls", "Body", "Box", "Cloud", "Grid", "GridWall", "Inflow", "Interface", "Load", "Mesh", "Penalty",
-    "Raster", "Resampling", "SimplySupportedBeam", "Structure", "Support", "Terrain", "at_rest",
+    "Balls", "Body", "Box", "Cloud", "Grid", "GridWall", "Inflow", "Interface", "Load", "Mesh", "Outflow",
+    "Penalty", "Raster", "Resampling", "SimplySupportedBeam", "Structure", "Support", "Terrain", "at_rest",
     "fall_room", "flow_grid", "level_floor", "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS", "Settled",
     "LAWS", "Soil", "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "von_mises",

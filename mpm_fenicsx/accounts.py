@@ -26,6 +26,7 @@ class Accounts:
     _impulses: Any
     _works: Any
     _feeds: Any
+    _outlets: Any
     origin: Any
 
     def energy(self) -> Dict[str, float]:
@@ -128,7 +129,7 @@ class Accounts:
                 found[f"force_bodies_{numbers}_{axis}"] = (
                     "N", f"force along {axis} on the first of {name} by the second in the last step",
                     lambda name=name, k=k: float(self.reaction(name)[k]))
-        found |= self._feeds.columns()
+        found |= self._feeds.columns() | self._outlets.columns()
         if self._behind is not None:
             meaning = "material points that have gone through a wall"
             found["behind"] = ("1", meaning, lambda: sum(self.behind().values()))

@@ -14,6 +14,7 @@ from .output.states import fingerprint
 from .points.ball_surface import make_surface
 from .points.migrate import Router
 from .points.outflow import Outflow, read_ways
+from .points.outlets import Outlets
 from .points.points import Points
 from .points.sets import Set, Sets
 from .scene.bodies import Body, Grid
@@ -63,7 +64,9 @@ class Model(Accounts):
         elastic = all(body.law.state == ELASTIC_STATE for body in scene.bodies)
         self._ladder = Ladder(comm, scene.inertia, elastic)
         self._losses = Losses(comm, self.origin, scene.numerics.losses)
-        self._count, self._outflow = len(x), Outflow(ways, scene.grid, comm, self.gravity)
+        self._count = len(x)
+        self._outflow = Outflow(ways, scene.grid, comm, self.gravity, inside=len(scene.outflows) > 0)
+        self._outlets = Outlets(scene.outflows, self._outflow, comm)
         self._margin = margins_at_walls(scene.grid, scene.penalties)
         self._distribute(np.array_split(x, comm.size)[comm.rank])
         self.kernels = compile_grid_kernels(self.background, self._transfer.to_points)
@@ -98,14 +101,14 @@ class Model(Accounts):
     def _make_feeds(self) -> Feeds:
         """Of the inflows, whose columns are inside the grid."""
         grid, scene = self._framed.grid, self._framed
-        vertices, cells = whole_mesh(grid) if scene.openings else (np.zeros((1, self.dim)), [[0]])
+        vertices, cells = whole_mesh(grid) if scene.inflows else (np.zeros((1, self.dim)), [[0]])
         h = np.ptp(vertices[cells], axis=1).mean(axis=0)
 
         def make(body: Body, first: int) -> BodyTerm:
             return self._transfer.body(body, first, self.gravity, scene.body_force, self.basis,
                                        grid.box.size / grid.cells if self.basis.smooth else None)
 
-        feeds = Feeds(scene.openings, self._bodies, make, h, self.gravity, self.comm)
+        feeds = Feeds(scene.inflows, self._bodies, make, h, self.gravity, self.comm)
         for feed in feeds:
             feed.check_inside(grid.box, self.origin)
         return feeds
@@ -170,6 +173,11 @@ class Model(Accounts):
         "volume" at rest [m^3], "momentum" [kg m/s], shape (dim,), and "energy" [J] (kinetic, strain and
         potential), the same on every rank."""
         return self._outflow.removed
+
+    @property
+    def outlets(self) -> Tuple[str, ...]:
+        """Names of the planes in the grid at which material leaves."""
+        return self._outlets.names
 
     @property
     def entered(self) -> Optional[dict]:

@@ -21,7 +21,7 @@ from .scene.conditions import GridWall, Load, Penalty
 from .scene.interface import Interface
 from .scene.mesh import Mesh
 from .scene.numerics import Numerics
-from .scene.openings import Inflow
+from .scene.openings import Inflow, Outflow
 from .scene.solid import SolidScene
 from .scene.structures import Structure
 from .solve.clock import PHASES
@@ -43,8 +43,8 @@ class MPM(Restarting):
     ``removed``; bonded: whether bodies stick where they share grid nodes (layers of one soil), True, or
     groups of the numbers of those that do, such as [(0, 1)]; others push, rub and part, see
     ``terms.body_contact``; numerics: see ``Numerics``; structures: ``Structure`` records, which the soil
-    meets; openings: ``Inflow`` records; base: acceleration of the ground [m/s^2], shape (dim,), a function of
-    time [s]: all is told in its frame; basis: at the material points, instead of that of ``numerics``.
+    meets; openings: ``Inflow``, ``Outflow``; base: acceleration of the ground [m/s^2], shape (dim,), a
+    function of time [s]: all is told in its frame; basis: at the points, instead of that of ``numerics``.
 
     ``bodies`` are the bodies with their points, numbered through, see ``bodies.BodyTerm``; ``phases`` sums
     the seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,
@@ -92,7 +92,7 @@ class MPM(Restarting):
                  penalties: Sequence[Union[Penalty, GridWall]] = (), body_force: Optional[Callable] = None,
                  outflow: Union[str, Dict[str, str]] = "stop", base: Optional[Callable] = None,
                  bonded: Union[bool, Sequence[Sequence[int]]] = False, numerics: Numerics = Numerics(),
-                 structures: Sequence[Structure] = (), openings: Sequence[Inflow] = (),
+                 structures: Sequence[Structure] = (), openings: Sequence[Union[Inflow, Outflow]] = (),
                  basis: Optional[str] = None, comm: MPI.Comm = MPI.COMM_WORLD):
         if basis is not None:
             numerics = replace(check.record("numerics", numerics, Numerics), basis=basis)
@@ -199,7 +199,7 @@ class MPM(Restarting):
         return {**self._sets.get_state(), **self._surface.get_state(), **self._outflow.get_state(),
                 **self.step.get_state(), **self._losses.get_state(), **self._impulses.get_state(),
                 **self._works.get_state(), **self._feeds.get_state(), **self._ladder.get_state(),
-                "scene": self._fingerprint.copy(),
+                **self._outlets.get_state(), "scene": self._fingerprint.copy(),
                 "time": np.array([self.time, self.steps, self.background.checksum])}
 
     @while_open
@@ -208,7 +208,7 @@ class MPM(Restarting):
         round-off. ValueError for a state of another scene."""
         check_state(state, self._fingerprint)
         for part in (self._sets, self._surface, self._outflow, self._losses, self._impulses, self._works,
-                     self._feeds):
+                     self._feeds, self._outlets):
             part.set_state(state)
         self._located, other = False, self._ladder.set_state(state)
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])

@@ -41,7 +41,8 @@ class Stepped(Settling):
             if self._outflow.active:
                 self._locate()  # so that what has left is not looked for on the new distribution
             self._rebalance()
-        self._enter_cells(self._feeds(self.background, self.time))
+        gone = self._outlets(self._bodies, self.time)
+        self._enter_cells(self._feeds(self.background, self.time) or gone)
         booked = self._losses.get_state()
         self.step.begin(dt, self.time, self._surface.share(force), self._ladder.stiff)
         try:

@@ -1,9 +1,9 @@
 """What has left the solid and the grains, and what has come: columns of the history, and what the ledger adds
 so that nothing is lost.
 
-A partition that lets something go, as its ``outflow`` or that of its scene says, has a property ``removed``:
-"count", "mass" [kg], "momentum" [kg m/s], shape (dim,), "energy" [J], sums since the start. One into which
-something flows says the same in ``entered``, which is None where nothing can.
+A partition that lets something go, as its ``outflow``, that of its scene or its ``outlets`` say, has a
+property ``removed``: "count", "mass" [kg], "momentum" [kg m/s], shape (dim,), "energy" [J], sums since the
+start. One into which something flows says the same in ``entered``, which is None where nothing can.
 """
 from typing import Any, Dict, Tuple
 
@@ -21,6 +21,8 @@ def lets_go(partition: Any) -> bool:
     """Whether something may leave the partition without an end of the run."""
     of_scene = getattr(getattr(partition, "scene", None), "outflow", "stop")
     outflow = getattr(partition, "outflow", None) or of_scene
+    if getattr(partition, "outlets", ()):
+        return True
     return any(way != "stop" for way in (outflow.values() if isinstance(outflow, dict) else [outflow]))
 
 

@@ -23,7 +23,7 @@ def fingerprint(model, conditions):
             for b in scene.bodies]
     outflow = sorted(scene.outflow.items()) if isinstance(scene.outflow, dict) else scene.outflow
     if scene.openings:
-        outflow = outflow, [(one.name, one.at.tolist(), one.normal) for one in scene.openings]
+        outflow = outflow, [(one.name, one.at.tolist(), str(one.normal)) for one in scene.openings]
     texts = (laws, [(s.fix, s.name) for s in scene.supports], conditions, scene.inertia, scene.numerics.basis,
              outflow)
     return np.array([model.comm.size, model.comm.rank, model.dim, sum(map(len, points)),

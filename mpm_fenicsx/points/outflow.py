@@ -39,9 +39,10 @@ class Outflow:
     same on every rank; ``held``: the material points of this rank that are held, one ``Points`` for each
     body."""
 
-    def __init__(self, ways, grid, comm, gravity):
+    def __init__(self, ways, grid, comm, gravity, inside=False):
+        """gravity: [m/s^2], shape (D,); inside: material may leave within the grid, too, see ``outlets``."""
         self._ways, self._grid, self._box, self._comm, self._gravity = ways, grid, grid.box, comm, gravity
-        self.active = bool((ways != "stop").any())
+        self.active = inside or bool((ways != "stop").any())
         self.held, self.books = [], ()  # whose ``leave`` is told of a body and its points that leave
         self._sums = np.zeros(4 + len(ways))  # count, mass, energy, volume, momentum
 
@@ -74,14 +75,14 @@ class Outflow:
             """Rank and number of the points that stay. Collective."""
             way = np.where(rank < 0, self._way(points), "stay")
             goes = (way == "hold") | (way == "remove")
-            self._add_up(body, np.flatnonzero(goes))
+            self.add_up(body, np.flatnonzero(goes))
             self._hold(points, held, way == "hold")
             points.take(~goes)
             return rank[~goes], number[~goes]
 
         return leave
 
-    def _add_up(self, body, chosen):
+    def add_up(self, body, chosen):
         """Add the ``chosen`` points to the sums of what has left."""
         p = body.points
         energy, momentum = sum(body.energies(self._gravity, chosen)), p.mass[chosen] @ p.v[chosen]

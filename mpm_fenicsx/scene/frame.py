@@ -17,7 +17,7 @@ from .bodies import Body, Cloud, Grid, Support
 from .conditions import GridWall, Load, Penalty
 from .interface import SIDES, Interface, Resampling
 from .mesh import Box, Mesh
-from .openings import Inflow
+from .openings import Inflow, Outflow
 from .solid import SolidScene
 from .structures import Structure
 
@@ -132,6 +132,11 @@ def _(structure: Structure, by: np.ndarray) -> Structure:
 @shifted.register(Inflow)
 def _(inflow: Inflow, by: np.ndarray) -> Inflow:
     return replace(inflow, at=inflow.at + by, stress=_of_shifted(inflow.stress, by))
+
+
+@shifted.register(Outflow)
+def _(plane: Outflow, by: np.ndarray) -> Outflow:
+    return replace(plane, at=plane.at + by, box=plane.box and shifted(plane.box, by))
 
 
 @shifted.register(Load)

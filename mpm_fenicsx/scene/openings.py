@@ -1,4 +1,4 @@
-"""Where material comes into a scene: frozen data in SI units, checked when made."""
+"""Where material comes into a scene and leaves it: frozen data in SI units, checked when made."""
 from dataclasses import dataclass
 from typing import Any, Callable, Optional, Tuple
 
@@ -8,6 +8,7 @@ import mpm_dem_checks as check
 
 from .bodies import AXES
 from .hydrograph import EVER, SAMPLES, Hydrograph, Series, is_table, read_table, sample
+from .mesh import Box
 
 RATES = {"depth": "m", "speed": "m/s", "discharge": "m^3/s"}
 
@@ -117,3 +118,47 @@ class Inflow:
             raise ValueError(f"the discharge of {self.name} is {discharge[dry][0]:.6g} m^3/s at t = "
                              f"{times[dry][0]:.6g} s, where its {what} is 0: give both, or neither")
         return np.divide(discharge, by, out=np.zeros_like(by), where=by > 0.0)
+
+
+@dataclass(frozen=True)
+class Outflow:
+    """A plane in the grid, or a part of one, at which material leaves: points beyond it are removed.
+
+    at: a point of the plane [m], shape (dim,); normal: the way out, such as "+x", or a vector of any length,
+    shape (dim,). box: only what is in it leaves, such as in a gap of a barrier; None: all that is beyond the
+    plane. Volume and discharge are columns of the history with the ``name``; mass, momentum and energy are
+    booked with what else leaves, see ``MPM.removed``.
+
+    >>> gap = Outflow("gap", at=(2.0, 0.0), normal="+x", box=Box((2.0, 0.0), (2.5, 0.3)))
+    >>> gap.passed(np.array([(1.9, 0.1), (2.1, 0.1), (2.1, 0.4)]))
+    array([False,  True, False])
+    """
+
+    name: str
+    at: Any
+    normal: Any
+    box: Optional[Box] = None
+
+    def __post_init__(self) -> None:
+        at = check.array(f"at of {self.name}", self.at, (2,), (3,), unit="m")
+        object.__setattr__(self, "at", at)
+        ways = [sign + axis for axis in AXES[:len(at)] for sign in "+-"]
+        normal: Any = self.normal
+        if isinstance(normal, str):
+            check.choice(f"normal of {self.name}", normal, tuple(ways))
+            normal = np.eye(len(at))[AXES.index(normal[1])] * (1.0 if normal[0] == "+" else -1.0)
+        normal = check.array(f"normal of {self.name}", normal, (len(at),))
+        size = np.linalg.norm(normal)
+        if size == 0.0:
+            raise ValueError(f"normal of {self.name} is {self.normal}: give the way out, such as \"+x\"")
+        object.__setattr__(self, "normal", normal / size)
+        if self.box is not None and check.record(f"box of {self.name}", self.box, Box).dim != len(at):
+            raise ValueError(f"box of {self.name} has {self.box.dim} dimensions, at has {len(at)}: give both "
+                             "the same")
+
+    def passed(self, x: np.ndarray) -> np.ndarray:
+        """Which of the positions x [m], shape (n, dim), are beyond it, shape (n,)."""
+        beyond: np.ndarray = (x - self.at) @ self.normal > 0.0
+        if self.box is not None:
+            beyond &= ((x >= self.box.lower) & (x <= self.box.upper)).all(axis=1)
+        return beyond

@@ -12,7 +12,7 @@ from .conditions import GridWall, Load, Penalty
 from .interface import Interface
 from .mesh import BYTES_PER_CELL, Mesh, cell_count
 from .numerics import Numerics
-from .openings import Inflow
+from .openings import Inflow, Outflow
 from .structures import Structure
 
 INERTIA = "consistent", "lumped", "ghost"  # the kinds there are
@@ -66,7 +66,7 @@ class SolidScene:
     bonded: Union[bool, Sequence[Sequence[int]]] = False
     numerics: Numerics = field(default_factory=Numerics)
     structures: Sequence[Structure] = ()
-    openings: Sequence[Inflow] = ()
+    openings: Sequence[Union[Inflow, Outflow]] = ()
     base: Optional[Callable] = None
 
     def __post_init__(self) -> None:
@@ -79,7 +79,7 @@ class SolidScene:
         put("loads", check.records("loads", self.loads, Load))
         put("penalties", check.records("penalties", self.penalties, Penalty, GridWall))
         put("structures", check.records("structures", self.structures, Structure))
-        put("openings", check.records("openings", self.openings, Inflow))
+        put("openings", check.records("openings", self.openings, Inflow, Outflow))
         self._check_structures()
         self._check_openings()
         check.choice("inertia", self.inertia, INERTIA)
@@ -125,13 +125,36 @@ class SolidScene:
             if len(one.at) != self.grid.box.dim:
                 raise ValueError(f"{one.name} has {len(one.at)} dimensions, the grid {self.grid.box.dim}: "
                                  "give both the same")
-            if one.body >= len(self.bodies):
+            if isinstance(one, Outflow):
+                self._check_plane(one)
+            elif one.body >= len(self.bodies):
                 raise ValueError(f"body of {one.name} is {one.body}: give a number from 0 to "
                                  f"{len(self.bodies) - 1}")
             if one.name in taken:
                 raise ValueError(f"{one.name!r} is the name of an opening, and of something else in the "
                                  "books: give it another one")
             taken.append(one.name)
+
+    def _check_plane(self, plane: Outflow) -> None:
+        """ValueError where nothing of the grid, or of its box, is on either side of it."""
+        box = plane.box or self.grid.box
+        corners = np.stack(np.meshgrid(*zip(box.lower, box.upper), indexing="ij"), axis=-1)
+        ends = (corners.reshape(-1, len(plane.at)) - plane.at) @ plane.normal
+        meets = (np.less(box.lower, self.grid.box.upper) & np.greater(box.upper, self.grid.box.lower)).all()
+        if not meets or ends.max() <= 0.0 or (ends.min() >= 0.0 and plane.box is None):
+            raise ValueError(f"{plane.name} lies outside the grid, at {plane.at.tolist()} m with the normal "
+                             f"{plane.normal.tolist()}: the grid covers {self.grid.box.lower} to "
+                             f"{self.grid.box.upper} m, move the plane into it")
+
+    @property
+    def inflows(self) -> Tuple[Inflow, ...]:
+        """Those among the ``openings``."""
+        return tuple(one for one in self.openings if isinstance(one, Inflow))
+
+    @property
+    def outflows(self) -> Tuple[Outflow, ...]:
+        """Those among the ``openings``."""
+        return tuple(one for one in self.openings if isinstance(one, Outflow))
 
     @property
     def walls(self) -> Tuple[Union[Penalty, GridWall, Structure], ...]:

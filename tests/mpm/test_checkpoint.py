@@ -15,6 +15,7 @@ from mpm_fenicsx import (
     Mesh,
     MPMError,
     Numerics,
+    Outflow,
     Penalty,
     Support,
 )
@@ -70,7 +71,7 @@ SCENES = {
     "hold": dict(LEAVES, outflow={"+x": "hold"}),
     "remove": dict(LEAVES, outflow={"+x": "remove"}),
     "inflow": dict(FLIES, law=SOIL, rho=1000.0, gravity=(3.0, -10.0), openings=[
-        Inflow("inlet", (0.0, 0.0), "+x", depth=1.0, speed=10.0)]),
+        Inflow("inlet", (0.0, 0.0), "+x", depth=1.0, speed=10.0), Outflow("weir", (2.6, 0.0), "+x")]),
     "settled": dict(FALLS, supports=[Support(lambda x: x[:, 1] < 1e-9, "xy")], numerics=Numerics(settle=2)),
     "ghost": dict(FLIES, inertia="ghost"),
     "two on a mesh": dict(FLIES, margin=8, cell="triangle", points=3, mesh=True, interface=TOP),

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpm_fenicsx import MPM, Body, Box, Grid, GridWall, Inflow, Numerics, Soil, at_rest, linear
+from mpm_fenicsx import MPM, Body, Box, Grid, GridWall, Inflow, Numerics, Outflow, Soil, at_rest, linear
 
 STIFF = linear(1e5, 0.3)
 PLUGS = {
@@ -63,8 +63,9 @@ def flood(**more):
                 stress=at_rest(0.3, soil.rho, SLOPE, 0.43, 30.0))
     floor = GridWall(lambda x: np.abs(x[:, 1]) < 0.25 * h, "+y", 0.4, name="floor")
     inlet = Inflow("inlet", (0.0, 0.0), "+x", depth=DEPTH, speed=SPEED)
-    return MPM(Grid(Box((-0.4, 0.0), (1.4, 0.6)), (18, 6)), body, penalties=[floor], openings=[inlet],
-               gravity=SLOPE, inertia="lumped", outflow="remove", **more)
+    return MPM(Grid(Box((-0.4, 0.0), (1.4, 0.6)), (18, 6)), body, penalties=[floor],
+               openings=[inlet, Outflow("weir", (0.5, 0.0), "+x")], gravity=SLOPE, inertia="lumped",
+               outflow="remove", **more)
 
 
 def test_what_comes_is_what_the_hydrograph_says():

@@ -10,11 +10,11 @@ from .tangents import Tangent
 def get_checkpoint(step, numbered):
     """Of ``step``, a ``step.Step``, as name → value or ``Table``. Collective."""
     tangents, cells, ghost = step.tangents, step.active_cells, step.ghost
-    dt, idle_scale, stiffness2, ratio = tangents.now
+    dt, idle_scale, stiffness2, ratio, excess = tangents.now
     tree = {"filled": numbered.cells(step.filled),
             "nodes": numbered.nodes(cells, active=step.active, mass_then=step.mass_then),
             "solver": step.newton.preset, "kept": tangents.holds,
-            "tangent": {"dt": dt, "idle_scale": idle_scale, "stiffness_over_inertia": ratio,
+            "tangent": {"dt": dt, "idle_scale": idle_scale, "stiffness_over_inertia": ratio, "excess": excess,
                         "stiffness2": Table({"part": np.array([stiffness2])})}}
     if tangents.holds:
         tree["matrix"] = numbered.matrix(cells)
@@ -36,4 +36,4 @@ def set_checkpoint(step, tree, numbered):
         numbered.take_matrix(step.active_cells, tree["matrix"])
     step.newton.choose_again(tree["solver"])
     step.tangents.take(Tangent(now["dt"], now["idle_scale"], float(now["stiffness2"].fields["part"].sum()),
-                               now["stiffness_over_inertia"]), kept)
+                               now["stiffness_over_inertia"], now.get("excess", 0.0)), kept)

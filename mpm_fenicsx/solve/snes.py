@@ -135,6 +135,7 @@ class Newton:
             return False
         self._any_sign = any_sign
         self._configure(self._symmetric and not any_sign, self.snes.getKSP())
+        self._tangents.drop()  # nor does its factor stay
         return True
 
     def describe(self):
@@ -155,7 +156,7 @@ class Newton:
         """PETSc's callback before an iteration at u, whose matrix is B."""
         try:
             trial = self._trial_at(u)
-            if self._tangents.wanted(self._equations.switched(trial)):
+            if self._tangents.wanted(self._equations.switched(trial), snes):
                 self.make_tangent(trial)
         except Exception as error:
             self._fail(error)
@@ -215,8 +216,7 @@ class Newton:
                 if reason >= 0:
                     break
         finally:
-            if self._bear_any_sign(False):
-                self._tangents.drop()  # nor does its factor stay
+            self._bear_any_sign(False)
             if rung is not RUNGS[0]:
                 self._go_to(RUNGS[0])
         if reason < 0:

@@ -48,7 +48,7 @@ class Step:
         h = np.prod(background.h) ** (1.0 / self.dim)
         self.ghost = facets and self._make_ghost(facets, h)
         plastic = any(record.law.state != ELASTIC_STATE for record in records)
-        self.tangents = Tangents(plastic or self.static, watched=bool(penalties))
+        self.tangents = Tangents(self.dim, plastic, watched=bool(penalties), anew=self.static)
         terms = [*problem.bodies, *penalties, *([self.ghost] if facets else [])]
         self.equations = self.equations_of(cells, terms, penalties, self.tangents, self.clock)
         self.newton = Newton(cells, self.equations, self.tangents, background.x[cells.node[:cells.owned]],

@@ -11,37 +11,43 @@ from petsc4py import PETSc
 from .options import PREFIX
 
 KEEP = -1  # as -mpm_snes_lag_jacobian: never made anew by the SNES itself
-SLOW = 4  # more Newton iterations than this: the kept tangent is out of date
-# Stiffness over inertia below which a plastic body's second tangent in a step costs more than the iteration
-# it saves.
-INERTIA_DOMINATES = 0.05
+SLOW = 4  # more Newton iterations in a step than this count against the kept tangent
+# By dimension, as a tangent with its factor costs one or two iterations in the plane, in space three with
+# incomplete factors and twenty and more with whole ones:
+PATIENCE = {2: 0, 3: 20}  # so many of these iterations, then an elastic body gets a new tangent
+ENOUGH = {2: 1, 3: 3}  # a plastic body keeps its tangent where that needs so many iterations until the end
+USEFUL = {2: 0.0, 3: 0.1}  # and for the next step where the first iteration leaves so much of the residual
 
 
 class Tangent(NamedTuple):
     """What is known of the tangent in the matrix: ``dt`` [s] of the step it was made for; ``idle_scale``
     [N/m], diagonal of rows whose displacement is known; ``stiffness2`` [(N/m)^2], squared norm of this rank's
-    diagonal without inertia; ``stiffness_over_inertia``, of all ranks. All are zero before the first one."""
+    diagonal without inertia; ``stiffness_over_inertia``, of all ranks; ``excess``: iterations beyond SLOW
+    that steps with it have taken. All are zero before the first one."""
 
     dt: float = 0.0
     idle_scale: float = 0.0
     stiffness2: float = 0.0
     stiffness_over_inertia: float = 0.0
+    excess: float = 0.0
 
 
 class Tangents:
     """The policy for the matrix of one set of active cells. ``now``: the ``Tangent`` in it; ``count``: those
     made so far.
 
-    plastic: the tangent changes with the load, so every iteration gets a new one; watched: penalties may ask
-    for a new one in any iteration. The user decides instead with -mpm_snes_lag_jacobian (1: new in every
-    iteration, 2: in every second, …)."""
+    plastic: the tangent changes with the load, so every iteration may get a new one, and with ``anew`` it
+    does; watched: penalties may ask for a new one in any iteration. The user decides instead with
+    -mpm_snes_lag_jacobian (1: new in every iteration, 2: in every second, …)."""
 
-    def __init__(self, plastic: bool, watched: bool) -> None:
-        self.plastic, self._watched = plastic, watched
+    def __init__(self, dim: int, plastic: bool, watched: bool, anew: bool = False) -> None:
+        self.plastic, self._watched, self._anew = plastic or anew, watched, anew
+        self._patience, self._enough, self._useful = PATIENCE[dim], ENOUGH[dim], USEFUL[dim]
         self.by_user = PETSc.Options(PREFIX).hasName("snes_lag_jacobian")
         self.now, self.count = Tangent(), 0
         self._holds = False  # the matrix is a tangent of the equations as they are
-        self._made_in_step = self._always = False
+        self._always = self._fresh = False  # fresh: the last iteration had a tangent of its own
+        self._dt = self._goal = self._residual = self._first_left = 0.0
         self._stamp = self._copied = 0  # [ns], tells one tangent from another
         self._copy = np.zeros(0)
 
@@ -54,7 +60,7 @@ class Tangents:
     def start(self, dt: float) -> bool:
         """A step of ``dt`` [s] is to be solved; returns whether a tangent has to be made before the first
         iteration."""
-        self._made_in_step = False
+        self._dt, self._first_left = dt, 0.0
         first_iteration_makes_one = self.plastic and not self.by_user and self.now.dt > 0.0
         return not first_iteration_makes_one and (not self._holds or self.now.dt != dt)
 
@@ -70,13 +76,28 @@ class Tangents:
         that."""
         self._always = always
 
-    def wanted(self, switched: bool) -> bool:
-        """Whether this iteration makes a tangent. switched: a spring has taken another branch of its law than
-        that in the tangent, on any rank."""
-        once_will_do = self.now.stiffness_over_inertia < INERTIA_DOMINATES and self._made_in_step
-        wanted = self.by_user or self._always or switched or (self.plastic and not once_will_do)
-        self._made_in_step |= wanted
+    def wanted(self, switched: bool, snes: PETSc.SNES) -> bool:
+        """Whether this iteration of the ``snes`` makes a tangent. switched: a spring has taken another branch
+        of its law than that in the tangent, on any rank."""
+        will_do = self._will_do(snes)  # whatever is wanted: it keeps an eye on the residual
+        wanted = self.by_user or self._always or switched or (self.plastic and not will_do)
+        self._fresh, self._residual = wanted, snes.getFunctionNorm()
         return wanted
+
+    def _will_do(self, snes: PETSc.SNES) -> bool:
+        """Whether the tangent that there is brings the residual to where the ``snes`` stops in few
+        iterations: if each leaves as much as the last one has. Where that one had a tangent of its own,
+        Newton's method has converged quadratically, and the same tangent leaves twice as much."""
+        number, residual = snes.getIterationNumber(), snes.getFunctionNorm()
+        if number == 0:
+            rtol, atol, *_ = snes.getTolerances()
+            self._goal = max(atol, rtol * residual)
+            return self._holds and self.now.dt == self._dt and not self._anew
+        left = residual / (self._residual or residual)
+        if number == 1:
+            self._first_left = left
+        left = min(2.0 * left if self._fresh else left, 1.0)
+        return residual * left ** self._enough <= self._goal and not self._anew
 
     # ---------------------------------------------------------------- afterwards
 
@@ -88,7 +109,10 @@ class Tangents:
 
     def solved(self, iterations: int) -> None:
         """The step has taken that many ``iterations``."""
-        self._holds &= iterations <= SLOW
+        self.now = self.now._replace(excess=self.now.excess + max(iterations - SLOW, 0))
+        self._holds &= self.now.excess <= self._patience
+        if self.plastic:
+            self._holds &= self._first_left <= self._useful
 
     # ---------------------------------------------------------------- state
 

@@ -41,7 +41,8 @@ def scene(terrain):
 def main():
     """Run it and keep the map."""
     terrain = Terrain.function(height, Box((0.0, 0.0), (120.0, 60.0)), 2.0)
-    maps = Maps(terrain, 1.0, 0.5, [Gauge("road", (70.0, 30.0))], [Line("bridge", (55.0, 15.0), (55.0, 45.0))])
+    bridge = Line("bridge", (55.0, 15.0), (55.0, 45.0))
+    maps = Maps(terrain, 1.0, 0.5, [Gauge("road", (70.0, 30.0))], [bridge])
     with tempfile.TemporaryDirectory() as out:
         Run("gully", *scene(terrain), Scheme(dt=0.02, t_end=9.0, substeps=40), Output(out), maps=maps).go()
         shutil.copyfile(Path(out) / "map.png", Path(__file__).with_name("map.png"))

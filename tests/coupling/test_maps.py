@@ -13,6 +13,7 @@ from coupling.hazard.raster import Ground, raster_over, write_grid
 from coupling.hazard.rocks import Rocks
 from coupling.hazard.watch import LARGEST, MapWatch
 from coupling.records.history import read
+from dem_liggghts import Cluster, Material, Scene, Spheres, Wall
 
 CASE = Path(__file__).with_name("slope_case.py")
 
@@ -222,6 +223,29 @@ def test_a_rock_on_a_slope_touches_it():
     assert rocks.runout == pytest.approx([0.5, 0.0]) and rocks.motion.there.tolist() == [True, False]
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_rocks_of_several_spheres_have_the_energy_of_the_dem(dem, dim):
+    """Clusters that turn about no axis of theirs, and a single sphere, over a plain."""
+    up = np.eye(dim)[-1]
+    shape = np.vstack([np.zeros(dim), 0.3 * np.eye(dim)])
+    spin = 2.0 if dim == 2 else (1.0, 2.0, -0.5)
+    turning = [Cluster.of_spheres(shape, 0.2, 2000.0, at * np.eye(dim)[0] + at * up, v=v, omega=spin)
+               for at, v in ((2.0, -up), (4.0, 3.0 * up))]
+    single = Spheres([8.0 * np.eye(dim)[0] + 1.5 * up], [2.0 * np.eye(dim)[0]], 0.5, 2600.0)
+    corners = [(-9.0, -9.0), (9.0, -9.0)] if dim == 2 else [(-9, -9, -9.0), (9, -9, -9.0), (0, 9, -9.0)]
+    rubber = Material(1e6, 0.3)
+    scene = Scene(single, Wall(corners, [tuple(range(dim))]), rubber, rubber, clusters=turning)
+    grains = dem(scene, 1e-4)
+    grains.advance(100, grains.scene.wall.nodes, np.zeros((dim, dim)))
+    rocks = Rocks(grains, Ground(plane(*(9.0,) * (dim - 1), lower=(-5.0,) * (dim - 1))), dim)
+    assert rocks.motion.energy.sum() == pytest.approx(grains.energy()["kinetic"], rel=1e-9)
+    particles = grains.particles()
+    lowest = [(particles["x"][mask, dim - 1] - particles["radius"][mask]).min() for mask in (
+        particles["body"] == 1, particles["body"] == 2, particles["body"] == 0)]
+    assert rocks.motion.height == pytest.approx(lowest) and rocks.motion.height[2] == pytest.approx(1.0)
+    assert rocks.motion.speed == pytest.approx([1.0, 3.0, 2.0], rel=1e-6)
+
+
 def test_cells_that_a_rock_covers_keep_its_largest_energy():
     grains, p = grains_of((1, 0, (1.5, 0.5, 0.6), (2.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.6, 3.0))
     watch = MapWatch(Maps(plane(4.0, 1.0), 1.0), solid_of(body(np.zeros((0, 3)), 0.0, 1.0)), grains)
@@ -335,3 +359,13 @@ def test_a_run_on_any_ranks_leaves_the_same_maps(run_ranks, straight, tmp_path):
         one, other = rasters(straight), rasters(tmp_path / str(n))
         for name, values in one.items():
             assert np.allclose(values, other[name], rtol=1e-9, atol=1e-12, equal_nan=True), name
+
+
+def test_both_back_ends_leave_maps_of_their_own(tmp_path, liggghts):
+    from tests.coupling import slope_case
+
+    slope_case.main(dim=2, dem="compare", out=tmp_path, t_end=0.01, every=5e-3)
+    for name in ("profile_0001", "profile_max", "rocks_largest"):
+        one, other = (read(tmp_path / f"{name}{label}.csv") for label in ("", "_liggghts"))
+        assert all(np.allclose(one[key], other[key], rtol=1e-6, atol=1e-9, equal_nan=True) for key in one)
+    assert (tmp_path / "map_liggghts.png").exists()

@@ -8,10 +8,26 @@ def alike(rows: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows that hold the same numbers: ``order`` puts them next to each other, ``first`` and ``count`` say
     where each lot begins in it and how many there are."""
     key = np.sort(rows, axis=1)
-    order = np.lexsort(key.T)
+    order = np.lexsort(key.T) if key.shape[1] > 2 else np.argsort(_packed(key), kind="stable")
     change = (key[order[1:]] != key[order[:-1]]).any(axis=1)
     first = np.flatnonzero(np.append(True, change))
     return order, first, np.diff(np.append(first, len(rows)))
+
+
+def _packed(key: np.ndarray) -> np.ndarray:
+    """Rows of one or two numbers, not negative, as one number each: sorted in half the time."""
+    return key[:, 0] if key.shape[1] == 1 else key[:, 1] * (key[:, 0].max(initial=0) + 1) + key[:, 0]
+
+
+def same_places(x: np.ndarray, near: float) -> np.ndarray:
+    """Of places x [m], shape (n, D), the number of the first in the same place, to ``near`` [m], shape
+    (n,)."""
+    key = np.round((x - x.min(axis=0)) / near).astype(np.int64)
+    order = np.lexsort(key.T)
+    new = np.append(True, (key[order[1:]] != key[order[:-1]]).any(axis=1))
+    first = np.empty(len(x), np.int64)
+    first[order] = order[np.flatnonzero(new)][np.cumsum(new) - 1]
+    return first
 
 
 def runs_up(facets: np.ndarray) -> np.ndarray:

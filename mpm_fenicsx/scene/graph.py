@@ -3,7 +3,8 @@ from typing import Any, Tuple
 
 import numpy as np
 
-from .facets import alike
+from ..compiled import compiled
+from .facets import alike, same_places
 from .shapes import SAME
 
 STEEP = 1e-6  # area in plan over the area itself, below which a triangle stands upright
@@ -12,12 +13,7 @@ NEAR = 1e-9  # barycentric coordinate by which a place may be outside a triangle
 
 def merged(x: np.ndarray, elements: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Vertices in one place as one; elements that are left without extent, and vertices of none, go."""
-    key = np.round((x - x.min(axis=0)) / (SAME * max(np.ptp(x, axis=0).max(), 1e-300))).astype(np.int64)
-    order = np.lexsort(key.T)
-    first = np.append(True, (key[order[1:]] != key[order[:-1]]).any(axis=1))
-    same = np.empty(len(x), np.int64)  # the first vertex in the place of each
-    same[order] = order[np.flatnonzero(first)][np.cumsum(first) - 1]
-    elements = same[elements]
+    elements = same_places(x, SAME * max(np.ptp(x, axis=0).max(), 1e-300))[elements]
     apart = [elements[:, a] != elements[:, b] for a in range(elements.shape[1]) for b in range(a)]
     used, elements = np.unique(elements[np.all(apart, axis=0)], return_inverse=True)
     return x[used], elements.reshape(-1, x.shape[1])
@@ -74,6 +70,29 @@ def _where(corner: np.ndarray) -> str:
     return ", ".join(f"{v:.9g}" for v in corner[0].mean(axis=0)) + " m"
 
 
+@compiled
+def _search(places, size, counts, start, items, corner, to_weights, found):  # type: ignore[no-untyped-def]
+    """Fill ``found``, see ``PlanSearch.find``."""
+    triangle, best, times = found
+    for p in range(len(places)):
+        x, y = places[p]
+        if not (np.isfinite(x) and np.isfinite(y)):
+            continue
+        i = min(max(int(np.floor(x / size)), 0), counts[0] - 1)
+        b = i + counts[0] * min(max(int(np.floor(y / size)), 0), counts[1] - 1)
+        nearest = -NEAR
+        for item in range(start[b], start[b + 1]):
+            e = items[item]
+            u, v = x - corner[e, 0, 0], y - corner[e, 0, 1]
+            s = to_weights[e, 0, 0] * u + to_weights[e, 0, 1] * v
+            t = to_weights[e, 1, 0] * u + to_weights[e, 1, 1] * v
+            least = min(1.0 - s - t, min(s, t))
+            times[p] += least > NEAR
+            if least >= nearest and (triangle[p] < 0 or least > nearest):
+                nearest, triangle[p] = least, e
+                best[p, 0], best[p, 1], best[p, 2] = 1.0 - s - t, s, t
+
+
 class PlanSearch:
     """Which of the triangles, shape (m, 3), of vertices x [m], shape (n, 3), is above or below a place of the
     plan."""
@@ -82,7 +101,7 @@ class PlanSearch:
         self._origin = x[:, :2].min(axis=0)
         self._corner, self._z = x[elements][:, :, :2] - self._origin, x[elements][:, :, 2]
         edge = self._corner[:, 1:] - self._corner[:, :1]
-        self._to_weights = np.linalg.inv(np.swapaxes(edge, 1, 2))
+        self._to_weights = np.ascontiguousarray(np.linalg.inv(np.swapaxes(edge, 1, 2)))
         extent = np.ptp(x[:, :2], axis=0)
         self._size = np.sqrt(2.0 * np.prod(extent) / len(elements))
         self._counts = np.maximum(np.ceil(extent / self._size).astype(np.int64), 1)
@@ -105,23 +124,11 @@ class PlanSearch:
     def find(self, places: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of ``places`` [m], shape (n, 2): the triangle that each is in, -1 for none, and its barycentric
         coordinates, shape (n, 3); how many triangles it is well inside of."""
-        p = places - self._origin
-        known = np.isfinite(p).all(axis=1)
-        k = self._bin(np.where(known[:, None], p, 0.0)) @ np.array([1, self._counts[0]])
-        item, end = self._start[k], np.where(known, self._start[k + 1], 0)
-        found, best, times = np.full(len(p), -1), np.full((len(p), 3), -np.inf), np.zeros(len(p), np.int64)
-        left = np.flatnonzero(item < end)
-        while len(left):
-            e = self._items[item[left]]
-            w = np.einsum("qij,qj->qi", self._to_weights[e], p[left] - self._corner[e, 0])
-            w = np.column_stack([1.0 - w.sum(axis=1), w])
-            least = w.min(axis=1)
-            times[left] += least > NEAR
-            better = (least >= -NEAR) & (least > best[left].min(axis=1))
-            found[left[better]], best[left[better]] = e[better], w[better]
-            item[left] += 1
-            left = left[item[left] < end[left]]
-        return found, best, times
+        n = len(places)
+        found = np.full(n, -1), np.full((n, 3), -np.inf), np.zeros(n, np.int64)
+        _search(np.ascontiguousarray(places - self._origin), self._size, self._counts, self._start,
+                self._items, self._corner, self._to_weights, found)
+        return found
 
     def at(self, places: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """See ``Raster.at``."""

@@ -7,7 +7,7 @@ import numpy as np
 import mpm_dem_checks as check
 
 from .bodies import AXES
-from .facets import normal_areas
+from .facets import alike, normal_areas, same_places
 from .mesh import Box
 
 Surface = Tuple[np.ndarray, np.ndarray]
@@ -128,8 +128,7 @@ def outwards(x: np.ndarray, elements: np.ndarray, name: str) -> Tuple[np.ndarray
     """The elements with their outside outside, and whether the surface is closed. ValueError for elements
     without extent, and where those of a closed surface disagree."""
     size, D = np.ptp(x, axis=0).max(), x.shape[1]
-    place = np.unique(np.round(x / (SAME * max(size, 1e-300))), axis=0, return_inverse=True)[1].ravel()
-    corners = place[elements]
+    corners = same_places(x, SAME * max(size, 1e-300))[elements]
     if any((corners[:, a] == corners[:, b]).any() for a in range(D) for b in range(a)):
         raise ValueError(f"{name} has elements without extent, two of whose corners are in one place: leave "
                          "them out")
@@ -138,10 +137,10 @@ def outwards(x: np.ndarray, elements: np.ndarray, name: str) -> Tuple[np.ndarray
     else:  # a triangle has three edges, each run through in one direction
         facets = np.concatenate([corners[:, [a, (a + 1) % 3]] for a in range(3)])
         sign = np.where(facets[:, 0] < facets[:, 1], 1, -1)
-    facet = np.unique(np.sort(facets, axis=1), axis=0, return_inverse=True)[1].ravel()
-    if (np.bincount(facet) % 2 == 1).any():
+    order, first, count = alike(facets)
+    if (count % 2 == 1).any():
         return elements, False
-    if np.bincount(facet, sign).any():
+    if np.add.reduceat(sign[order], first).any():
         raise ValueError(f"{name} is closed, but its elements do not agree on which side is outside: let all "
                          f"{'have it on the left' if D == 2 else 'run counter-clockwise seen from outside'}")
     arm = x[elements] - x.mean(axis=0)

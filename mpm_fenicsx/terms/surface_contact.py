@@ -57,8 +57,7 @@ class SurfaceContact:
               wall_side=np.zeros((n, W), np.int8), wall_status=np.zeros((n, W), np.int8),
               wall_force=np.zeros((n, W, D)), wall_gap=np.zeros((n, W, D)),
               wall_foot=np.zeros((n, W, D)), wall_cell=np.zeros((n, W), np.int16))
-        self._friction = [np.broadcast_to(np.asarray(s.record.friction, float), len(s.elements))
-                          for s in surfaces]
+        self._friction = [surface.friction for surface in surfaces]
         self._compile(background)
         found, _ = self._find_feet()
         np.maximum.at(p.sunk, found.point, -found.gap)

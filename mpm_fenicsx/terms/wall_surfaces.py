@@ -7,12 +7,14 @@ from ..points.bins import Bins, bin_of, make_bins
 from ..points.closest import closest
 from ..points.surface import normal_areas
 from ..scene.conditions import GridWall
+from ..scene.facets import alike, same_places
 from ..scene.mesh import FACETS
 from ..scene.structures import Structure
 
 D = 2  # fixed by specialise
 # of two elements equally near, as at their common corner, the one that looks more straight at the point
 TIE = 1e-9
+REACH = 3.0  # cells, more than contacts look for walls
 
 
 class WallElements(NamedTuple):
@@ -27,8 +29,8 @@ class WallElements(NamedTuple):
 
 class Surface(NamedTuple):
     """A wall: its ``record`` and ``name``, particles x (n, D) [m], ``motion`` or None, ``elements`` (m, D),
-    and ``front`` (n, D), directions to the front; names of its force ``cells``, and the ``cell`` of each
-    element, (m,)."""
+    and ``front`` (n, D), directions to the front; names of its force ``cells``; of each element the ``cell``
+    and the coefficient of ``friction``, (m,)."""
 
     record: object
     name: str
@@ -38,6 +40,7 @@ class Surface(NamedTuple):
     front: np.ndarray
     cells: tuple
     cell: np.ndarray
+    friction: np.ndarray
 
 
 def nearest(p, x, bins: Bins, elements: WallElements, far, weight, best_weight, work):
@@ -109,13 +112,14 @@ class WallSurfaces:
 def find_rim(x, elements, h):
     """Whether a surface ends at each corner of its elements, and at the edge opposite, shape (m, D, 2).
     Particles in one place are one."""
-    place = np.unique(np.round(x / (1e-6 * h)).astype(np.int64), axis=0,
-                      return_inverse=True)[1].ravel()[elements]
+    place = same_places(x, 1e-6 * h)[elements]
     D = elements.shape[1]
     facets = np.stack([np.delete(place, a, axis=1) for a in range(D)], axis=1)  # opposite each corner
     facets.sort(axis=2)
-    _, number, count = np.unique(facets.reshape(-1, D - 1), axis=0, return_inverse=True, return_counts=True)
-    ends = (count == 1)[number.ravel()].reshape(len(elements), D)
+    order, first, count = alike(facets.reshape(-1, D - 1))
+    ends = np.empty(len(order), bool)
+    ends[order] = np.repeat(count == 1, count)
+    ends = ends.reshape(len(elements), D)
     at_rim = np.isin(place, np.unique(facets[ends]))
     return np.stack([at_rim, ends], axis=2)
 
@@ -126,7 +130,7 @@ def find_surfaces(scene, background):
     surfaces = []
     for condition in scene:
         if isinstance(condition, Structure):
-            surfaces.append(_of_structure(condition))
+            surfaces.append(_of_structure(condition, background))
             continue
         if isinstance(condition, GridWall):
             x, cells = background.whole
@@ -140,13 +144,16 @@ def find_surfaces(scene, background):
         watched = front is not None and not getattr(condition, "follows", False)
         if watched and len(facets) and facets.shape[1] == background.dim:
             surfaces.append(Surface(condition, condition.name, x, motion, facets, front, (condition.name,),
-                                    np.zeros(len(facets), int)))
+                                    np.zeros(len(facets), int), np.full(len(facets), condition.friction)))
     return surfaces
 
 
-def _of_structure(structure):
-    """Each element has vertices of its own, and its own side of them is the front, which turns with it."""
-    elements, given = structure.elements, structure.motion
+def _of_structure(structure, background):
+    """Each element has vertices of its own, and its own side of them is the front, which turns with it. Of
+    one at rest only elements count that a point in the grid may be near to: a terrain reaches beyond it."""
+    given = structure.motion
+    kept = slice(None) if given else _near_grid(structure, background)
+    elements = structure.elements[kept]
 
     def motion(time):
         w = np.asarray(given(time), float)
@@ -155,7 +162,18 @@ def _of_structure(structure):
     own = np.arange(elements.size).reshape(elements.shape)
     x = structure.x[elements].reshape(elements.size, -1)
     return Surface(structure, structure.name, x, None if given is None else motion, own, np.zeros_like(x),
-                   structure.cells, structure.cell)
+                   structure.cells, structure.cell[kept],
+                   np.broadcast_to(np.asarray(structure.friction, float), len(structure.elements))[kept])
+
+
+def _near_grid(structure, background):
+    """Numbers of the elements within ``REACH`` cells of the box of the grid; at least one."""
+    box, margin = background.grid.box, REACH * background.h.max()
+    near = np.ones(len(structure.elements), bool)
+    for d in range(structure.dim):
+        x = structure.x[:, d][structure.elements]
+        near &= (x.max(axis=1) >= box.lower[d] - margin) & (x.min(axis=1) <= box.upper[d] + margin)
+    return np.flatnonzero(near) if near.any() else np.zeros(1, int)
 
 
 def wall_facets(x, cells, kind, on_wall, normal):

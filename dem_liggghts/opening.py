@@ -1,6 +1,8 @@
 """The scene as a user states it, and the partition that computes it."""
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Optional
+
+from mpi4py import MPI
 
 from .common.checks import check_start
 from .contact.critical_step import warn_if_too_long
@@ -8,6 +10,7 @@ from .contact.rule import ContactRule, contact_rule, depth_at_wall
 from .protocol import DEM
 from .scene.materials import WALL
 from .scene.scene import SceneData
+from .settling import settle
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,29 @@ class Scene(SceneData):
         too long for the contact. Collective on ``comm`` (default: all ranks).
         """
         return open_scene(self, backend, dt, comm)
+
+    def settled(self, time: Optional[float] = None, speed: Optional[float] = None,
+                dem: str = "reference") -> "Scene":
+        """The scene that starts with its particles at rest, where they come to lie under gravity on walls,
+        structures and each other.
+
+        time: given to come to rest [s], by default that of forty falls through the scene; speed: below which
+        a sphere is at rest [m/s], by default 1e-4 sqrt(g R) of the smallest; dem: the back end that does it.
+        Walls and structures stay where they are at the start, also those that move later. `settling` says how
+        motion is damped. The new scene has the overlaps and the springs of friction of all contacts,
+        ``contacts``, with which its own law holds it at rest. The same on every rank, whatever their number;
+        one line on standard output says how it went. Raises NotSettledError, a RuntimeError, when particles
+        still move after that time, or fall past all walls.
+
+        >>> floor = Wall([[-1.0, 0.0], [1.0, 0.0]], [[0, 1]])
+        >>> stone, meet = Material(E=1e7, nu=0.25), Interaction(restitution=0.5, friction=0.5)
+        >>> spheres = Spheres([[0.0, 0.05], [0.01, 0.1]], np.zeros((2, 2)), radius=0.02, rho=2600.0)
+        >>> scene = Scene(spheres, floor, stone, stone, meet, meet, gravity=(0.0, -9.81))
+        >>> scene.settled().spheres.x.round(2)
+        2 particles settled in ... s: largest speed left ... m/s, kinetic energy ... J, 2 contacts, ...
+        array([[...]])
+        """
+        return settle(self, lambda scene, dt: open_scene(scene, dem, dt, MPI.COMM_SELF), time, speed)
 
     def contact_rule(self, scales: Any, speed: float) -> ContactRule:
         """Modulus, window and step for balls in the place of material points, as they meet rocks at ``speed``

@@ -3,6 +3,7 @@ from typing import Any, Dict, Protocol
 
 import numpy as np
 
+from .scene.contacts import Contacts
 from .scene.scene import SceneData
 from .scene.walls import Wall
 
@@ -88,6 +89,13 @@ class DEM(Protocol):
     def contact_at_wall(self, force: float) -> np.ndarray:
         """Tangent stiffness [N/m], damping [kg/s] and mass [kg] in the contact of each sphere with the moving
         wall under ``force`` [N], shape (3, n), whether it touches it or not."""
+
+    def contacts(self) -> Contacts:
+        """What touches what now, with the springs of friction: what a `Scene` that is to start from here
+        needs besides places."""
+
+    def halt(self) -> None:
+        """Stop all particles where they are; what is not free along an axis as well. Contacts stay."""
 
     def energy(self) -> Dict[str, float]:
         """``kinetic`` (translation and spin), ``contact`` (potential energy of normal forces and adhesion),

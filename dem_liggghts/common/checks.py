@@ -18,12 +18,14 @@ TOUCHING = 1e-9  # overlap at the start, as a fraction of the radius, that still
 GONE = ("is going through the wall: Hertz's law does not stop it before its centre is there; take a stiffer "
         "contact (E), a smaller speed, more substeps, or a wall with a depth, which pushes outwards on both "
         "sides")  # also in wall.h
+CHANGED = "settle it anew after a change, or give contacts=None and places apart"
 CONNECTED = 1e-6  # gap, as a fraction of the radius, over which the spheres of a cluster still hang together
 
 
 def check_start(scene: SceneData) -> None:
     """Raise ValueError unless every sphere starts outside the body and free of overlap, touching is fine, and
-    every cluster is in one piece.
+    every cluster is in one piece. Where the scene has ``contacts``, as after `Scene.settled`, these overlap
+    as they say, and no other.
 
     >>> from dem_liggghts import Material, Scene, Spheres
     >>> close = Spheres(x=[[0.0, 0.0], [0.015, 0.0]], v=[[0.0, 0.0]] * 2, radius=0.01, rho=7800.0)
@@ -42,13 +44,16 @@ def check_start(scene: SceneData) -> None:
     _check_inside_domain(scene, origin)
     for number, cluster in enumerate(scene.clusters):
         _check_one_piece(cluster, number)
-    _check_apart(spheres, slack)
+    between, at_walls = _overlaps_of(scene, len(spheres.x))
+    # where walls meet only one of them has the contact: the others may be as deep in the sphere
+    deepest = at_walls.max(axis=1, initial=0.0)
+    _check_apart(spheres, slack, between)
     names = [f"fixed wall {number + 1}" for number in range(len(scene.walls))]
     names += [structure.name for structure in scene.structures]
-    for name, wall in zip((*names, "the wall"), (*scene.fixed, scene.wall)):
+    for name, wall, own in zip((*names, "the wall"), (*scene.fixed, scene.wall), at_walls.T):
         if len(wall.elements):
             _check_adhesion(scene, spheres, wall)
-            _check_outside(scene, spheres, (wall, name), slack, origin)
+            _check_outside(scene, spheres, (wall, name), (own, deepest), (slack, origin))
 
 
 def _check_inside_domain(scene: SceneData, origin: np.ndarray) -> None:
@@ -93,18 +98,38 @@ def _check_one_piece(cluster: Cluster, number: int) -> None:
                          "spheres: use larger or more spheres")
 
 
-def _check_apart(spheres: SphereTable, slack: float) -> None:
+def _overlaps_of(scene: SceneData, spheres: int) -> Tuple[Dict[Tuple[int, int], float], np.ndarray]:
+    """Overlaps [m] that the contacts of the scene say: of pairs of spheres, and of each of so many spheres
+    with each wall, (spheres, walls), minus infinity without a contact."""
+    walls = (*scene.fixed, scene.wall)
+    at = np.full((spheres, len(walls)), -np.inf)
+    if scene.contacts is None:
+        return {}, at
+    between, at_walls = scene.contacts
+    group = np.repeat(np.arange(len(walls)), [len(wall.elements) for wall in walls])
+    sphere, element = at_walls.partners.T
+    named = 1 + max(between.partners.max(initial=-1), sphere.max(initial=-1))
+    if named > spheres or element.max(initial=-1) >= len(group):
+        raise ValueError(f"the contacts of the scene name sphere {named} of {spheres}, and element "
+                         f"{1 + element.max(initial=-1)} of {len(group)} of its walls: {CHANGED}")
+    np.maximum.at(at, (sphere, group[element]), at_walls.overlap)
+    return dict(zip(map(tuple, between.partners.tolist()), between.overlap.tolist())), at
+
+
+def _check_apart(spheres: SphereTable, slack: float, between: Dict[Tuple[int, int], float]) -> None:
     near = near_spheres(spheres.x, spheres.radius, spheres.cluster, 0.0, no_neighbours(len(spheres.x)), 0)
-    for i in range(len(spheres.x)):
-        for j in near.partner[near.start[i]:near.start[i + 1]]:
-            distance = np.sqrt(((spheres.x[j] - spheres.x[i]) ** 2).sum())
-            overlap = spheres.radius[i] + spheres.radius[j] - distance
-            if overlap > TOUCHING * spheres.radius[i] + slack:
-                single = max(spheres.cluster[i], spheres.cluster[j]) < 0
-                both = f"spheres {i + 1} and {j + 1}" if single else \
-                    f"{_name(spheres, i)} and {_name(spheres, j)}"
-                raise ValueError(f"{both} overlap by {overlap:.3g} m at the start: "
-                                 "move them apart by at least that much")
+    first = np.repeat(np.arange(len(spheres.x)), np.diff(near.start))
+    found = set(zip(first.tolist(), near.partner.tolist()))
+    for i, j in sorted(found | set(between)):
+        distance = np.sqrt(((spheres.x[j] - spheres.x[i]) ** 2).sum())
+        overlap, stated = spheres.radius[i] + spheres.radius[j] - distance, between.get((i, j), 0.0)
+        if abs(overlap - stated) > TOUCHING * spheres.radius[i] + slack:
+            single = max(spheres.cluster[i], spheres.cluster[j]) < 0
+            both = f"spheres {i + 1} and {j + 1}" if single else \
+                f"{_name(spheres, i)} and {_name(spheres, j)}"
+            remedy = f"not by {stated:.3g} m as its contacts say: {CHANGED}" if stated else \
+                "move them apart by at least that much"
+            raise ValueError(f"{both} overlap by {overlap:.3g} m at the start: {remedy}")
 
 
 def _check_adhesion(scene: SceneData, spheres: SphereTable, wall: Wall) -> None:
@@ -116,12 +141,14 @@ def _check_adhesion(scene: SceneData, spheres: SphereTable, wall: Wall) -> None:
                          "area of contact ends")
 
 
-def _check_outside(scene: SceneData, spheres: SphereTable, named: Tuple[Wall, str], slack: float,
-                   origin: np.ndarray) -> None:
-    wall, what = named
+def _check_outside(scene: SceneData, spheres: SphereTable, named: Tuple[Wall, str],
+                   overlaps: Tuple[np.ndarray, np.ndarray], frame: Tuple[float, np.ndarray]) -> None:
+    """overlaps: the least and the largest one that each sphere may have, (n,) each [m]."""
+    (wall, what), (slack, origin) = named, frame
     table = wall_table(SceneData(wall=wall, materials=scene.materials))  # of this wall alone
     surface = at_rest(table, table.x)
     for i, radius in enumerate(spheres.radius):
+        tolerance = TOUCHING * radius + slack
         distance, outside, e, weight = distance_and_side(spheres.x[i], surface, 1e-9 * radius + slack)
         distance -= wall.radius or 0.0
         at_rim = surface.traits[e, RIM:JOINT] * (weight == (1.0 if scene.dim == 2 else 0.0))
@@ -131,9 +158,11 @@ def _check_outside(scene: SceneData, spheres: SphereTable, named: Tuple[Wall, st
                 if what.startswith(("the wall", "fixed wall")) else (what, "")
             raise ValueError(f"{_name(spheres, i)} at {place} m lies inside {inside}, {distance:.3g} m "
                              f"below its surface: move it out{remedy}")
-        if radius - distance > TOUCHING * radius + slack:
-            raise ValueError(f"{_name(spheres, i)} overlaps {what} by {radius - distance:.3g} m at the "
-                             "start: move it away from the wall by at least that much")
+        overlap, least, most = radius - distance, overlaps[0][i], overlaps[1][i]
+        if not least - tolerance <= overlap <= most + tolerance:
+            remedy = f"not by {most:.3g} m as the contacts of the scene say: {CHANGED}" if most else \
+                "move it away from the wall by at least that much"
+            raise ValueError(f"{_name(spheres, i)} overlaps {what} by {overlap:.3g} m at the start: {remedy}")
 
 
 def check_window(steps: int, x: np.ndarray, v: np.ndarray, scene: SceneData) -> int:

@@ -25,14 +25,14 @@ from ..search.elements import at_rest
 from .buffers import CHANGING, constant_rows, copied, gathered, initial_rows, sorted_by_tag
 from .instance import Instance, pointer
 from .library import SHIM, LiggghtsError, load
-from .moving_wall import MovingWall
+from .resting import Resting
 from .script import commands, pull_of_now
 
 NAMES = ("origin", "particles", "bodies", "wall", "wall_elements", "wall_force", "impulses",  # of a state
          "placed", "steps")
 
 
-class LiggghtsDEM(MovingWall):
+class LiggghtsDEM(Resting):
     """The protocol of `protocol.DEM` for ``scene``, time step ``dt`` [s], on the ranks of the mpi4py
     communicator ``comm`` (default: all).
 
@@ -65,6 +65,7 @@ class LiggghtsDEM(MovingWall):
         self._surface, self._laws = wall_table(self._inside), laws_of(self._inside)
         self._set_wall(keep=0)
         self._instance.command("run 0 post no")
+        self._give_springs(scene.contacts)
         self._books.begin(self.particles(), self.bodies())
 
     @property

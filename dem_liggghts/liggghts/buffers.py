@@ -9,6 +9,7 @@ from .. import quaternion
 from ..scene.tables import ClusterTable, SphereTable
 
 CONSTANT = 16  # numbers of a body that never change, before those that do (shim/bodies.h)
+SPRING = 8  # tag of a particle, of its partner or minus that of an element, six displacements (shim.cpp)
 CHANGING = 22  # x, v, omega, angular momentum (3 each), quaternion (4), force, torque (3 each)
 
 

@@ -35,6 +35,9 @@ _SIGNATURES = {
     "dem_particles": (ctypes.c_void_p, ctypes.c_void_p),
     "dem_get_state": (ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(ctypes.c_void_p),
                       ctypes.POINTER(ctypes.c_int), ctypes.c_void_p, ctypes.c_void_p),
+    "dem_get_springs": (ctypes.c_void_p, ctypes.POINTER(ctypes.c_void_p), ctypes.POINTER(ctypes.c_int)),
+    "dem_set_springs": (ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p),
+    "dem_halt": (ctypes.c_void_p,),
     "dem_set_state": (ctypes.c_void_p, ctypes.c_int, ctypes.c_int, ctypes.c_void_p, ctypes.c_int,
                       ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int),
 }

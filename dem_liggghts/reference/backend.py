@@ -13,6 +13,7 @@ from ..common.chunks import Chunks
 from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy, select_shapes
 from ..common.outflow import Outflow
 from ..common.states import check_state, fingerprint
+from ..common.touching import lists_of
 from ..common.wall_change import with_wall
 from ..contact.law import count_springs, laws_of
 from ..contact.window import contact_at_wall
@@ -22,9 +23,9 @@ from ..scene.frame import find_origin, to_true_positions, translated, translated
 from ..scene.scene import SceneData
 from ..scene.tables import cluster_table, sphere_table
 from ..search.elements import MovingWall, at_rest
-from ..search.neighbours import NeighbourList, NeighbourLists, no_neighbours
+from ..search.neighbours import NeighbourList, NeighbourLists
 from .forces import Moment, SphereState, forces
-from .moving_wall import WallOfNow
+from .resting import Resting
 from .rigid import cluster_state
 from .selection import select_clusters, select_neighbours, select_spheres
 from .verlet import Span, build_lists, choose_skin, run
@@ -36,7 +37,7 @@ NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_force", "imp
          "placed", "near_x", "near_wall", "skin", *(name for name, _, _ in LISTS))
 
 
-class ReferenceDEM(WallOfNow):
+class ReferenceDEM(Resting):
     """The protocol of `protocol.DEM` for ``scene`` and the time step ``dt`` [s]. ``comm`` is used for files
     alone: the work is repeated on every rank, with the same result."""
 
@@ -52,8 +53,8 @@ class ReferenceDEM(WallOfNow):
         self._laws, self._steps_of = laws_of(scene), direct(run)
         self._springs = tuple(count_springs(table) for table in self._laws)
         self._use(scene)
-        none = no_neighbours(len(self._table.x))
-        self._lists = NeighbourLists(none, none, self._spheres.x, self._wall.x, 0.0)
+        known = lists_of(scene.contacts, len(self._table.x), self._springs)
+        self._lists = NeighbourLists(*known, self._spheres.x, self._wall.x, 0.0)
         self._begin()
         self._books.begin(self.particles(), self.bodies())
 

@@ -187,11 +187,11 @@ class Cluster:
         filling = self.filling and self.filling._replace(gap=f * self.filling.gap,
                                                          spacing=f * self.filling.spacing)
         surface = self.surface and self.surface._replace(x=f * self.surface.x)
-        return self._with(**{**dict(centres=f * self.centres, radii=f * self.radii, centre=f * self.centre,
+        return self.changed(**{**dict(centres=f * self.centres, radii=f * self.radii, centre=f * self.centre,
                                     mass=f**3 * self.mass, inertia=f**5 * self.inertia, filling=filling,
                                     surface=surface), **changes})
 
-    def _with(self, **changes: Any) -> "Cluster":
+    def changed(self, **changes: Any) -> "Cluster":
         """The same with other fields, checked."""
         if self.dim == 2:  # where numbers are given, which the fields hold as arrays in space
             inertia = np.asarray(changes.get("inertia", self.inertia))
@@ -213,5 +213,5 @@ class Cluster:
         """
         given = check.records("clusters to pack", clusters, cls)
         x, turns = pack([c.arms()[:, :c.dim] for c in given], [c.radii for c in given], inside, seed, gap)
-        return tuple(c._with(x=at[:c.dim], angle=quaternion.angle(q)) if c.dim == 2 else
-                     c._with(x=at, quaternion=q) for c, at, q in zip(given, x, turns))
+        return tuple(c.changed(x=at[:c.dim], angle=quaternion.angle(q)) if c.dim == 2 else
+                     c.changed(x=at, quaternion=q) for c, at, q in zip(given, x, turns))

@@ -9,6 +9,7 @@ import mpm_dem_checks as check
 
 from .arrays import Array, pair
 from .clusters import Cluster
+from .contacts import Contacts
 from .domain import read_domain, read_ways
 from .materials import SPHERES, WALL, Interaction, Material
 from .spheres import Spheres
@@ -35,6 +36,7 @@ class SceneData:
     outflow: Union[str, Dict[str, str]] = "stop"
     structures: Tuple[Any, ...] = ()
     base: Optional[Callable] = None
+    contacts: Optional[Contacts] = None
 
     surfaces: ClassVar[Tuple[Wall, ...]]  # of the structures, one wall each
 
@@ -47,7 +49,7 @@ class SceneData:
         put("structures", by_region(given))
         put("surfaces", tuple(map(wall_of, self.structures)))
         kinds: Dict[str, type] = {"spheres": Spheres, "wall": Wall, "material": Material,
-                                  "wall_material": Material}
+                                  "wall_material": Material, "contacts": Contacts}
         for name, kind in kinds.items():
             check.record(name, getattr(self, name), kind, type(None))
         for name, kind in (("materials", Material), ("interactions", Interaction)):

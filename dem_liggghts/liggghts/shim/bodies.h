@@ -70,6 +70,12 @@ public:
         fix_->calc_force(true);
     }
 
+    void halt()
+    {
+        for (int i = 0; i < count(); i++)
+            for (const char *name : {"vcm", "omega", "angmom"}) std::fill_n(vector(name).begin()[i], 3, 0.0);
+    }
+
     // tag, then what changes, of each body of this rank: 1 + BODY_WIDTH - X numbers each.
     void read(double *out)
     {

@@ -18,6 +18,7 @@
 #include "bodies.h"
 #include "comm.h"
 #include "domain.h"
+#include "fix_contact_history.h"
 #include "group.h"
 #include "input.h"
 #include "integrate.h"
@@ -165,6 +166,32 @@ static void unpack_particles(LAMMPS *lmp, int count, double *records, int n_bodi
     }
     if (mine != atom->nlocal) throw std::runtime_error("the state is not one of these particles");
 }
+
+// Neighbour lists and forces of now; springs of friction come from the particles.
+static void set_up_again(LAMMPS *lmp)
+{
+    Bodies bodies(lmp);
+    lmp->update->whichflag = 1;  // else the fixes are left out
+    lmp->update->integrate->setup_minimal(1);
+    lmp->update->whichflag = 0;
+    if (bodies.any()) bodies.sum_forces();
+}
+
+static FixContactHistory *history_of(LAMMPS *lmp)  // of spheres with each other; none without friction
+{
+    return static_cast<FixContactHistory *>(lmp->modify->find_fix_style_strict("contacthistory", 0));
+}
+
+static double packed_number(int64_t value)  // a whole number as LIGGGHTS sends it among doubles: its bits
+{
+    double out;
+    std::memcpy(&out, &value, sizeof out);
+    return out;
+}
+
+// Springs as rows of numbers: tag of a particle; tag of its partner, or minus the number, from 1 on, of an element of a
+// wall; displacements of the particle (6), of friction and of rolling friction.
+static const int SPRING = 8;
 
 extern "C" {
 const char *dem_last_error() { return last_error.c_str(); }
@@ -348,7 +375,72 @@ int dem_get_state(void *handle, int dim, double **records, int *count, double *x
     });
 }
 
-// The counterpart: records of all particles, by tag, and all bodies, the same on every rank; force is zero on all but
+// Springs of this rank's particles (valid until the next call); those of two particles are told by both.
+int dem_get_springs(void *handle, double **rows, int *count)
+{
+    return guarded([&] {
+        static std::vector<double> buffer;
+        LAMMPS *lmp = static_cast<LAMMPS *>(handle);
+        FixContactHistory *history = history_of(lmp);
+        lmp->modify->pre_exchange();  // springs go from the neighbour lists to the particles
+        buffer.clear();
+        auto add = [](int tag, int partner, const double *values, int width) {
+            buffer.push_back(tag), buffer.push_back(partner);
+            buffer.insert(buffer.end(), values, values + width);
+            buffer.insert(buffer.end(), SPRING - 2 - width, 0.0);
+        };
+        for (int i = 0; i < lmp->atom->nlocal; i++) {
+            for (int k = 0; history && k < history->n_partner(i); k++)
+                add(lmp->atom->tag[i], history->partner(i, k), history->contacthistory(i, k), history->get_dnum());
+            wall_of(lmp)->each_spring(i, [&](int element, const double *values, int width) {
+                add(lmp->atom->tag[i], -1 - element, values, width);
+            });
+        }
+        *rows = buffer.data();
+        *count = int(buffer.size());
+    });
+}
+
+// The counterpart: all springs, the same on every rank, by tag; those of two particles twice, with opposite signs.
+int dem_set_springs(void *handle, int count, const double *rows)
+{
+    return guarded([&] {
+        LAMMPS *lmp = static_cast<LAMMPS *>(handle);
+        FixContactHistory *history = history_of(lmp);
+        lmp->modify->pre_exchange();  // else the set-up would take the springs from the neighbour lists of before
+        std::map<int, std::vector<const double *>> of;
+        for (const double *row = rows; row != rows + SPRING * count; row += SPRING) of[int(row[0])].push_back(row);
+        for (int i = 0; i < lmp->atom->nlocal; i++) {
+            std::vector<double> packed = {0};
+            std::vector<const double *> at_walls;
+            int partners = 0;
+            for (const double *row : of[lmp->atom->tag[i]]) {
+                if (row[1] < 0) at_walls.push_back(row);
+                if (row[1] < 0 || !history) continue;
+                partners++, packed.push_back(packed_number(int(row[1])));
+                packed.insert(packed.end(), row + 2, row + 2 + history->get_dnum());
+            }
+            packed[0] = packed_number(partners);
+            if (history) history->unpack_exchange(i, packed.data());
+            wall_of(lmp)->set_springs(i, at_walls);
+        }
+        set_up_again(lmp);
+    });
+}
+
+int dem_halt(void *handle)  // all velocities are zero
+{
+    return guarded([&] {
+        LAMMPS *lmp = static_cast<LAMMPS *>(handle);
+        for (int i = 0; i < lmp->atom->nlocal; i++)
+            for (int k = 0; k < 3; k++) lmp->atom->v[i][k] = lmp->atom->omega[i][k] = 0.0;
+        Bodies(lmp).halt();
+        lmp->modify->pre_exchange();  // so that the springs stay
+        set_up_again(lmp);
+    });
+}
+
+// The counterpart of dem_get_state: records of all particles, by tag, and all bodies, the same on every rank; force is zero on all but
 // one. keep: see unpack_particles.
 int dem_set_state(void *handle, int dim, int count, double *records, int n_bodies, const double *bodies,
                   const double *x, const double *force, int keep)

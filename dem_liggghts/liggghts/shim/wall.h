@@ -120,6 +120,25 @@ public:
         return std::isfinite(sum);
     }
 
+    // Of particle i: calls tell(element, values, their number) for each spring.
+    template <class Tell> void each_spring(int i, Tell tell) const
+    {
+        for (int s = 0; springs_ && s < SLOTS && spring(i, s)[0] > 0; s++)
+            tell(int(spring(i, s)[0]) - 1, spring(i, s) + 1, dnum_);
+    }
+
+    // rows: as in shim.cpp, of this particle at walls
+    void set_springs(int i, const std::vector<const double *> &rows)
+    {
+        if (!springs_) return;
+        if (rows.size() > SLOTS) error->one(FLERR, "a particle touches the wall at more than 32 places");
+        std::fill_n(spring(i, 0), SLOTS * (1 + dnum_), 0.0);
+        for (size_t s = 0; s < rows.size(); s++) {
+            spring(i, int(s))[0] = -rows[s][1];
+            std::copy_n(rows[s] + 2, dnum_, spring(i, int(s)) + 1);
+        }
+    }
+
     void initial_integrate(int) override { step_++; }
     void pre_neighbor() override { stale_ = true; }  // LIGGGHTS rebuilds its lists: particles are renumbered
     void pre_exchange() override                     // a NaN would become the index of a bin

@@ -11,6 +11,7 @@ from .maps import Maps
 from .raster import Raster
 
 DEPTHS = "viridis_r"
+ON_GROUND = 1e-6  # of its height: what is no farther from the terrain is a part of it
 GROUND = 0.5  # part of the map: a structure that covers more is the ground of the flow
 
 
@@ -97,7 +98,10 @@ class Chart:
         found, solid = [], sides[0]
         whole = np.prod(self._raster.upper - self._raster.lower)
         for one in structures(*sides):
-            seen = placed(one, solid.time)[:, :2]
+            x = placed(one, solid.time)
+            seen, over = x[:, :2], x[:, 2] - self._maps.terrain.height(x[:, :2])
+            if np.nanmax(np.abs(over), initial=0.0) < ON_GROUND * np.ptp(x[:, 2]):
+                continue  # a region of the terrain
             try:
                 hull = ConvexHull(seen)
             except QhullError:  # a wall that is seen from its edge

@@ -36,16 +36,20 @@ class Accounts:
 
     def momentum(self) -> np.ndarray:
         """Momentum of the points [kg m/s], shape (dim,)."""
-        return total(self.comm, sum(body.points.mass @ body.points.v for body in self._bodies))
+        return self.momenta()[:self.dim]
 
     def angular_momentum(self) -> Union[float, np.ndarray]:
         """Of the points about zero [kg m^2/s], a number in a plane scene (counter-clockwise), else (3,);
         with APIC and TPIC it has that of the velocity around the points."""
-        mine = sum(body.angular_momentum() for body in self._bodies)
-        angular = total(self.comm, mine)
-        if self.origin.any():
-            angular += moment(self.origin[None], self.momentum()[None])
+        angular = self.momenta()[self.dim:]
         return float(angular[0]) if self.dim == 2 else angular
+
+    def momenta(self) -> np.ndarray:
+        """``momentum`` followed by ``angular_momentum``, shape (3,) in a plane scene, else (6,)."""
+        found = self._impulses.now(self._bodies)
+        if self.origin.any():
+            found[self.dim:] += moment(self.origin[None], found[None, :self.dim])
+        return found
 
     @property
     def transfer_losses(self) -> Optional[dict]:

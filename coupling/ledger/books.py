@@ -9,7 +9,7 @@ where "interface" is outside for one side, and sums to zero over both. The error
 relative to the largest number in it so far, a momentum or the impulse of a name since the start.
 """
 import re
-from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -42,31 +42,15 @@ def regions(solid: Any, grains: Any) -> Dict[str, Tuple[str, ...]]:
     return found
 
 
-class Side:
-    """The books of one partition. ``given``: impulses since the start, shape (names, numbers), in the order
-    of ``names``; ``base``: momentum that they do not explain, from the start. momentum: linear and angular in
-    one array as a function of a ``Window``, or of None at the start."""
+class Side(NamedTuple):
+    """The books of one ``partition``: ``names`` of its impulses; ``momentum``, linear and angular in one
+    array, as a function of a ``Window``, or of None at the start; ``booked``: mask of the numbers in it that
+    nothing else changes."""
 
-    def __init__(self, partition: Any, momentum: Callable[[Any], np.ndarray],
-                 booked: Optional[np.ndarray] = None) -> None:
-        """booked: mask of the numbers that nothing else changes, None for all."""
-        self._partition, self._momentum, self._booked = partition, momentum, booked
-        given = partition.impulses()
-        self.names, self.given = [*given], np.array([*given.values()])
-        self.base = momentum(None) - self.given.sum(axis=0)
-
-    def look(self) -> np.ndarray:
-        """The impulses of now become those that are ``given``; returns those before."""
-        before = self.given
-        self.given = np.array([*self._partition.impulses().values()])
-        return before
-
-    def errors(self, window: Any) -> Tuple[np.ndarray, np.ndarray]:
-        """What nothing explains, and the largest numbers of the books."""
-        momentum = self._momentum(window)
-        largest = np.maximum(np.abs(momentum), np.abs(self.given).max(axis=0))
-        rest = momentum - self.base - self.given.sum(axis=0)
-        return rest if self._booked is None else np.where(self._booked, rest, 0.0), largest
+    partition: Any
+    names: List[str]
+    momentum: Callable[[Any], np.ndarray]
+    booked: np.ndarray
 
     def picks(self, keys: Dict[str, Tuple[str, ...]]) -> np.ndarray:
         """By the names of each key, shape (keys, names): which of its own to sum."""
@@ -74,22 +58,24 @@ class Side:
             len(keys), len(self.names))
 
 
-def open_books(solid: Any, grains: Any) -> Dict[str, Side]:
+def open_books(solid: Any, grains: Any, of_grains: Optional[Momentum]) -> Dict[str, Side]:
     """Of the sides that keep some."""
     sides: Dict[str, Side] = {}
     if hasattr(solid, "impulses"):
-        sides["solid"] = Side(solid, lambda window: np.concatenate(
-            [solid.momentum(), np.ravel(solid.angular_momentum())]))
+        names = [*solid.impulses()]
+        sides["solid"] = Side(solid, names, lambda window: solid.momenta(),
+                              np.ones(len(solid.momenta()), bool))
     if hasattr(grains, "impulses"):
         dim = grains.scene.wall.nodes.shape[1]
         gravity = np.asarray(getattr(grains.scene, "gravity", 0.0), float)
-        own = Momentum(grains, gravity if gravity.ndim else gravity * np.eye(dim)[1], 0.0)
+        own = of_grains or Momentum(grains, gravity if gravity.ndim else gravity * np.eye(dim)[1], 0.0)
 
         def momentum(window: Any) -> np.ndarray:
-            linear, angular = own.now(grains.particles() if window is None else window.particles)
-            return np.concatenate([linear + left(grains, "momentum"), angular])
+            row = own.about_zero(grains.particles() if window is None else window.particles)
+            row[:dim] += left(grains, "momentum")
+            return row
 
-        sides["grains"] = Side(grains, momentum, free_of(grains, dim))
+        sides["grains"] = Side(grains, [*grains.impulses()], momentum, free_of(grains, dim))
     return sides
 
 
@@ -102,61 +88,78 @@ def free_of(grains: Any, dim: int) -> np.ndarray:
 
 
 class Books:
-    """Of ``solid`` and ``grains`` (or None); call it with each ``Window``. ``columns``: name → (unit,
-    meaning), none where no side keeps books. Collective."""
+    """Of ``solid``, which has its momentum as ``momenta()``, and ``grains``, or None; call it with each
+    ``Window``. of_grains: what else looks at their momentum, or None. ``columns``: name → (unit, meaning),
+    none where no side keeps books. Collective."""
 
-    def __init__(self, solid: Any, grains: Any) -> None:
-        self._sides = open_books(solid, grains)
+    def __init__(self, solid: Any, grains: Any, of_grains: Optional[Momentum] = None) -> None:
+        self._sides = open_books(solid, grains, of_grains)
         self.columns: Dict[str, Tuple[str, str]] = {}
-        self._scale, self._told, self._repeats = np.zeros(2), False, False
+        self._scale, self._told, self._repeats = [0.0, 0.0], False, False
         if not self._sides:
             return
-        width = next(iter(self._sides.values())).given.shape[1]
-        self._dim = 2 if width == 3 else 3
-        found = regions(solid, grains)
-        keys: Dict[str, List[str]] = {}
-        self._rows = {name: side.picks(found) for name, side in self._sides.items()}
-        for name, picks in self._rows.items():
-            keys[name] = [key for key, some in zip(found, picks.any(axis=1)) if some]
-        self._means = {name: [*means_of(MATTER[name], own, self._dim)] for name, own in keys.items()}
-        self._wholes = [f"impulse_{key}_{axis}" for key in found for axis in AXES[:self._dim]]
-        for name, own in keys.items():
-            self.columns |= means_of(MATTER[name], own, self._dim)
-        self.columns |= {column: ("N s", "impulse of soil and rock on it since the start")
-                         for column in self._wholes} | ERRORS
+        sides, found = [*self._sides.values()], regions(solid, grains)
+        self._booked = np.array([side.booked for side in sides])
+        self._dim = 2 if self._booked.shape[1] == 3 else 3
+        self._put_together(sides, found)
+        given = self._given()
+        sums = self._matrix @ given
+        self._before = sums[:self._means]
+        self._base = self._momenta(None) - sums[self._ends:self._ends + len(sides)]
+
+    def _put_together(self, sides: List[Side], found: Dict[str, Tuple[str, ...]]) -> None:
+        """Columns, and the matrix that gives from the impulses of all names: what each side has given to each
+        region, and both together, then the sum of each side, and that of the interface over both."""
+        whole = np.hstack([-side.picks(found) for side in sides])
+        of_side = np.repeat(np.eye(len(sides)), [len(side.names) for side in sides], axis=1)
+        means = []
+        for name, mine in zip(self._sides, of_side):
+            some = (whole * mine).any(axis=1)
+            means.append((whole * mine)[some])
+            keys = [key for key, one in zip(found, some) if one]
+            self.columns |= means_of(MATTER[name], keys, self._dim)
+        self.columns |= {f"impulse_{key}_{axis}": ("N s", "impulse of soil and rock on it since the start")
+                         for key in found for axis in AXES[:self._dim]} | ERRORS
+        exchanged = [name == "interface" for side in sides for name in side.names]
+        between = [exchanged] if len(sides) == len(SIDES) else []
+        self._means = sum(map(len, means))
+        self._ends = self._means + len(whole)
+        self._matrix = np.vstack([*means, whole, of_side, *between])
+
+    def _given(self) -> np.ndarray:
+        """Impulses since the start, of all names."""
+        return np.array([row for side in self._sides.values() for row in side.partition.impulses().values()])
+
+    def _momenta(self, window: Any) -> np.ndarray:
+        """Of each side, at the end of a ``window``, or None at the start."""
+        return np.array([side.momentum(window) for side in self._sides.values()])
 
     def __call__(self, window: Any) -> Dict[str, float]:
         """Entries after this window, name → number."""
-        found: Dict[str, float] = {}
-        whole: Any = 0.0
-        for name, side in self._sides.items():
-            picks, before = self._rows[name], side.look()
-            whole = whole - picks @ side.given[:, :self._dim]
-            mean = (picks @ (before - side.given))[picks.any(axis=1)] / window.dt
-            found |= zip(self._means[name], mean.ravel().tolist())
-        if self._sides:
-            found |= zip(self._wholes, whole.ravel().tolist())
-            found |= zip(ERRORS, self._errors(window))
-        return found
+        if not self._sides:
+            return {}
+        given, n, m = self._given(), self._means, self._ends
+        sums = self._matrix @ given
+        mean, self._before = (sums[:n] - self._before) / window.dt, sums[:n]
+        return dict(zip(self.columns, [*mean.ravel().tolist(), *sums[n:m, :self._dim].ravel().tolist(),
+                                       *self._errors(window, given, sums[m:])]))
 
-    def _errors(self, window: Any) -> List[float]:
-        """Of both sides together; warns of the first that does not close, or of the interface."""
-        errors, largest = zip(*(side.errors(window) for side in self._sides.values()))
-        open_ends = dict(zip(self._sides, errors))
-        if len(open_ends) == len(SIDES):
-            pair = [side.given[side.names.index("interface")] for side in self._sides.values()]
-            open_ends["interface"] = pair[0] + pair[1]
-        parts = slice(self._dim), slice(self._dim, None)
-        now = np.max(largest, axis=0)
-        self._scale = np.maximum(self._scale, [now[part].max() for part in parts])
-        scale = np.where(self._scale > 0.0, self._scale, 1.0)
+    def _errors(self, window: Any, given: np.ndarray, sums: np.ndarray) -> List[float]:
+        """Of both sides together; warns of the first that does not close, or of the interface. sums: of each
+        side, and of the interface."""
+        momenta, k, linear = self._momenta(window), len(self._sides), slice(self._dim)
+        rest = np.where(self._booked, momenta - self._base - sums[:k], 0.0)
+        open_ends = np.concatenate([rest, sums[k:]])
+        largest = np.abs(np.concatenate([given, momenta])).max(axis=0).tolist()
+        parts = linear, slice(self._dim, None)
+        self._scale = [max(size, *largest[part]) for size, part in zip(self._scale, parts)]
+        scale = [size or 1.0 for size in self._scale]
         self._repeats |= getattr(window, "iterations", 1) > 1  # then both sides agree to its tolerance
-        for where, row in open_ends.items():
-            if where == "interface" and self._repeats:
-                continue
-            self._warn(where, np.abs(row[parts[0]]).max() / scale[0], window)
-        unexplained = np.abs(np.sum([*open_ends.values()], axis=0))
-        return [float(unexplained[part].max() / size) for part, size in zip(parts, scale)]
+        for where, error in zip((*self._sides, *["interface"] * (not self._repeats)),
+                                np.abs(open_ends[:, linear]).max(axis=1).tolist()):
+            self._warn(where, error / scale[0], window)
+        unexplained = np.abs(open_ends.sum(axis=0)).tolist()
+        return [max(unexplained[part]) / size for part, size in zip(parts, scale)]
 
     def _warn(self, where: str, error: float, window: Any) -> None:
         if error > WARN and not self._told:
@@ -169,14 +172,14 @@ class Books:
 
     def get_state(self) -> Dict[str, Any]:
         """Everything that decides the entries to come, as name → numbers."""
-        return {"scale": self._scale.copy(), "told": self._told, "repeats": self._repeats}
+        return {"scale": np.array(self._scale), "told": self._told, "repeats": self._repeats}
 
     def set_state(self, state: Dict[str, Any]) -> None:
         """Go on from there, with both sides as they are then."""
-        self._scale, self._told = state["scale"].copy(), state["told"]
+        self._scale, self._told = state["scale"].tolist(), state["told"]
         self._repeats = bool(state["repeats"])
-        for side in self._sides.values():
-            side.look()
+        if self._sides:
+            self._before = (self._matrix @ self._given())[:self._means]
 
 
 def means_of(matter: str, keys: Iterable[str], dim: int) -> Dict[str, Tuple[str, str]]:

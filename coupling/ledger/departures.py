@@ -23,7 +23,7 @@ def lets_go(partition: Any) -> bool:
     outflow = getattr(partition, "outflow", None) or of_scene
     if getattr(partition, "outlets", ()):
         return True
-    return any(way != "stop" for way in (outflow.values() if isinstance(outflow, dict) else [outflow]))
+    return outflow != "stop" and not (isinstance(outflow, dict) and set(outflow.values()) == {"stop"})
 
 
 class Departures:

@@ -74,7 +74,7 @@ class Ledger:
         pull = np.asarray(gravity, float)
         self._about = getattr(solid, "origin", 0.0)  # far from zero moments about zero would be round-off
         pull = pull if pull.ndim else pull * np.eye(dim)[VERTICAL]
-        self._momentum = Momentum(grains, pull, solid.time, self._about)
+        self.of_grains = self._momentum = Momentum(grains, pull, solid.time, self._about)
         self._last: Any = None
         self._impulse, self._angular = np.zeros(dim), np.zeros(1 if dim == 2 else 3)
         self._work_wall = self._work_solid = 0.0

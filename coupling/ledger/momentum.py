@@ -28,12 +28,14 @@ class Momentum:
 
     def __init__(self, grains: Any, gravity: np.ndarray, time: float, about: Any = 0.0) -> None:
         self._grains, self._gravity, self._time, self._about = grains, gravity, time, about
+        self._seen: Any = None  # particles whose momentum is known
         self._without = np.zeros(len(gravity))  # impulse that gravity would have given to what has left
         self._mass_left = left(grains, "mass")
         particles, scene = grains.particles(), getattr(grains, "scene", None)
         self._clusters = getattr(scene, "clusters", ())
         self._single = particles["body"] == 0 if self._clusters else slice(None)
         self._free = np.array([c.flags[:len(gravity)] for c in self._clusters]).reshape(-1, len(gravity))
+        self._inertia = np.array([c.inertia for c in self._clusters]).reshape(-1, 3, 3)
         self._start, self._torque = self.now(particles), self._torque_of_gravity(particles)
         self._weight = gravity * (particles["mass"][self._single].sum()
                                   + np.array([c.mass for c in self._clusters]) @ self._free)
@@ -63,9 +65,21 @@ class Momentum:
         return row[:dim], row[dim:] - turning(about[None], row[None, :dim])
 
     def now(self, particles: np.ndarray) -> Tuple[Any, Any]:
-        """Linear momentum [kg m/s] and angular momentum [kg m^2/s]. A cluster counts with its mass at its
-        centre of mass: the shares of its spheres have the same sum only where their own centre is there,
-        too."""
+        """Linear momentum [kg m/s] and angular momentum [kg m^2/s] of ``particles``, which are those of this
+        moment. A cluster counts with its mass at its centre of mass: the shares of its spheres have the same
+        sum only where their own centre is there, too."""
+        if particles is not self._seen:
+            self._seen, self._found = particles, self._sum(particles)
+        return self._found
+
+    def about_zero(self, particles: np.ndarray) -> np.ndarray:
+        """Both in one array, the angular momentum about zero."""
+        linear, angular = self.now(particles)
+        if np.any(self._about):
+            angular = angular + turning(np.asarray(self._about)[None], linear[None])
+        return np.concatenate([linear, angular])
+
+    def _sum(self, particles: np.ndarray) -> Tuple[Any, Any]:
         linear: Any = 0.0
         angular: Any = 0.0
         for mass, x, v in self._parts(particles):
@@ -98,9 +112,9 @@ class Momentum:
         spin = (0.4 * single["mass"] * single["radius"]**2) @ single["omega"]
         if self._clusters:
             bodies = self._grains.bodies()
-            for cluster, body in zip(self._clusters, bodies):
-                turn = rotation(body["quaternion"])
-                spin = spin + turn @ cluster.inertia @ turn.T @ body["omega"]
+            turn = rotation(bodies["quaternion"].T)
+            inner = np.einsum("nij,kjn,nk->ni", self._inertia, turn, bodies["omega"])
+            spin = spin + np.einsum("ijn,nj->i", turn, inner)
         return spin
 
     def _torque_of_gravity(self, particles: np.ndarray) -> Any:
@@ -113,7 +127,7 @@ class Momentum:
 
 
 def rotation(q: np.ndarray) -> np.ndarray:
-    """Matrix of the unit quaternion (w, x, y, z), shape (3, 3)."""
+    """Matrix of the unit quaternion (w, x, y, z), shape (3, 3), or matrices, (3, 3, n), of (4, n)."""
     w, (x, y, z) = q[0], q[1:]
     return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
                      [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],

@@ -27,7 +27,8 @@ class RecordedColumns:
         self._of_case, self._solid, self._closed = of_case, solid, closed
         gravity = 0.0 if grains is None else getattr(grains.scene, "gravity", 0.0)
         self.ledger = None if grains is None else exchange.Ledger(solid, grains, gravity)
-        self._departures, self._books = Departures(solid, grains), Books(solid, grains)
+        self._departures = Departures(solid, grains)
+        self._books = Books(solid, grains, self.ledger.of_grains if self.ledger else None)
         self._dissipation = Dissipation(solid, grains)
         self._of_solid: Dict[str, tuple] = getattr(solid, "columns", dict)()
         self.meanings = {"time": ("s", "end of the window"), **_meanings(of_case), **WINDOW,

@@ -123,7 +123,7 @@ class WallBooks:
     def sums(self) -> Dict[str, np.ndarray]:
         """Name → the components that the scene has: linear, then angular."""
         chosen = [0, 1, 5] if self._dim == 2 else slice(None)
-        return {name: row[chosen].copy() for name, row in zip(self.names, self._sums)}
+        return dict(zip(self.names, self._sums[:, chosen].copy()))
 
     def get_state(self) -> Dict[str, np.ndarray]:
         """As name → array copy."""

@@ -29,7 +29,7 @@ from typing import Any, Dict, List, NamedTuple, Optional
 import numpy as np
 
 from ..collective import total
-from ..points.moments import add_wrenches, moment, wrenches
+from ..points.moments import add_weight, add_wrenches, moment, wrench
 from ..terms import midpoint
 
 GRAVITY, BODY, INTERFACE, NUMERICAL = "gravity", "body force", "interface", "numerical"
@@ -81,14 +81,14 @@ class Impulses:
         for body in bodies:
             p, held = body.points, body.body.stress is not None
             pull = np.broadcast_to(gravity, p.x.shape)
-            self._last[self._row[GRAVITY]] += wrenches(p.x, p.mass[:, None] * pull).sum(axis=0)
+            self._last[self._row[GRAVITY]] += wrench(p.x, p.mass[:, None] * pull)
             if BASE in self._row:
                 base = np.broadcast_to(frame_pull, p.x.shape)
-                self._last[self._row[BASE]] += wrenches(p.x, p.mass[:, None] * base).sum(axis=0)
+                self._last[self._row[BASE]] += wrench(p.x, p.mass[:, None] * base)
                 pull = pull + base
             if held or BODY in self._row:
                 row = self._row[NUMERICAL if held else BODY]
-                self._last[row] += wrenches(p.x, p.mass[:, None] * (p.a - pull)).sum(axis=0)
+                self._last[row] += wrench(p.x, p.mass[:, None] * (p.a - pull))
 
     def leave(self, body: Any, chosen: np.ndarray, gravity: np.ndarray) -> None:
         """The ``chosen`` points of a body leave, with their momentum and the forces that they carry on."""
@@ -100,9 +100,8 @@ class Impulses:
 
     def _add_points(self, body: Any, chosen: np.ndarray, name: str, sign: float) -> None:
         p, row = body.points, self._row[name]
-        linear = p.mass[chosen] @ p.v[chosen]
-        carried = wrenches(p.x[chosen], p.mass[chosen, None] * p.a[chosen]).sum(axis=0)
-        given = total(self._comm, [[*linear, *body.angular_momentum(chosen)], carried])
+        carried = wrench(p.x[chosen], p.mass[chosen, None] * p.a[chosen])
+        given = total(self._comm, [body.momentum(chosen), carried])
         self._sums[row] += sign * given[0]
         self._last[row] += sign * given[1]
 
@@ -118,29 +117,29 @@ class Impulses:
             return
         change, nodal = load.change
         jump = np.zeros_like(self._last)
-        self._add_loads(grid, load, grid.active_cells.places, change, jump)
+        self._add_load(grid, load, grid.active_cells.places, nodal, change, jump)
         self._add_supports(holder, grid.active_cells.places, -nodal, jump)
         self._last += total(self._comm, jump)
 
     def step(self, grid: Any, problem: Any, found: Any, increment: Any) -> None:
         """A step is done, and all points have moved. found: what the step knows of it, a ``Forces``."""
-        now, dt = total(self._comm, np.vstack([self._forces(grid, problem, found), self._of_points(
-            grid.bodies), self._before])), grid.dt
-        forces, (after, before) = now[:-2], now[-2:]
+        now = self._forces(grid, problem, found)
+        now[-1] = self._of_points(grid.bodies) - self._before
+        now = total(self._comm, now)
+        forces, turned = now[:-1], now[-1, self._dim:]
         if grid.rule is midpoint:
-            given = dt * forces
+            given = grid.dt * forces
             given += self._at_start(grid, found)
         else:
-            given = 0.5 * dt * (self._last + forces)
-        turned = after[self._dim:] - before[self._dim:] - given[:, self._dim:].sum(axis=0)
-        given[self._row[NUMERICAL], self._dim:] += turned
+            given = 0.5 * grid.dt * (self._last + forces)
+        given[self._row[NUMERICAL], self._dim:] += turned - given[:, self._dim:].sum(axis=0)
         self._sums += given
         self._last = forces
 
     def settled(self, grid: Any, problem: Any, found: Any, left: float) -> None:
         """A load step without inertia is done, ``left`` is the part of the loads in it; the points stand, and
         their accelerations are zero."""
-        forces = total(self._comm, self._forces(grid, problem, found, left))
+        forces = total(self._comm, self._forces(grid, problem, found, left)[:-1])
         forces[self._row[NUMERICAL]] -= forces.sum(axis=0)
         self._last = forces
 
@@ -156,39 +155,38 @@ class Impulses:
 
     def _of_points(self, bodies: list) -> np.ndarray:
         """Momentum and angular momentum of this rank's points."""
-        return sum(np.concatenate([body.points.mass @ body.points.v, body.angular_momentum()])
-                   for body in bodies)
+        first, *others = [body.momentum() for body in bodies]
+        return sum(others, first)
 
     def _forces(self, grid: Any, problem: Any, found: Any, part: float = 1.0) -> np.ndarray:
-        """Rows by name: forces of the step and their moments at the ``places`` of the nodes. part: of the
-        dead loads."""
-        rows, n, places = np.zeros_like(self._last), grid.active_cells.owned, found.places
-        mass, pull = grid.mass[:n], part * problem.gravity
-        rows[self._row[GRAVITY]] += wrenches((mass @ places[:n])[None], pull[None])[0]
-        rows[self._row[GRAVITY], :self._dim] = mass.sum() * pull
+        """Rows by name: forces of the step and their moments at the ``places`` of the nodes, and one more,
+        empty. part: of the dead loads."""
+        n, places = grid.active_cells.owned, found.places
+        rows = np.zeros((len(self.names) + 1, self._last.shape[1]))
+        if problem.gravity.any():
+            add_weight(grid.mass[:n], places, part * problem.gravity, rows[self._row[GRAVITY]])
         if BASE in self._row:
             pull = problem.base_pull(grid) * np.ones(self._dim)
-            rows[self._row[BASE]] += wrenches((mass @ places[:n])[None], pull[None])[0]
-            rows[self._row[BASE], :self._dim] = mass.sum() * pull
+            add_weight(grid.mass[:n], places, pull, rows[self._row[BASE]])
         if found.body is not None:
-            rows[self._row[BODY]] += part * wrenches(places[:n], found.body[:n]).sum(axis=0)
+            rows[self._row[BODY]] += part * wrench(places[:n], found.body[:n])
         for load in (problem.interface, *problem.loads):
-            self._add_loads(grid, load, places, part * load.last_force(), rows)
-        add_wrenches(places[:n], found.imbalance, self._holder[found.holder], rows)
+            if load.nodal is not None:
+                self._add_load(grid, load, places, part * load.nodal, part * load.last_force(), rows)
+        add_wrenches(places, found.imbalance, found.holder, self._holder, rows)
         for term, answer in found.springs:
             self._add_springs(grid, term, answer, places, rows)
         return rows
 
-    def _add_loads(self, grid: Any, load: Any, places: np.ndarray, force: np.ndarray,
-                   rows: np.ndarray) -> None:
-        if len(force) == 0 or not force.any():
-            return
-        found = load.wrenches(grid, places, force)
-        names = getattr(load, "names", None)
+    def _add_load(self, grid: Any, load: Any, places: np.ndarray, nodal: np.ndarray, force: np.ndarray,
+                  rows: np.ndarray) -> None:
+        """nodal: what a ``load`` is on the nodes, whole at those of this rank, as its ``force`` is that on
+        its particles here."""
+        names, n = getattr(load, "names", None), grid.active_cells.owned
         if names is None:
-            rows[self._row[INTERFACE]] += found.sum(axis=0)
+            rows[self._row[INTERFACE]] += wrench(places[:n], nodal[:n])
             return
-        names = names[load.points.gid]
+        found, names = load.wrenches(grid, places, force), names[load.points.gid]
         for name in np.unique(names):
             rows[self._row[str(name)]] += found[names == name].sum(axis=0)
 
@@ -198,13 +196,13 @@ class Impulses:
         n = len(holder)
         force = np.where(holder >= 0, force[:n], 0.0)
         if force.any():
-            add_wrenches(places[:n], force, self._holder[holder], rows)
+            add_wrenches(places, force, holder, self._holder, rows)
 
     def _add_springs(self, grid: Any, term: Any, answer: Any, places: np.ndarray, rows: np.ndarray) -> None:
         """What they say themselves by name; the difference to what the nodes get is the scheme's."""
         nodal = np.zeros_like(grid.v)
         term.spread(grid, answer, nodal)
-        rows[self._row[NUMERICAL]] -= wrenches(places, nodal).sum(axis=0)
+        rows[self._row[NUMERICAL]] -= wrench(places, nodal)
         for name, held in term.held().items():
             rows[self._row[name]] += held
             rows[self._row[NUMERICAL]] -= held

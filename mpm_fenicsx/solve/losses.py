@@ -44,8 +44,7 @@ class Losses:
     def _of_points(self, grid: Any) -> np.ndarray:
         """Momentum, angular momentum and kinetic energy of this rank's points in one array."""
         still = np.zeros(self._dim)
-        return sum(np.concatenate([body.points.mass @ body.points.v, body.angular_momentum(),
-                                   [body.energies(still)[0]]]) for body in grid.bodies)
+        return sum(np.append(body.momentum(), body.energies(still)[0]) for body in grid.bodies)
 
     def _of_nodes(self, grid: Any, u: Any, v: np.ndarray) -> np.ndarray:
         """The same of its nodes."""

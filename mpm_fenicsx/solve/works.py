@@ -15,8 +15,24 @@ from typing import Any, Dict
 import numpy as np
 
 from ..collective import total
+from ..compiled import compiled
 
 KINDS = "loads", "body force", "base", "interface", "supports", "walls", "friction", "nodes", "left"
+
+
+@compiled
+def work_of_nodes(force, holder, u, mass, before, after):
+    """Work of the ``force`` on held unknowns, those with a ``holder`` that is not negative, along u, (n, D)
+    each, and change of the kinetic energy of the same nodes from velocity ``before`` to ``after`` [J]; of
+    mass, before and after more may follow."""
+    held = nodes = 0.0
+    for p in range(len(u)):
+        for i in range(u.shape[1]):
+            if holder[p, i] >= 0:
+                held += force[p, i] * u[p, i]
+            a, b = before[p, i], after[p, i]
+            nodes += 0.5 * mass[p] * (b - a) * (b + a)
+    return held, nodes
 
 
 class Works:
@@ -41,16 +57,14 @@ class Works:
 
     def step(self, grid: Any, problem: Any, found: Any, increment: Any) -> None:
         """A step is done. found: see ``impulses.Forces``."""
-        n, u = len(found.holder), increment.u
-        mass, v = grid.mass[:n, None], grid.rule.velocity(grid, increment)[:n]
-        held = np.where(found.holder >= 0, found.imbalance, 0.0)
-        walls, friction = np.sum([term.spent for term, _ in found.springs] or [(0.0, 0.0)], axis=0)
+        u, v = increment.u[:len(found.holder)], grid.rule.velocity(grid, increment)
+        held, nodes = work_of_nodes(found.imbalance, found.holder, u, grid.mass, grid.v, v)
+        walls, friction = map(sum, zip((0.0, 0.0), *(term.spent for term, _ in found.springs)))
         self._sums[:-1] += total(self._comm, [
-            sum(load.work(grid, u) for load in problem.loads),
-            0.0 if found.body is None else np.vdot(found.body[:n], u[:n]),
-            0.0 if problem.frame_pull is None else mean_pull(grid, problem) @ (grid.mass[:n] @ u[:n]),
-            problem.interface.work(grid, u), np.vdot(held, u[:n]), walls, friction,
-            0.5 * np.vdot(mass * (v - grid.v[:n]), v + grid.v[:n])])
+            sum(load.work(u) for load in problem.loads),
+            0.0 if found.body is None else np.vdot(found.body[:len(u)], u),
+            0.0 if problem.frame_pull is None else mean_pull(grid, problem) @ (grid.mass[:len(u)] @ u),
+            problem.interface.work(u), held, walls, friction, nodes])
 
     @property
     def of_base(self) -> float:

@@ -113,10 +113,11 @@ class AffineBody(BodyTerm):
 
     # ---------------------------------------------------------------- what others ask
 
-    def angular_momentum(self, chosen=slice(None)):
-        """As of every body, with that of the velocity around the points."""
-        p = self.points
-        return super().angular_momentum(chosen) + skew(np.tensordot(p.mass[chosen], p.B[chosen], 1))
+    def momentum(self, chosen=slice(None)):
+        """As of every body, with the angular momentum of the velocity around the points."""
+        p, found = self.points, super().momentum(chosen)
+        found[self.body.dim:] += skew(np.tensordot(p.mass[chosen], p.B[chosen], 1))
+        return found
 
     def energies(self, gravity, chosen=slice(None)):
         """As of every body; the kinetic energy has that of the velocity around the points, 1/2 m tr(C D_p

@@ -42,14 +42,6 @@ class BallForces(PointForces):
             first += len(rows)
         return nodal
 
-    def _carried(self, grid, u):
-        found = [body.interpolate(at, u) for body, (_, at) in zip(self._bodies, self._surface.own)]
-        values, self._sums = (np.concatenate(parts) for parts in zip(*found))
-        return values
-
-    def _shares(self):
-        return self._sums  # of those that have just been asked for
-
     def accelerate(self, grid, jump):
         """The material points have had their share."""
 

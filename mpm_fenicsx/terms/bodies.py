@@ -7,7 +7,7 @@ import numpy as np
 import mpm_dem_checks as check
 
 from ..basis.smooth import LINEAR
-from ..points.moments import angular_momentum
+from ..points.moments import momentum
 from ..points.points import Points, half_widths, seed
 from ..scene.geostatic import put_stress
 from .fields import Deformation, Patches, Quadrature
@@ -203,11 +203,11 @@ class BodyTerm:
         kinetic, strain = self._kernels.energies(mass, V0, v, Deformation(*now), self._params)
         return kinetic, strain, -mass @ (p.x[chosen] @ gravity)
 
-    def angular_momentum(self, chosen=slice(None)):
-        """Of this rank's points, or of the ``chosen``, about zero [kg m^2/s], shape (1,) in a plane, about z,
-        else (3,)."""
+    def momentum(self, chosen=slice(None)):
+        """Of this rank's points, or of the ``chosen``, [kg m/s], followed by their angular momentum about
+        zero [kg m^2/s], see ``moments.momentum``."""
         p = self.points
-        return angular_momentum(p.mass[chosen], p.x[chosen], p.v[chosen])
+        return momentum(p.mass[chosen], p.x[chosen], p.v[chosen])
 
     def volume(self):
         """Of this rank's points as deformed [m^3], shape (n,)."""

@@ -20,8 +20,10 @@ NEIGHBOURS = 0.5
 class PointForces:
     """Forces on boundary particles as a term of a step, see ``grid_state``: they reach the nodes (eq. 13),
     and the particles follow the nodes. ``points``: the particles on this rank, with ``force``, the last one
-    [N]; ``applied``: sum of the forces that reached the nodes in the last step [N], shape (D,).
-    Collective."""
+    [N]; ``nodal``: what they have been on the nodes in the last step, shape (nodes, D), None where there were
+    none; ``applied``: their sum [N], shape (D,). Collective."""
+
+    nodal = None
 
     def __init__(self, points, outflow=None):
         """outflow: says which of them are at the edge of the grid for good, see ``outflow.Outflow``."""
@@ -72,9 +74,9 @@ class PointForces:
             jump[grid.active] /= grid.mass[grid.active, None]
             jump[cells.fixed] = 0.0
             self._keep(force)
-        self.applied = np.zeros(cells.dim)
+        self.nodal, self.applied = None, np.zeros(cells.dim)
         if acts:
-            nodal = self._spread(grid, force)
+            self.nodal = nodal = self._spread(grid, force)
             cells.accumulate(nodal)
             load += nodal
             self.applied = total(cells.comm, nodal[:cells.owned].sum(axis=0))
@@ -98,12 +100,8 @@ class PointForces:
         """What a ``force`` on this rank's particles, shape (n, D) [N], does to the nodes at their ``places``
         [m], shape (nodes, D): rows as of ``moments.wrenches``."""
         rows = wrenches(self._carried(grid, places), force)
-        rows[:, :force.shape[1]] *= self._shares()[:, None]
+        rows[:, :force.shape[1]] *= self._N.sum(axis=1, keepdims=True)
         return rows
-
-    def _shares(self):
-        """Sum of each particle's basis, shape (n,)."""
-        return self._N.sum(axis=1)
 
     def _carried(self, grid, u):
         """What the nodes' u, shape (nodes, D), as displacement or place [m], is at the particles, (n, D)."""
@@ -111,10 +109,9 @@ class PointForces:
         grid.kernels.interpolate(self.points.cell, grid.active_cells.cells, self._N, u, ahead)
         return ahead
 
-    def work(self, grid, u):
-        """Of this rank's forces [J] while the nodes move by u [m], shape (nodes, D)."""
-        force = self.last_force()
-        return np.vdot(force, self._carried(grid, u)) if force.any() else 0.0
+    def work(self, u):
+        """Of the forces on this rank's nodes [J] while these move by u [m], shape (owned, D)."""
+        return 0.0 if self.nodal is None else np.vdot(self.nodal[:len(u)], u)
 
     def accelerate(self, grid, jump):
         """The particles' share in a ``jump`` of the nodes' acceleration [m/s^2], shape (nodes, D)."""
@@ -205,7 +202,8 @@ class SurfaceLoads(PointForces):
         """This rank's share of the loads at the grid's time [N], (nodes, D), where the nodes' displacement u
         [m], (nodes, D), has taken the particles; they become their ``force``. Collective."""
         self.points.force[:] = self.at(grid.active_cells.comm, grid.time, self._carried(grid, u))
-        return self._spread(grid, self.points.force)
+        self.nodal = self._spread(grid, self.points.force)
+        return self.nodal.copy()
 
 
 def raise_lost(terms, lost, grid, origin):

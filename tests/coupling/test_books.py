@@ -42,11 +42,8 @@ class Lying:
 
     dim, regions, given = 2, ("wall",), 0.0
 
-    def momentum(self):
-        return np.array([1.0 + self.given, 0.0])
-
-    def angular_momentum(self):
-        return 0.0
+    def momenta(self):
+        return np.array([1.0 + self.given, 0.0, 0.0])
 
     def impulses(self):
         return {"wall": np.array([0.5 * self.given, 0.0, 0.0]), "gravity": np.zeros(3)}
@@ -101,11 +98,8 @@ class Soil:
 
     regions, lost, rocks = ("floor",), 0.0, None
 
-    def momentum(self):
-        return np.array([self.lost - self.rocks.given, 0.0])
-
-    def angular_momentum(self):
-        return 0.0
+    def momenta(self):
+        return np.array([self.lost - self.rocks.given, 0.0, 0.0])
 
     def impulses(self):
         return {"interface": np.array([self.lost - self.rocks.given, 0.0, 0.0]), "floor": np.zeros(3)}

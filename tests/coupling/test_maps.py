@@ -320,18 +320,19 @@ def test_a_run_that_goes_on_leaves_the_same(straight, tmp_path):
 
 
 @pytest.mark.mpi
-def test_on_any_ranks_maps_are_the_same(run_ranks, tmp_path):
+@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.validation)])
+def test_on_any_ranks_maps_are_the_same(run_ranks, tmp_path, ranks):
     """A cell that two ranks have points in has the depth of both together."""
-    for n in (1, 2, 3):
-        (tmp_path / str(n)).mkdir()
-        done = run_ranks(n, CASE.with_name("map_ranks.py"), tmp_path / str(n))
+    folders = tmp_path / "alone", tmp_path / "shared"
+    for n, folder in zip((1, ranks), folders):
+        folder.mkdir()
+        done = run_ranks(n, CASE.with_name("map_ranks.py"), folder)
         assert not done.returncode, done.stderr
-    for path in (tmp_path / "1").glob("*.asc"):
-        one, *others = (read_grid(tmp_path / n / path.name)[1] for n in "123")
-        for other in others:
-            assert np.allclose(one, other, rtol=1e-12, atol=1e-15, equal_nan=True), path.name
-    one, *others = (np.loadtxt(tmp_path / n / "now") for n in "123")
-    assert all(np.allclose(one, other, rtol=1e-12, atol=1e-15) for other in others)
+    for path in folders[0].glob("*.asc"):
+        one, other = (read_grid(folder / path.name)[1] for folder in folders)
+        assert np.allclose(one, other, rtol=1e-12, atol=1e-15, equal_nan=True), path.name
+    one, other = (np.loadtxt(folder / "now") for folder in folders)
+    assert np.allclose(one, other, rtol=1e-12, atol=1e-15)
 
 
 def test_in_the_plane_there_are_profiles(tmp_path):
@@ -353,12 +354,14 @@ def test_in_the_plane_there_are_profiles(tmp_path):
 @pytest.mark.mpi
 @pytest.mark.validation
 def test_a_run_on_any_ranks_leaves_the_same_maps(run_ranks, straight, tmp_path):
+    """As far as the points are in the same places: Newton's method, whose tangents are kept or renewed in
+    different iterations on 2 ranks, moves them by 1e-8 of the speed."""
     for n in (2, 3):
         done = run_ranks(n, CASE, f"out={tmp_path / str(n)}", "t_end=0.06", "every=0.03")
         assert not done.returncode, done.stderr
         one, other = rasters(straight), rasters(tmp_path / str(n))
         for name, values in one.items():
-            assert np.allclose(values, other[name], rtol=1e-9, atol=1e-12, equal_nan=True), name
+            assert np.allclose(values, other[name], rtol=1e-7, atol=1e-9, equal_nan=True), name
 
 
 def test_both_back_ends_leave_maps_of_their_own(tmp_path, liggghts):
@@ -369,3 +372,23 @@ def test_both_back_ends_leave_maps_of_their_own(tmp_path, liggghts):
         one, other = (read(tmp_path / f"{name}{label}.csv") for label in ("", "_liggghts"))
         assert all(np.allclose(one[key], other[key], rtol=1e-6, atol=1e-9, equal_nan=True) for key in one)
     assert (tmp_path / "map_liggghts.png").exists()
+
+
+def test_what_comes_in_and_leaves_is_balanced():
+    """A plug that an inflow feeds passes a line as it is fed; what flows out of a flood is missed nowhere."""
+    from tests.mpm.test_inflow import PLUGS, flood, plug
+
+    maps, ends = Maps(plane(1.0), 0.1, lines=[Line("line", 0.1)], gauges=[Gauge("gauge", 0.1)]), []
+    for solid, dt, steps in ((plug(*PLUGS["along x"])[0], 0.02, 20), (flood(), 0.01, 30)):
+        watch = MapWatch(maps, solid, None)
+        for number in range(steps):
+            solid.advance(dt)
+            watch(window(solid.time, dt, number + 1))
+        ends.append(watch.places.now)
+        assert abs(ends[-1]["volume_error"]) < 1e-13 and solid.entered["volume"] > 0.0
+        assert ends[-1]["volume_left"] == solid.removed["volume"]
+        solid.close()
+    fed, flooded = ends
+    assert [fed[f"{name}_gauge"] for name in ("depth", "speed")] == pytest.approx([0.3, 1.0], rel=1e-9)
+    assert [fed[f"{name}_line"] for name in ("discharge", "passed")] == pytest.approx([0.3, 0.12], rel=1e-9)
+    assert fed["volume_left"] == 0.0 < flooded["volume_left"]

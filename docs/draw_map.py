@@ -1,4 +1,4 @@
-"""Draws the picture of maps.md: soil runs down a gully and overtakes boulders; a minute.
+"""Draws the picture of maps.md: soil runs down a gully behind six boulders; a minute.
 
     ./dev run python docs/draw_map.py                      docs/map.png
 """

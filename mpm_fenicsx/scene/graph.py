@@ -125,7 +125,7 @@ class PlanSearch:
         """Of ``places`` [m], shape (n, 2): the triangle that each is in, -1 for none, and its barycentric
         coordinates, shape (n, 3); how many triangles it is well inside of."""
         n = len(places)
-        found = np.full(n, -1), np.full((n, 3), -np.inf), np.zeros(n, np.int64)
+        found = np.full(n, -1), np.zeros((n, 3)), np.zeros(n, np.int64)
         _search(np.ascontiguousarray(places - self._origin), self._size, self._counts, self._start,
                 self._items, self._corner, self._to_weights, found)
         return found

@@ -124,7 +124,7 @@ def _main(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndar
 
 def read_raster(path: Path) -> Raster:
     """Heights from an ESRI ASCII grid (.asc, .asc.gz) or a GeoTIFF; ValueError for a file that is none."""
-    return _read_ascii(path) if ".asc" in path.suffixes else _read_tiff(path)
+    return _read_ascii(path) if ".asc" in path.name.lower() else _read_tiff(path)
 
 
 def is_raster(path: Path) -> bool:
@@ -134,7 +134,7 @@ def is_raster(path: Path) -> bool:
 
 def _read_ascii(path: Path) -> Raster:
     try:
-        with (gzip.open(path, "rt") if path.suffix == ".gz" else open(path)) as file:
+        with (gzip.open(path, "rt") if path.suffix.lower() == ".gz" else open(path)) as file:
             text = file.read()
     except (OSError, UnicodeDecodeError) as error:
         raise ValueError(f"{path} cannot be read as text ({error}): give an ESRI ASCII grid") from None
@@ -194,11 +194,14 @@ def _read_tiff(path: Path) -> Raster:
     try:
         with rasterio.open(path) as file:
             z, a, crs = file.read(1, masked=True), file.transform, file.crs
-    except rasterio.errors.RasterioError as error:
+    except (rasterio.errors.RasterioError, OSError) as error:
         raise ValueError(f"{path} cannot be read as a raster ({error}): give a GeoTIFF") from None
     if crs is not None and crs.is_geographic:
         raise ValueError(f"{path} has coordinates in degrees ({crs}): give a raster in a projection, in m "
                          "(gdalwarp -t_srs)")
+    if crs is not None and crs.is_projected and crs.linear_units_factor[1] != 1.0:
+        raise ValueError(f"{path} has coordinates in {crs.linear_units_factor[0]}: give a raster in m "
+                         "(gdalwarp -t_srs), also its heights")
     return _from_transform(path, np.ma.filled(z.astype(float), np.nan), a)
 
 

@@ -16,7 +16,7 @@ from .raster import Raster, is_raster, optional_box, read_raster, sampled
 from .regions import frictions
 from .structures import Structure
 
-Area = Union[Sequence, Callable, None]
+Area = Union[Sequence, np.ndarray, Callable, None]
 Depth = Union[float, Callable, str, Path, Raster]
 
 

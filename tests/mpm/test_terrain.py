@@ -1,5 +1,9 @@
 """Terrain: where it comes from, what is read off, grids and releases on it."""
 import gzip
+import re
+import sys
+from pathlib import Path
+from typing import NamedTuple
 
 import meshio
 import numpy as np
@@ -7,6 +11,7 @@ import pytest
 
 from mpm_fenicsx import Box, Raster, Terrain, read_mesh
 from mpm_fenicsx.scene.facets import corner_volumes
+from mpm_fenicsx.scene.raster import _from_transform
 
 AREA = Box((0.0, 0.0), (4.0, 3.0))
 
@@ -17,6 +22,17 @@ def wavy(x, y):
 
 HEADER = "ncols 3\nnrows 2\nxllcorner 100.0\nyllcorner 200.0\ncellsize 2\nNODATA_value -9999\n"
 HEIGHTS = "4 5 6\n1 2 3\n"
+
+
+class Affine(NamedTuple):
+    """From column and row to x and y, as rasterio has it."""
+
+    a: float
+    b: float
+    c: float
+    d: float
+    e: float
+    f: float
 
 
 def written(tmp_path, text, name="hill.asc"):
@@ -129,6 +145,39 @@ def test_bad_files_are_one_sentence(tmp_path, text, sentence):
         Terrain.read(written(tmp_path, text))
     with pytest.raises(ValueError, match="lies outside"):
         Terrain.read(written(tmp_path, HEADER + HEIGHTS), Box((0.0, 0.0), (1.0, 1.0)))
+
+
+def test_rows_and_columns_of_a_geotiff_may_run_either_way():
+    z, path = np.array([[4.0, 5.0, 6.0], [1.0, 2.0, 3.0]]), Path("hill.tif")
+    for turn, a, e in (((1, 1), 2.0, -4.0), ((-1, 1), 2.0, 4.0), ((1, -1), -2.0, -4.0)):
+        corner = 100.0 if a > 0 else 106.0, 208.0 if e < 0 else 200.0
+        found = _from_transform(path, z[::turn[0], ::turn[1]], Affine(a, 0.0, corner[0], 0.0, e, corner[1]))
+        assert found.lower == (101.0, 202.0) and found.cell == (2.0, 4.0)
+        assert found.z.tolist() == [[1.0, 4.0], [2.0, 5.0], [3.0, 6.0]]
+    with pytest.raises(ValueError, match="rows that do not run along x"):
+        _from_transform(path, z, Affine(1.0, 0.5, 0.0, 0.5, 1.0, 0.0))
+
+
+def test_a_geotiff_is_read(tmp_path):
+    rasterio = pytest.importorskip("rasterio")
+    place = rasterio.transform.from_origin(100.0, 204.0, 2.0, 2.0)
+    with rasterio.open(tmp_path / "hill.tif", "w", driver="GTiff", width=3, height=2, count=1,
+                       dtype="float32", transform=place, nodata=-1.0) as file:
+        file.write(np.array([[[4.0, 5.0, 6.0], [1.0, 2.0, 3.0]]], np.float32))
+    hill = Terrain.read(tmp_path / "hill.tif")
+    assert hill.lower == (101.0, 201.0) and hill.height([(101.0, 203.0)]) == [4.0]
+
+
+def test_a_geotiff_without_rasterio_is_one_sentence(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rasterio", None)
+    with pytest.raises(ValueError, match="needs rasterio, which is not installed"):
+        Terrain.read(written(tmp_path, "no raster", "hill.tif"))
+
+
+def test_the_page_runs(capsys):
+    page = Path(__file__).parents[2] / "docs/terrain.md"
+    exec(re.search(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)[1], {})
+    assert "slope 25.1 degrees in the mean, at most 46.7" in capsys.readouterr().out
 
 
 def test_what_was_read_is_told():

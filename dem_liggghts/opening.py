@@ -26,8 +26,8 @@ class Scene(SceneData):
     nothing ever leaves. structures: as ``mpm_fenicsx.Structure``, rigid surfaces, at rest or moving; where
     ``materials`` and ``interactions`` do not name their material (their name, if they have none), it is that
     of the particles, and ``friction`` that of the structure, with a restitution of 1. base: acceleration of
-    the ground [m/s^2], shape (dim,), a function of time [s]: all is told in its frame; in each window its
-    mean acts. Raises ValueError for what does not fit.
+    the ground [m/s^2], shape (dim,), a function or table of time [s]: all is told in its frame; in each
+    window its mean acts. Raises ValueError for what does not fit.
 
     >>> sphere = Spheres(x=[[0.0, 0.0201]], v=[[0.0, -0.1]], radius=0.02, rho=7800.0)
     >>> floor = Wall(nodes=[[-1.0, 0.0], [1.0, 0.0]], elements=[[0, 1]])

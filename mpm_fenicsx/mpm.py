@@ -1,6 +1,6 @@
 """The MPM: advances the points of a scene, one implicit step at a time."""
 from dataclasses import replace
-from typing import Callable, Dict, Optional, Sequence, Union
+from typing import Any, Callable, Dict, Optional, Sequence, Union
 
 import numpy as np
 from mpi4py import MPI
@@ -44,7 +44,7 @@ class MPM(Restarting):
     groups of the numbers of those that do, such as [(0, 1)]; others push, rub and part, see
     ``terms.body_contact``; numerics: see ``Numerics``; structures: ``Structure`` records, which the soil
     meets; openings: ``Inflow``, ``Outflow``; base: acceleration of the ground [m/s^2], shape (dim,), a
-    function of time [s]: all is told in its frame; basis: at the points, instead of that of ``numerics``.
+    function or table of time [s]: all is told in its frame; basis: at the points, instead of that of ``numerics``.
 
     ``bodies`` are the bodies with their points, numbered through, see ``bodies.BodyTerm``; ``phases`` sums
     the seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,
@@ -90,7 +90,7 @@ class MPM(Restarting):
                  gravity: Optional[Sequence[float]] = None, inertia: str = "consistent",
                  loads: Sequence[Load] = (),
                  penalties: Sequence[Union[Penalty, GridWall]] = (), body_force: Optional[Callable] = None,
-                 outflow: Union[str, Dict[str, str]] = "stop", base: Optional[Callable] = None,
+                 outflow: Union[str, Dict[str, str]] = "stop", base: Any = None,
                  bonded: Union[bool, Sequence[Sequence[int]]] = False, numerics: Numerics = Numerics(),
                  structures: Sequence[Structure] = (), openings: Sequence[Union[Inflow, Outflow]] = (),
                  basis: Optional[str] = None, comm: MPI.Comm = MPI.COMM_WORLD):

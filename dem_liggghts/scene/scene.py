@@ -1,11 +1,12 @@
 """The data of a DEM scene: frozen, in SI units, checked when made. No numerics, no MPI."""
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, Callable, ClassVar, Dict, FrozenSet, List, Optional, Set, Tuple, Union
+from typing import Any, ClassVar, Dict, FrozenSet, List, Optional, Set, Tuple, Union
 
 import numpy as np
 
 import mpm_dem_checks as check
+from mpm_dem_series import over_time
 
 from .arrays import Array, pair
 from .clusters import Cluster
@@ -35,7 +36,7 @@ class SceneData:
     domain: Array = None
     outflow: Union[str, Dict[str, str]] = "stop"
     structures: Tuple[Any, ...] = ()
-    base: Optional[Callable] = None
+    base: Any = None
     contacts: Optional[Contacts] = None
 
     surfaces: ClassVar[Tuple[Wall, ...]]  # of the structures, one wall each
@@ -65,8 +66,7 @@ class SceneData:
         put("gravity", check.numbers("gravity", (0.0,) * self.dim if self.gravity is None else self.gravity,
                                      self.dim, "m/s^2"))
         if self.base is not None:
-            check.function("base", self.base)
-        self.frame_pull(0.0, 0.0)
+            put("base", over_time("base", self.base, self.dim, "m/s^2"))
         self._check_domain()
         put("materials", self._all_materials())
         put("interactions", self._all_interactions())
@@ -134,9 +134,8 @@ class SceneData:
         from ``time`` [s] on, by Simpson's rule [m/s^2], shape (dim,)."""
         if self.base is None:
             return np.zeros(self.dim)
-        at = [check.values("base", self.base, (time + part * span,), (self.dim,), unit="m/s^2")
-              for part in (0.0, 0.5, 1.0)]
-        return -(at[0] + 4.0 * at[1] + at[2]) / 6.0
+        first, middle, last = (self.base(time + part * span) for part in (0.0, 0.5, 1.0))
+        return -(first + 4.0 * middle + last) / 6.0
 
     @property
     def names(self) -> Tuple[str, ...]:

@@ -4,36 +4,12 @@ from typing import Any, Callable, Tuple, Union
 import numpy as np
 
 import mpm_dem_checks as check
+from mpm_dem_series import is_table, read_table
 
 SAMPLES = 2000  # into which the time of a hydrograph is divided; between them it is linear
 EVER = check.MOST  # time [s] of what does not end
 
 Series = Union[float, Callable[[float], float], Tuple[Any, Any], np.ndarray]
-
-
-def read_table(name: str, given: Any, unit: str, *shapes: tuple) -> Tuple[np.ndarray, np.ndarray]:
-    """Times [s], shape (n,), and values of one of the ``shapes`` from a pair of both. ValueError for times
-    that do not increase.
-
-    >>> read_table("the speed", ([0.0, 2.0], [1.0, 3.0]), "m/s", ("n",))
-    (array([0., 2.]), array([1., 3.]))
-    """
-    try:
-        times, values = given
-    except (TypeError, ValueError):
-        return check.refuse(name, given, "give a number, a function of time, or a table: times and values",
-                            unit)
-    times = check.array(f"the times of {name}", times, ("n",), unit="s")
-    values = check.array(f"the values of {name}", values, *shapes, unit=unit)
-    if len(times) < 2 or len(values) != len(times):
-        raise ValueError(f"{name} has {len(times)} times and {len(values)} values: give as many of both, at "
-                         "least two")
-    wrong = np.flatnonzero(np.diff(times) <= 0.0)
-    if len(wrong):
-        first = int(wrong[0])
-        raise ValueError(f"the times of {name} do not increase: {times[first + 1]:g} s comes after "
-                         f"{times[first]:g} s, sort them and give each once")
-    return times, values
 
 
 class Hydrograph:
@@ -80,11 +56,6 @@ class Hydrograph:
         slope = (self.speed[k + 1] - v) / (self.times[k + 1] - self.times[k])
         root = np.sqrt(max(v * v + 2.0 * slope * left, 0.0))
         return float(min(self.times[k] + (2.0 * left / (v + root) if left > 0.0 else 0.0), self.times[k + 1]))
-
-
-def is_table(given: Any) -> bool:
-    """Whether it has several entries, as times and values."""
-    return isinstance(given, (tuple, list, np.ndarray))
 
 
 def sample(name: str, given: Series, times: np.ndarray, unit: str) -> np.ndarray:

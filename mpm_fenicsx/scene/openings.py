@@ -5,9 +5,10 @@ from typing import Any, Callable, Optional, Tuple
 import numpy as np
 
 import mpm_dem_checks as check
+from mpm_dem_series import is_table, read_table
 
 from .bodies import AXES
-from .hydrograph import EVER, SAMPLES, Hydrograph, Series, is_table, read_table, sample
+from .hydrograph import EVER, SAMPLES, Hydrograph, Series, sample
 from .mesh import Box
 
 RATES = {"depth": "m", "speed": "m/s", "discharge": "m^3/s"}

@@ -5,6 +5,7 @@ from typing import Any, Callable, Dict, Optional, Sequence, Tuple, Union
 import numpy as np
 
 import mpm_dem_checks as check
+from mpm_dem_series import over_time
 
 from .balls import Balls
 from .bodies import Body, Grid, Support
@@ -67,7 +68,7 @@ class SolidScene:
     numerics: Numerics = field(default_factory=Numerics)
     structures: Sequence[Structure] = ()
     openings: Sequence[Union[Inflow, Outflow]] = ()
-    base: Optional[Callable] = None
+    base: Any = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:
@@ -93,8 +94,7 @@ class SolidScene:
         if self.body_force is not None:
             check.function("body_force", self.body_force)
         if self.base is not None:
-            check.function("base", self.base)
-            self.frame_pull(0.0)
+            put("base", over_time("base", self.base, self.grid.box.dim, "m/s^2"))
         self._check_fields()
 
     def _check_structures(self) -> None:
@@ -188,6 +188,4 @@ class SolidScene:
     def frame_pull(self, time: float) -> np.ndarray:
         """Acceleration of what is free in the frame of the ``base``, without gravity, at ``time`` [s]
         [m/s^2], shape (dim,)."""
-        dim = self.grid.box.dim
-        return np.zeros(dim) if self.base is None else -check.values("base", self.base, (time,), (dim,),
-                                                                     unit="m/s^2")
+        return np.zeros(self.grid.box.dim) if self.base is None else -self.base(time)

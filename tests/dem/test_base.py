@@ -82,7 +82,8 @@ def test_what_flies_keeps_its_path_in_space(dem):
 
 
 @pytest.mark.parametrize("base, words", [
-    ((1.0, 0.0), "base is .*: give a function"),
+    (1.0, "base is 1.0: give a function"),
+    (([0.0, 1.0, 1.0], [(0.0, 0.0)] * 3), "the times of base do not increase: 1 s comes after 1 s, sort"),
     (lambda t: (1.0, 0.0, 0.0), r"the value of base has shape .*|the value of base is .*: give numbers of"),
     (lambda t: (np.nan, 0.0), r"the value of base .entry 0. is nan m/s.2: give finite")])
 def test_what_is_no_motion_is_refused(base, words):

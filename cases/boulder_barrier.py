@@ -7,7 +7,7 @@
 """
 from functools import partial
 from pathlib import Path
-from typing import List, Literal, Tuple
+from typing import Literal, Tuple
 
 import numpy as np
 
@@ -29,7 +29,7 @@ def main(
     barrier: Literal["rigid", "elastic"] = "rigid",
     height: float = 0.2,  # of the barrier [m]
     thickness: float = 0.08,  # of the barrier [m]
-    cells: int = 2,  # force cells of a rigid barrier, one above the other
+    cells: int = 2,  # force cells of the barrier, one above the other
     plate_E: float = 5e6,  # modulus of an elastic barrier [Pa]
     plate_rho: float = 1200.0,  # its density [kg/m^3]
     spheres: int = 2,  # boulders that are spheres, before the soil
@@ -67,14 +67,13 @@ def main(
     end = room.upper[0] if barrier == "rigid" else foot  # an elastic barrier goes through the bed's plane
     structures = reference.chute(Box(room.lower, (end, *room.upper[1:])), width, h, bed)
     front = reference.room(dim, (foot, -h, 0.0), (foot + thickness, height, width))
-    bodies, names = [body], ("bodies_0_1",)  # an elastic barrier is the second body
-    supports: List[Support] = []
+    wall = Structure.box("barrier", front, (1, cells, 1)[:dim], friction=friction)
+    bodies, supports = [body], []
     if barrier == "rigid":
-        wall = Structure.box("barrier", front, (1, cells, 1)[:dim], friction=friction)
-        structures, names = [*structures, wall], wall.cells  # type: ignore[assignment] # any number
+        structures.append(wall)
     else:
         bodies.append(Body(front, reference.counts(front, h), 2, linear(plate_E, 0.3), plate_rho,
-                           thickness=width))
+                           thickness=width, name=wall.name, force_cells=(1, cells, 1)[:dim]))
         supports.append(Support(lambda x: x[:, 1] < -0.5 * h, "xyz"[:dim], name="foot"))
     solid = MPM(Grid(room, reference.counts(room, h)), bodies, supports, Balls(0.25 * h), gravity=gravity,
                 inertia="lumped", structures=structures, outflow="remove", numerics=numerics)
@@ -85,7 +84,7 @@ def main(
     scales = solid.contact_scales()
     grains = grains.fitted(scales, scheme.speed or scales.speed)
     return Run("boulder_barrier", solid, grains, scheme, output,
-               columns=reference.front(solid, foot, width), figure=partial(reference.draw, names=names))
+               columns=reference.front(solid, foot, width), figure=partial(reference.draw, names=wall.cells))
 
 
 if __name__ == "__main__":

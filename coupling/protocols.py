@@ -102,8 +102,10 @@ class InterfaceChange(Protocol):
 
 class RecordedSolid(Solid, Protocol):
     """What the ledger and the record of a case ask besides. It may have a method ``columns()`` with what else
-    belongs into the history: name → (unit, meaning, function without arguments); and ``origin`` [m], shape
-    (dim,): about which moments are taken."""
+    belongs into the history: name → (unit, meaning, function without arguments); ``origin`` [m], shape
+    (dim,): about which moments are taken; and ``impulses_on_bodies()``, since the start: name of a force cell
+    of a body → "bodies" and "interface", as far as they act on bodies → linear [N s] and angular impulse
+    about zero [N m s], shape (3,) in a plane, else (6,)."""
 
     applied: np.ndarray  # sum of the interface forces that arrived in the last step [N], shape (dim,)
     iterations: int  # of Newton's method in the last step

@@ -27,6 +27,7 @@ class Accounts:
     _works: Any
     _feeds: Any
     _outlets: Any
+    _on_bodies: Any
     origin: Any
 
     def energy(self) -> Dict[str, float]:
@@ -68,6 +69,11 @@ class Accounts:
         ``solve.impulses``. With "outflow", what has left, they sum to the change of ``momentum`` and
         ``angular_momentum``."""
         return self._impulses.sums()
+
+    def impulses_on_bodies(self) -> Dict[str, Dict[str, np.ndarray]]:
+        """Impulse since the start on each force cell of the named bodies, by its name and by what acts: other
+        "bodies", the "interface"; rows as of ``impulses``, see ``solve.on_bodies``."""
+        return self._on_bodies.sums()
 
     def works(self) -> Dict[str, float]:
         """Work on the bodies since the start and what friction has taken [J], see ``solve.works``, and what

@@ -26,11 +26,13 @@ from .solve import options
 from .solve.impulses import make_impulses
 from .solve.ladder import Ladder
 from .solve.losses import Losses
+from .solve.on_bodies import OnBodies
 from .solve.works import Works
 from .terms.ball_forces import make_forces
 from .terms.behind import watch
 from .terms.bodies import BodyTerm
 from .terms.feeds import Feeds
+from .terms.force_cells import ForceCells
 from .terms.kernels import compile_grid_kernels
 from .terms.loads import SurfaceLoads
 from .terms.scene_contacts import make_meetings, warn_if_thin
@@ -70,9 +72,19 @@ class Model(Accounts):
         self._margin = margins_at_walls(scene.grid, scene.penalties)
         self._distribute(np.array_split(x, comm.size)[comm.rank])
         self.kernels = compile_grid_kernels(self.background, self._transfer.to_points)
-        start = Start(self._bodies, free, scene.body_force)
-        self._surface = make_surface(comm, self.dim, scene.interface, start, self._bodies)
+        cells = self._make_terms(scene, Start(self._bodies, free, scene.body_force))
+        self._outflow.books = self._feeds.books = self._impulses, self._works
+        self._sets = self._all_points()
+        self._fingerprint = fingerprint(self, [
+            *self._sets.names(), *self._surface.names(), *(c.names for c in self._contacts), *cells.names])
+        self._share_out()
+
+    def _make_terms(self, scene: SolidScene, start: Start) -> ForceCells:
+        """All that acts on the bodies of the ``scene`` in this frame, and who books it."""
+        self._surface = make_surface(self.comm, self.dim, scene.interface, start, self._bodies)
         self.boundary = self._surface.points
+        cells = ForceCells(self._bodies, scene)
+        cells.mark(self.boundary, start)
         check_inside(scene.grid, self.boundary.x, "a boundary particle", self.origin)
         self.background.keep_mine(self.boundary, np.full(len(self.boundary), "the interface"))
         self._forces = make_forces(self._surface, self._bodies, self._outflow)
@@ -83,12 +95,10 @@ class Model(Accounts):
         self._behind = watch(scene.walls, self.background, self._bodies)
         for condition in (*self.loads, *self.penalties):
             self.background.keep_mine(condition.points, condition.names)
-        self._impulses, self._works = make_impulses(self, scene), Works(comm)
-        self._outflow.books = self._feeds.books = self._impulses, self._works
-        self._sets = self._all_points()
-        self._fingerprint = fingerprint(self, [
-            *self._sets.names(), *self._surface.names(), *(c.names for c in self._contacts)])
-        self._share_out()
+        self._impulses, self._works = make_impulses(self, scene), Works(self.comm)
+        self._on_bodies = OnBodies(self.comm, self.origin, cells, self.background.fields > 1,
+                                   scene.interface is not None)
+        return cells
 
     def _share_out(self) -> None:
         """Every rank keeps the material points in its cells."""

@@ -181,7 +181,7 @@ class MPM(Restarting):
         problem = Problem(self._bodies, self._forces, self.loads, (*self.penalties, *self._contacts),
                           self.supports, self.gravity, self.scene.base and self.scene.frame_pull,
                           self.scene.inertia != "lumped", self.numerics.solver,
-                          self._transfer.rule, self._losses, self._impulses, self._works)
+                          self._transfer.rule, self._losses, self._impulses, self._works, self._on_bodies)
         self.step = kind(self.background, self.kernels, filled, problem, self.phases, self._doubt,
                          self._facets if ghost else None)
         self._renew_arrays()
@@ -199,7 +199,7 @@ class MPM(Restarting):
         return {**self._sets.get_state(), **self._surface.get_state(), **self._outflow.get_state(),
                 **self.step.get_state(), **self._losses.get_state(), **self._impulses.get_state(),
                 **self._works.get_state(), **self._feeds.get_state(), **self._ladder.get_state(),
-                **self._outlets.get_state(), "scene": self._fingerprint.copy(),
+                **self._outlets.get_state(), **self._on_bodies.get_state(), "scene": self._fingerprint.copy(),
                 "time": np.array([self.time, self.steps, self.background.checksum])}
 
     @while_open
@@ -208,7 +208,7 @@ class MPM(Restarting):
         round-off. ValueError for a state of another scene."""
         check_state(state, self._fingerprint)
         for part in (self._sets, self._surface, self._outflow, self._losses, self._impulses, self._works,
-                     self._feeds, self._outlets):
+                     self._feeds, self._outlets, self._on_bodies):
             part.set_state(state)
         self._located, other = False, self._ladder.set_state(state)
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])

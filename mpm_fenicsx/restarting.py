@@ -35,7 +35,7 @@ class Restarting(Stepped):
                 "rebalances": np.array(self.rebalances, float).reshape(-1, 3),
                 "ladder": self._ladder.get_checkpoint(), "losses": self._losses.get_state(),
                 **self._impulses.get_state(), **self._works.get_state(), **self._feeds.get_state(),
-                **self._outlets.get_state(),
+                **self._outlets.get_state(), **self._on_bodies.get_state(),
                 "interface": self._surface.get_state(), "outflow": self._outflow.get_checkpoint(),
                 "applied": applied, "points": self._sets.get_checkpoint(numbered),
                 "step": kept.get_checkpoint(self.step, numbered)}
@@ -54,6 +54,7 @@ class Restarting(Stepped):
         self._works.set_state(tree)
         self._feeds.set_state(tree)
         self._outlets.set_state(tree)
+        self._on_bodies.set_state(tree)
         self._surface.set_state(tree["interface"])
         self._outflow.set_checkpoint(tree["outflow"])
         self._forces.applied = tree["applied"]

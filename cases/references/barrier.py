@@ -53,9 +53,7 @@ def pebble(seed: int, corners: int = 24) -> Tuple[np.ndarray, np.ndarray]:
 
 def force(history: Any, matter: str, names: Tuple[str, ...]) -> np.ndarray:
     """Sum of the forces of "soil" or "rock" along x on the regions of those ``names`` [N], shape (windows,);
-    zero where there are no such columns. Of two bodies the soil is the first."""
-    if names[0].startswith("bodies") and matter == "soil":
-        return -history[f"force_{names[0]}_x"]
+    zero where there are no such columns."""
     columns = [f"force_{matter}_{name}_x" for name in names]
     return sum((history[c] for c in columns if c in history.columns), np.zeros(len(history["time"])))
 

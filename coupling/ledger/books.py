@@ -36,10 +36,19 @@ def regions(solid: Any, grains: Any) -> Dict[str, Tuple[str, ...]]:
         names += [name for name in grains.impulses() if name not in SCHEME]
     found: Dict[str, Tuple[str, ...]] = {}
     for name in dict.fromkeys(names):
-        key = re.sub(r"\W+", "_", name).strip("_")
-        key = f"region_{key}" if key in SIDES else key
+        key = key_of(name)
         found[key] = (*found.get(key, ()), name)
     return found
+
+
+def key_of(name: str) -> str:
+    """What columns have of a ``name``.
+
+    >>> key_of("grid wall"), key_of("solid")
+    ('grid_wall', 'region_solid')
+    """
+    key = re.sub(r"\W+", "_", name).strip("_")
+    return f"region_{key}" if key in SIDES else key
 
 
 class Side(NamedTuple):

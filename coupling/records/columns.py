@@ -7,6 +7,7 @@ from ..ledger import exchange
 from ..ledger.books import Books
 from ..ledger.departures import Departures
 from ..ledger.dissipation import Dissipation
+from ..ledger.on_bodies import OnBodies
 
 WINDOW = {  # name → (unit, meaning)
     "newton": ("1", "Newton iterations of the MPM, in the last computation of the window"),
@@ -30,10 +31,12 @@ class RecordedColumns:
         self._departures = Departures(solid, grains)
         self._books = Books(solid, grains, self.ledger.of_grains if self.ledger else None)
         self._dissipation = Dissipation(solid, grains)
+        self._on_bodies = OnBodies(solid, self._books.columns)
         self._of_solid: Dict[str, tuple] = getattr(solid, "columns", dict)()
         self.meanings = {"time": ("s", "end of the window"), **_meanings(of_case), **WINDOW,
                          **(self.ledger.columns if self.ledger else {}), **self._departures.columns,
-                         **self._dissipation.columns, **self._books.columns, **_meanings(self._of_solid)}
+                         **self._dissipation.columns, **self._books.columns, **self._on_bodies.columns,
+                         **_meanings(self._of_solid)}
         # sums of iterations; computations, failed and refused attempts
         self.newton, self.counts = 0, np.zeros(3, int)
         self._last: Dict[str, float] = {}
@@ -46,7 +49,7 @@ class RecordedColumns:
         return {"time": window.time, **{name: of(window) for name, (_, _, of) in self._of_case.items()},
                 "newton": self._solid.iterations, "window": window.dt, "iterations": window.iterations,
                 "retries": window.failed + window.refused, **self._last, **self._departures.entries(),
-                **self._dissipation(self.ledger), **self._books(window),
+                **self._dissipation(self.ledger), **self._books(window), **self._on_bodies(window),
                 **{name: value() for name, (_, _, value) in self._of_solid.items()}}
 
     def get_state(self) -> Dict[str, Any]:
@@ -60,6 +63,7 @@ class RecordedColumns:
         if self.ledger:
             self.ledger.set_state(state["ledger"], last)
         self._books.set_state(state["books"])
+        self._on_bodies.look()
 
     def check(self, time: float) -> None:
         """``exchange.UnstableError`` when a closed system has gained energy until ``time`` [s]."""

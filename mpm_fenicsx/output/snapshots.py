@@ -67,7 +67,8 @@ def _grid(mpm):
 
 def _point_fields(bodies):
     """Fields of this rank's points, body after body, as name → array. State variables that a law does not
-    have are zero; ``body`` tells several bodies apart."""
+    have are zero; ``body`` tells several bodies apart, ``force_cell`` the force cells of named
+    ones."""
     shown = {"x": "x", "gid": "gid", "velocity": "v", "acceleration": "a", "mass": "mass", "F": "F"}
     fields = {name: np.concatenate([getattr(body.points, field) for body in bodies])
               for name, field in shown.items()}
@@ -78,6 +79,8 @@ def _point_fields(bodies):
         fields[name] = np.concatenate([state[name] if name in state.dtype.names
                                        else np.zeros((len(state), *like.shape[1:]), like.dtype)
                                        for state in states])
+    if hasattr(bodies[0].points, "force_cell"):
+        fields["force_cell"] = np.concatenate([body.points.force_cell for body in bodies])
     if len(bodies) > 1:
         fields["body"] = np.repeat(np.arange(len(bodies)), [len(state) for state in states])
     return fields

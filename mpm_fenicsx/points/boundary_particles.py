@@ -100,8 +100,8 @@ class BoundaryParticles:
         are all of them on every rank again. Returns the ``OutlineChange``, or None."""
         x, v, a, force = self.gather("x", "v", "a", "force")
         old, fields = self.interface, {}
-        if "field" in self.points.names:
-            fields["field"] = self.gather_values(self.points.field)
+        for name in sorted({"field", "force_cell"} & set(self.points.names)):
+            fields[name] = self.gather_values(getattr(self.points, name))
         change = outline.find_change(x, old.elements, old.resampling, force.any(axis=1), has_mass, changed)
         if change is not None:
             if not len(change.x):

@@ -7,6 +7,7 @@ import numpy as np
 import mpm_dem_checks as check
 
 from ..laws import Law
+from .force_cells import check_force_cells
 from .hollow import without_rocks
 from .mesh import BYTES_PER_CELL, START_PER_CELL, Box, Mesh, cell_count, cell_of
 
@@ -110,7 +111,9 @@ class Body:
     against locking of bodies that keep their volume. stress: normal stresses along x, y and z at the start
     [Pa], shape (n, 3), or tensors, (n, 3, 3), as a function of positions (n, dim), see ``at_rest``; the body
     is then at rest, not in free fall. friction: coefficient of friction (Coulomb) with other bodies; of two
-    that touch the larger one counts.
+    that touch the larger one counts. name: of the forces of other bodies and of particles on it. force_cells:
+    into which it is divided for that, numbers along the axes, counted along x first, or a function from
+    places at the start (n, dim) to numbers from 0 on, (n,).
 
     >>> from mpm_fenicsx import linear
     >>> steel = linear(E=210e9, nu=0.3)
@@ -131,6 +134,8 @@ class Body:
     f_bar: bool = False
     stress: Optional[Callable] = None
     friction: float = 0.0
+    name: Optional[str] = None
+    force_cells: Union[Sequence[int], Callable, None] = None
 
     def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen
@@ -147,6 +152,7 @@ class Body:
         put("thickness", check.positive("thickness", self.thickness, "m", "it must be positive"))
         put("f_bar", check.truth("f_bar", self.f_bar))
         put("friction", check.not_negative("friction of the body", self.friction))
+        put("force_cells", check_force_cells(self.name, self.force_cells, self.dim))
         states = ("plane_stress", "plane_strain") if self.dim == 2 else ("three_dimensional",)
         put("stress_state", states[-1] if self.stress_state is None else
             check.choice("stress_state", self.stress_state, states))

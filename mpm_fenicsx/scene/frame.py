@@ -90,7 +90,7 @@ def _(cloud: Cloud, by: np.ndarray) -> Cloud:
 @shifted.register(Body)
 def _(body: Body, by: np.ndarray) -> Body:
     return replace(body, shape=shifted(body.shape, by), velocity=_of_shifted(body.velocity, by),
-                   stress=_of_shifted(body.stress, by))
+                   stress=_of_shifted(body.stress, by), force_cells=_of_shifted(body.force_cells, by))
 
 
 @shifted.register(Support)

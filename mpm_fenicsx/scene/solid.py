@@ -1,6 +1,6 @@
 """All that ``MPM`` is given: frozen data in SI units, checked when made."""
 from dataclasses import dataclass, field
-from typing import Any, Callable, Dict, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -99,8 +99,7 @@ class SolidScene:
 
     def _check_structures(self) -> None:
         """ValueError for one of another dimension, outside the grid, or of a name that is taken."""
-        taken = [one.name for one in (*self.supports, *self.penalties, *self.loads)]  # type: ignore[union-attr]
-        box = self.grid.box
+        taken, box = self._stated_names, self.grid.box
         for one in self.structures:
             if one.name in BOOKED:
                 raise ValueError(f"{one.name!r} is the name of a structure, and that of another cause in the "
@@ -155,6 +154,16 @@ class SolidScene:
     def outflows(self) -> Tuple[Outflow, ...]:
         """Those among the ``openings``."""
         return tuple(one for one in self.openings if isinstance(one, Outflow))
+
+    @property
+    def _stated_names(self) -> List[str]:
+        return [str(one.name) for one in (*self.supports, *self.penalties, *self.loads)]  # type: ignore
+
+    @property
+    def names(self) -> List[str]:
+        """Of all by whose names forces are told, but bodies."""
+        return [*BOOKED, *self._stated_names,
+                *(name for one in self.structures for name in (one.name, *one.cells))]
 
     @property
     def walls(self) -> Tuple[Union[Penalty, GridWall, Structure], ...]:

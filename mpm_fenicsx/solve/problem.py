@@ -8,6 +8,7 @@ from ..grid.supports import Supports
 from ..terms.loads import PointForces
 from .impulses import Impulses
 from .losses import Losses
+from .on_bodies import OnBodies
 from .works import Works
 
 
@@ -15,8 +16,8 @@ class Problem(NamedTuple):
     """What acts in every step: ``bodies``, surface ``loads`` and ``penalties`` with their points, the
     ``interface``'s forces, ``supports``, ``gravity`` [m/s^2], shape (D,), ``frame_pull``, what
     the motion of the base adds to it as a function of time, or None, whether inertia is ``consistent``,
-    the linear ``solver``, the ``rule`` of time, see ``GridState``, and who books ``losses`` of transfers and
-    ``impulses`` and ``works``."""
+    the linear ``solver``, the ``rule`` of time, see ``GridState``, and who books ``losses`` of transfers,
+    ``impulses``, ``works`` and what acts ``on_bodies``."""
 
     bodies: list
     interface: PointForces
@@ -31,6 +32,7 @@ class Problem(NamedTuple):
     losses: Losses
     impulses: Impulses
     works: Works
+    on_bodies: OnBodies
 
     def base_pull(self, grid: Any) -> Any:
         """What the motion of the base adds to gravity in a step, where the rule of time takes forces, shape

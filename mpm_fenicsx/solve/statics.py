@@ -220,4 +220,5 @@ class StaticStep(Step):
         for term, of_term in zip(self.equations.terms, trial.of_terms):
             term.finish(self.grid, of_term, trial.increment)
         self.problem.impulses.settled(self.grid, self.problem, forces, self._factors.after)
+        self.problem.on_bodies.settled(self.grid, self.problem, forces)
         self.clock.lap("to points")

@@ -156,6 +156,7 @@ class Step:
                 for term in moving:
                     term.accelerate(grid, jump)
                 self.problem.impulses.jumped(grid, force, self._holder)
+                self.problem.on_bodies.jumped(grid, force)
         for penalty in penalties:
             penalty.begin(grid, load)
         load += grid.mass[:, None] * (self.problem.gravity + self.problem.base_pull(grid))
@@ -218,7 +219,7 @@ class Step:
             term.finish(self.grid, of_term, trial.increment)
         if losses.active:
             losses.to_points(self.grid)
-        for books in (self.problem.impulses, self.problem.works):
+        for books in (self.problem.impulses, self.problem.works, self.problem.on_bodies):
             books.step(self.grid, self.problem, forces, trial.increment)
         self.clock.lap("to points")
 

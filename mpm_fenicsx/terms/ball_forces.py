@@ -2,6 +2,7 @@
 import numpy as np
 
 from ..points.ball_surface import BallSurface
+from ..points.moments import wrenches
 from .loads import PointForces
 
 
@@ -47,6 +48,19 @@ class BallForces(PointForces):
 
     def finish(self, grid, trial, increment):
         """The material points move by themselves."""
+
+    def wrenches(self, grid, places, force):
+        """See ``PointForces``."""
+        found = [body.interpolate(at, places) for body, (_, at) in zip(self._bodies, self._surface.own)]
+        x, shares = (np.concatenate(parts) for parts in zip(*found))
+        rows = wrenches(x, force)
+        rows[:, :force.shape[1]] *= shares[:, None]
+        return rows
+
+    def force_cells(self):
+        """See ``PointForces``."""
+        return np.concatenate([body.points.force_cell[at] for body, (_, at) in
+                               zip(self._bodies, self._surface.own)])
 
     def window_mass(self, grid):
         """See ``PointForces.window_mass``, of the material points with the linear basis."""

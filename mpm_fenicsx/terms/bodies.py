@@ -130,6 +130,13 @@ class BodyTerm:
         """Add forces on the points ``at``, numbers, [N], shape (n, D), to ``nodal``, shape (nodes, D)."""
         self._on_points.spread(self._element[at], self._elements.nodes, self._N[at], force, nodal)
 
+    def add_mass_by(self, column, nodal):
+        """Add the mass of the points [kg] to the nodes, of each in its ``column``, shape (n,), of ``nodal``,
+        (nodes, columns)."""
+        at = self._elements.nodes[self._element] * nodal.shape[1] + column[:, None]
+        mass = self._N * self.points.mass[:, None]
+        nodal += np.bincount(at.ravel(), mass.ravel(), nodal.size).reshape(nodal.shape)
+
     def interpolate(self, at, nodal):
         """Of a field with ``nodal`` values, shape (nodes, D), what it is at the points ``at``, numbers, (n,
         D), and the sum of their basis, (n,)."""

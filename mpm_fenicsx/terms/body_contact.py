@@ -148,6 +148,11 @@ class BodyContact:
         """Subtract the forces of the ``answer`` [N] from R, shape (nodes, D)."""
         self._spread(self._pair, grid.active_cells.pairs.nodes, self._weights, -answer.force, R)
 
+    def springs_now(self, grid):
+        """The material points of the body; of the springs in this step the numbers of their points, shape
+        (m,), the nodes on which they pull and the weights of these, (m, 2K) each, see ``Meetings``."""
+        return self._body.points, self._index[0], grid.active_cells.pairs.nodes[self._pair], self._weights
+
     def switched(self, answer):
         """Whether a point of this rank sticks, slides or has separated otherwise than in the tangent."""
         kept = self._body.points.meet_status[self._index]

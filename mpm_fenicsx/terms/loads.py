@@ -122,6 +122,10 @@ class PointForces:
         p = self.points
         grid.kernels.to_points(p.cell, grid.active_cells.cells, self._N, increment, p.x, p.v, p.a)
 
+    def force_cells(self):
+        """Number of the force cell of each particle on this rank, from 1 on, 0 for none, shape (n,)."""
+        return self.points.force_cell
+
     def window_mass(self, grid):
         """Of each particle on this rank, the mass [kg] of a free body that a force would move as far over a
         step like the last one, shape (n,): that of the nodes, and dt^2/4 times their stiffness. An estimate

@@ -34,6 +34,22 @@ def test_boulders_in_the_plane_on_both_back_ends(boulder_barrier, tmp_path):
         last(one, "impulse_barrier_1_x") + last(one, "impulse_barrier_2_x"), rel=1e-9)
 
 
+def test_an_elastic_barrier_in_the_plane(boulder_barrier, tmp_path):
+    """Soil and a disc meet it: forces on its cells, in the words of those on a rigid one, sum to what it has
+    got."""
+    keys = dict(SMALL, deposit=(0.12, 0.12, 0.12), path=0.06, boulder=0.012, dim=2, spheres=1, slope=60.0,
+                t_end=0.13, speed=1.0)
+    history = boulder_barrier.main(**keys, barrier="elastic", cells=2, out=tmp_path)["reference"]
+    of = {matter: [np.sum(history[f"force_{matter}_barrier_{cell}_x"] * history["window"]) for cell in (1, 2)]
+          for matter in ("soil", "rock")}
+    assert sum(of["soil"]) > 0.1 and sum(of["rock"]) > 0.1
+    assert np.add(of["soil"], of["rock"]) == pytest.approx(
+        [last(history, f"impulse_barrier_{cell}_x") for cell in (1, 2)], rel=1e-9)
+    pushed = -np.sum(history["force_bodies_0_1_x"] * history["window"])  # by the force at the end of each
+    assert sum(of["soil"]) == pytest.approx(pushed, rel=0.05)
+    assert history["momentum_error"].max() < 1e-10 and (tmp_path / "boulder_barrier.png").exists()
+
+
 @pytest.mark.parametrize("barrier", ["rigid", "elastic"])
 def test_in_space(boulder_barrier, tmp_path, barrier):
     """Spheres before the soil and a cluster in it start on their way."""

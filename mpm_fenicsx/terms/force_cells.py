@@ -16,8 +16,8 @@ TIE = 1e-9  # of the whole mass: of two cells that give as much the first one co
 class ForceCells:
     """Those of the ``bodies``, terms with all their points still on every rank. ``names``: of the cells of
     all bodies, by number; with any of them every material point has ``force_cell``, its number from 1 on, 0
-    in a body without a name. Raises ValueError for a name that is taken in the ``scene``, and for a named body
-    into which material flows."""
+    in a body without a name. Raises ValueError for a name that is taken in the ``scene``, and for a named
+    body into which material flows."""
 
     def __init__(self, bodies, scene):
         self._bodies, self.names, self._first = bodies, [], []

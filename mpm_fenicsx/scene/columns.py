@@ -173,7 +173,12 @@ def _volumes(terrain: Any, depth: Any, where: Any, axes: Sequence[np.ndarray]) -
     """Mean depth over each square times its share in the area [m]."""
     share = shares(where, axes)
     if isinstance(depth, Raster):
-        return _means(depth, axes, terrain) * share
+        means, whole = _means(depth, axes, terrain), np.nansum(depth.z) * np.prod(depth.cell)
+        left = 1.0 - means.sum() * np.prod([a[1] - a[0] for a in axes]) / whole if where is None else 0.0
+        if left > EDGE:
+            raise ValueError(f"{100.0 * left:.3g} % of the volume of the depths lie beyond the terrain: give "
+                             "a larger terrain, or the area as where")
+        return means * share
     middles = np.clip(_places(_middles(axes)), terrain.lower, terrain.upper)
     found = given_at("depth", depth, middles)
     if (found[share.ravel() > 0.0] < 0.0).any():
@@ -197,8 +202,8 @@ def _means(depth: Raster, axes: Sequence[np.ndarray], terrain: Any) -> np.ndarra
     edges = [np.append(a - 0.5 * h, a[-1] + 0.5 * h) for a, h in zip(depth.axes(), depth.cell)]
     for axis, (lines, edge, h) in enumerate(zip(axes, edges, depth.cell)):
         if lines[-1] <= edge[0] or lines[0] >= edge[-1]:
-            raise ValueError(f"the depths are from {edges[0][0]} to {edges[0][-1]} m along x, away from the "
-                             f"area of the release on a terrain from {_shown(terrain.lower)} to "
+            raise ValueError(f"the depths are from {edge[0]} to {edge[-1]} m along {'xy'[axis]}, away from "
+                             f"the area of the release on a terrain from {_shown(terrain.lower)} to "
                              f"{_shown(terrain.upper)} m: look at the coordinates of the raster")
         sums = np.cumsum(np.insert(np.moveaxis(z, axis, 0), 0, 0.0, axis=0), axis=0) * h
         at = np.clip((lines - edge[0]) / h, 0.0, len(edge) - 1.0)

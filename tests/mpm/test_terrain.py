@@ -264,6 +264,7 @@ def test_depths_of_a_raster_are_kept_to_the_last_bit(tmp_path):
     (lambda hill: hill.release(-0.5, None, 0.5), "depth is -0.5 m"),
     (lambda hill: hill.release(0.0, None, 0.5), "the release is empty"),
     (lambda hill: hill.release(Raster(np.ones((3, 3)), 1.0, (99.0, 0.0)), None, 0.5), "depths are from 98"),
+    (lambda hill: hill.release(Raster(np.ones((3, 3)), 1.0, (2, 0.5)), None, 0.5), "16.7 % of the volume"),
     (lambda hill: hill.grid(0.5, 1.0, where=[(0, 0), (1, 1), (2, 2)]), "encloses 0 m.2"),
     (lambda hill: hill.grid(0.5, 1.0, where=lambda p: p[:, 0] > 99.0), "where holds for none of the"),
     (lambda hill: hill.structure(regions={"ice": (POLYGON + 99.0, 0.1)}), "region ice holds no element"),

@@ -134,3 +134,15 @@ def boulder_barrier():
 def sand_on_wall():
     """The module ``cases/sand_on_wall.py``."""
     return load("sand_on_wall")
+
+
+@pytest.fixture(scope="session")
+def terrain():
+    """The module ``cases/terrain.py``."""
+    return load("terrain")
+
+
+@pytest.fixture(scope="session")
+def flume():
+    """The module ``cases/flume.py``."""
+    return load("flume")

@@ -50,9 +50,10 @@ def main(
                 numerics=numerics)
     grains: Optional[Scene] = None
     if blocks:
-        plastic = [reference.block(place, rho_block) for place in reference.BLOCKS]
-        grains = Scene(None, Wall.discs(np.zeros((0, 3)), 0.25 * h), Material(2e9, 0.3), Material(1e6, 0.3),
-                       Interaction(0.5, 0.3), Interaction(1.0, 0.3), gravity, clusters=plastic,
+        plastic = tuple(reference.block(place, rho_block) for place in reference.BLOCKS)
+        grains = Scene(wall=Wall.discs(np.zeros((0, 3)), 0.25 * h), material=Material(2e9, 0.3),
+                       wall_material=Material(1e6, 0.3), between=Interaction(0.5, 0.3),
+                       at_wall=Interaction(1.0, 0.3), gravity=gravity, clusters=plastic,
                        structures=tuple(structures)).fitted(solid.contact_scales(), rubbing)
     return Run("flume", solid, grains, scheme, output, columns=reference.gauges(solid, h),
                errors=reference.compare, figure=reference.draw)

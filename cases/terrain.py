@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from coupling import Maps, Output, Run, Scheme, case
-from dem_liggghts import Interaction, Material, Scene, Spheres, Wall
-from mpm_fenicsx import MPM, Balls, Body, Box, Numerics, Soil, Structure
+from dem_liggghts import Interaction, Material, Scene, Wall
+from mpm_fenicsx import MPM, Balls, Body, Numerics, Soil, Structure
 from references import valley as reference
 
 

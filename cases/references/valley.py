@@ -67,8 +67,7 @@ def rocks(ground: Terrain, count: int, radius: float, seed: int) -> Spheres:
 
 
 def dam(ground: Terrain, over: float, thickness: float) -> Box:
-    """A box across the valley, ``over`` [m] higher than the ground on its axis and as broad as it needs to end
-    in the flanks."""
+    """A box across the valley, ``over`` [m] higher than the ground on its axis, that ends in the flanks."""
     middle = np.array([DAM, float(axis(np.array(DAM)))]) + np.array(LOWER)
     top = float(ground.height(middle[None])[0]) + over
     half = np.sqrt(over / FLANK) + 3.0

@@ -13,8 +13,8 @@ from .window import longest_window
 
 DEPTH = 0.1  # to which a point may be pressed into a rock, in spacings of the points
 # mass that a pressed point moves, in masses of a point: at a flat free surface in the linear basis, two
-# points per cell and direction, 1 / sum_i N_i^2 / M_i of one alone, and 1 / sum_i N_i 2^(D-1) N_i / M_i = 1.68
-# and more, whatever D, of one of many
+# points per cell and direction, 1 / sum_i N_i^2 / M_i of one alone, and 1 / sum_i N_i 2^(D-1) N_i / M_i =
+# 1.68 and more, whatever D, of one of many
 ALONE, TOGETHER = {2: 5.4, 3: 17.2}, 1.6
 GAP = 0.5  # between a rock and a point whose neighbours touch it, in spacings
 SWING = 0.2  # DEM step in sqrt(m / k) of a rock that is held by all balls around it

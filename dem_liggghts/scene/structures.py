@@ -52,11 +52,15 @@ def _regions(one: Any) -> Tuple[Region, ...]:
 
 def _part_of(motion: Optional[Callable], used: np.ndarray) -> Optional[Callable]:
     """The motion of the vertices ``used`` alone."""
+    if motion is None:
+        return None
+    whole = motion
+
     def part(time: float) -> np.ndarray:
-        w = np.asarray(motion(time), float)  # type: ignore[misc] # not called where there is none
+        w: np.ndarray = np.asarray(whole(time), float)
         return w if w.ndim == 1 else w[used]
 
-    return None if motion is None else part
+    return part
 
 
 def for_regions(interactions: Dict[Any, Any], structures: Tuple[Any, ...]) -> Dict[Any, Any]:

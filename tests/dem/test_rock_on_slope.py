@@ -74,7 +74,7 @@ def jumps(v, restitution, friction, count):
 
 
 def test_it_jumps_as_far_and_as_high_as_a_rigid_ball(dem):
-    """Two jumps over triangles; restitution 0.6, friction 0.1. In later ones the weight counts in the hits, too."""
+    """Two jumps over triangles; restitution 0.6, friction 0.1. In later hits the weight counts, too."""
     slope, _ = ground((-1.0, 15.0), 1.5)
     run = rock(dem, slope, (0.0, 0.0, RADIUS + 1e-9), (2.0, 0.0, 4.0), GRAVITY, 1e-5, restitution=0.6,
                friction=0.1)
@@ -97,7 +97,8 @@ def test_regions_of_a_terrain_have_their_own_friction(dem):
     """A sphere rolls on rough ground, and slides over ice, whose seams it does not feel; the books of both
     close."""
     hill = Terrain.function(lambda x, y: -0.3 * x, Box((0.0, 0.0), (10.0, 4.0)), 0.5)
-    ground = hill.structure("ground", 0.5, {"ice": ([(4.1, -1.0), (7.2, -1.0), (7.2, 5.0), (4.1, 5.0)], 0.05)})
+    ice = [(4.1, -1.0), (7.2, -1.0), (7.2, 5.0), (4.1, 5.0)]
+    ground = hill.structure("ground", 0.5, {"ice": (ice, 0.05)})
     up, along = np.array([0.3, 0.0, 1.0]) / np.sqrt(1.09), np.array([1.0, 0.0, -0.3]) / np.sqrt(1.09)
     scene = Scene(Spheres([np.array([1.0, 2.0, -0.3]) + 0.2 * up], [[0.0, 0.0, 0.0]], 0.2, RHO),
                   structures=[ground], material=STIFF, gravity=(0.0, 0.0, -G),
@@ -109,11 +110,12 @@ def test_regions_of_a_terrain_have_their_own_friction(dem):
     for _ in range(300):
         run.advance(500, NONE, NONE)
         p = run.particles()
-        seen.append([p["x"][0, 0], p["v"][0] @ along, 0.2 * p["omega"][0, 1], p["x"][0] @ up, 0.01 * len(seen)])
-    x, v, rim, height, time = np.array(seen).T
+        seen.append([p["x"][0, 0], p["v"][0] @ along, 0.2 * p["omega"][0, 1], p["x"][0] @ up])
+    (x, v, rim, height), time = np.array(seen).T, 0.01 * np.arange(300)
     steep = np.arctan(0.3)
-    for region, pull in (((1.5, 4.0), 5.0 / 7.0 * np.sin(steep)), ((4.5, 7.0), np.sin(steep) - 0.05 * np.cos(steep))):
-        on = (x > region[0]) & (x < region[1])
+    rolls, slides = 5.0 / 7.0 * np.sin(steep), np.sin(steep) - 0.05 * np.cos(steep)
+    for start, end, pull in ((1.5, 4.0, rolls), (4.5, 7.0, slides)):
+        on = (x > start) & (x < end)
         assert np.polyfit(time[on], v[on], 1)[0] == pytest.approx(G * pull, rel=2e-3)
     assert np.abs(v - rim)[(x > 1.5) & (x < 4.0)].max() < 1e-3 and (v - rim)[x > 7.0][0] > 0.5
     assert np.ptp(height[20:]) < 1e-6 * 0.2

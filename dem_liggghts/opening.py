@@ -27,7 +27,8 @@ class Scene(SceneData):
     ``materials`` and ``interactions`` do not name their material (their name, if they have none), it is that
     of the particles, and ``friction`` that of the structure, with a restitution of 1. base: acceleration of
     the ground [m/s^2], shape (dim,), a function or table of time [s]: all is told in its frame; in each
-    window its mean acts. Raises ValueError for what does not fit.
+    window its mean acts. contacts: what touches what at the start and how deep, as `settled` finds it;
+    without them nothing may overlap. Raises ValueError for what does not fit.
 
     >>> sphere = Spheres(x=[[0.0, 0.0201]], v=[[0.0, -0.1]], radius=0.02, rho=7800.0)
     >>> floor = Wall(nodes=[[-1.0, 0.0], [1.0, 0.0]], elements=[[0, 1]])
@@ -55,8 +56,8 @@ class Scene(SceneData):
 
         time: given to come to rest [s], by default that of forty falls through the scene; speed: below which
         a sphere is at rest [m/s], by default 1e-4 sqrt(g R) of the smallest; dem: the back end that does it.
-        Walls and structures stay where they are at the start, also those that move later. `settling` says how
-        motion is damped. The new scene has the overlaps and the springs of friction of all contacts,
+        Walls, structures and ground stay where they are at the start, also those that move later. `settling`
+        says how motion is damped. The new scene has the overlaps and the springs of friction of all contacts,
         ``contacts``, with which its own law holds it at rest. The same on every rank, whatever their number;
         one line on standard output says how it went. Raises NotSettledError, a RuntimeError, when particles
         still move after that time, or fall past all walls.

@@ -17,7 +17,7 @@ import numpy as np
 import mpm_dem_checks as check
 from coupling import Output, Run, Scheme, case
 from dem_liggghts import Cluster, Interaction, Material, Scene, Wall
-from mpm_fenicsx import MPM, Body, Box, Grid, Numerics, Soil, Support, at_rest, flow_grid, of_points
+from mpm_fenicsx import MPM, Balls, Body, Box, Grid, Numerics, Soil, Support, at_rest, flow_grid
 from references import drop
 
 
@@ -53,18 +53,18 @@ def main(
     supports = [Support(lambda x: x[:, 1] < 0.25 * h, "xyz"[:dim], name="the floor")]
     supports += [Support.column(axis, at, grid, axis, name=f"the side at {axis} = {at} m")
                  for axis, side in zip("xz", (bed[0], bed[-1])[:dim - 1]) for at in (0.0, side)]
-    points = of_points(body, numerics.basis)
-    solid = MPM(grid, body, supports, points, gravity=down, inertia="lumped", outflow={"+y": "remove"},
-                numerics=numerics)
+    solid = MPM(grid, body, supports, Balls(ball * h), gravity=down, inertia="lumped",
+                outflow={"+y": "remove"}, numerics=numerics)
 
-    balls = Wall.discs(points.x, ball * h)
-    at = np.array((0.0, balls.nodes[:, 1].max() + ball * h + radius, 0.0)[:dim])  # on top of the balls
+    highest = height * (1.0 - 0.25 / Grid.counts(bed, h)[1])  # of the points, two to a cell
+    at = np.array((0.0, highest + ball * h + radius, 0.0)[:dim])  # on top of the balls
     mass = rho_sphere * np.pi * radius**2 * (4.0 / 3.0 * radius if dim == 3 else width) / part
     falls = (False, True) + (False,) * (1 if dim == 2 else 4)  # along y alone, by symmetry
     inertia = 0.4 * mass * radius**2 * np.ones(2 * dim - 3)
     sphere = Cluster(np.zeros((1, dim)), radius, at, mass, inertia, v=(0.0, -v0, 0.0)[:dim], free=falls)
-    grains = Scene(clusters=(sphere,), wall=balls, material=Material(sphere_E, 0.3), gravity=down,
-                   wall_material=Material(ball_E or 1e6, soil.nu), at_wall=Interaction(1.0, friction))
+    grains = Scene(None, Wall.discs(np.zeros((0, dim)), ball * h), Material(sphere_E, 0.3),
+                   Material(ball_E or 1e6, soil.nu), at_wall=Interaction(1.0, friction), gravity=down,
+                   clusters=(sphere,))
     if not ball_E:
         grains = grains.fitted(solid.contact_scales(), max(v0, solid.contact_scales().speed))
     columns = {"depth": ("m", "of the sphere's lowest point below where it met the bed",

@@ -62,9 +62,9 @@ def main(
     falls = (False, True) + (False,) * (1 if dim == 2 else 4)  # along y alone, by symmetry
     inertia = 0.4 * mass * radius**2 * np.ones(2 * dim - 3)
     sphere = Cluster(np.zeros((1, dim)), radius, at, mass, inertia, v=(0.0, -v0, 0.0)[:dim], free=falls)
-    grains = Scene(None, Wall.discs(np.zeros((0, dim)), ball * h), Material(sphere_E, 0.3),
-                   Material(ball_E or 1e6, soil.nu), at_wall=Interaction(1.0, friction), gravity=down,
-                   clusters=(sphere,))
+    grains = Scene(clusters=(sphere,), wall=Wall.discs(np.zeros((0, dim)), ball * h),
+                   material=Material(sphere_E, 0.3), wall_material=Material(ball_E or 1e6, soil.nu),
+                   at_wall=Interaction(1.0, friction), gravity=down)
     if not ball_E:
         grains = grains.fitted(solid.contact_scales(), max(v0, solid.contact_scales().speed))
     columns = {"depth": ("m", "of the sphere's lowest point below where it met the bed",

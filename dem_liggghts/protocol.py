@@ -80,7 +80,8 @@ class DEM(Protocol):
     def impulses(self) -> Dict[str, np.ndarray]:
         """Impulse that has been given to the particles since the start, by name: of gravity, of each force
         cell of the structures, of other fixed walls by their material, and of the moving wall, "interface":
-        linear [N s] and angular about zero [N m s], shape (3,) in a plane, (6,) in space."""
+        linear [N s] and angular about zero [N m s], shape (3,) in a plane, (6,) in space. Walls count with
+        moments about their nodes; "arms" is the rest of these, see `common.booking`."""
 
     @property
     def base_work(self) -> float:

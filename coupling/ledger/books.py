@@ -18,7 +18,7 @@ from .limit import say
 from .momentum import AXES, Momentum
 
 # no regions: nothing is pushed there
-SCHEME = "gravity", "base", "body force", "interface", "inflow", "outflow", "numerical"
+SCHEME = "gravity", "base", "body force", "interface", "arms", "inflow", "outflow", "numerical"
 SIDES = "solid", "grains"
 MATTER = {"solid": "soil", "grains": "rock"}
 WARN = 1e-8  # error from which a run says that its books do not close

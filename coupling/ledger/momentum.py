@@ -23,7 +23,7 @@ class Momentum:
 
     gravity [m/s^2], shape (dim,); it does not pull clusters that are held up. Linear momentum is exact and
     counts what has left at the end of a window. Of the angular momentum about ``about`` [m] gravity's share
-    is taken by the trapezoidal rule over each window.
+    is what grains that keep books say, exact, and else follows from the trapezoidal rule over each window.
     """
 
     def __init__(self, grains: Any, gravity: np.ndarray, time: float, about: Any = 0.0) -> None:
@@ -36,6 +36,7 @@ class Momentum:
         self._single = particles["body"] == 0 if self._clusters else slice(None)
         self._free = np.array([c.flags[:len(gravity)] for c in self._clusters]).reshape(-1, len(gravity))
         self._inertia = np.array([c.inertia for c in self._clusters]).reshape(-1, 3, 3)
+        self._books = hasattr(grains, "impulses")
         self._start, self._torque = self.now(particles), self._torque_of_gravity(particles)
         self._weight = gravity * (particles["mass"][self._single].sum()
                                   + np.array([c.mass for c in self._clusters]) @ self._free)
@@ -45,10 +46,10 @@ class Momentum:
     def gained(self, particles: np.ndarray, time: float) -> Tuple[np.ndarray, np.ndarray]:
         """Linear [N s], (dim,), and angular impulse [N m s], (1,) or (3,), that was not gravity's, until
         ``time`` [s]."""
-        torque, window = self._torque_of_gravity(particles), time - self._time
+        torque, window, before = self._torque_of_gravity(particles), time - self._time, self._torque
         self._without = self._without + window * self._mass_left * self._gravity
         self._mass_left = left(self._grains, "mass")
-        self._turned = self._turned + 0.5 * window * (self._torque + torque)
+        self._turned = self._turned + (torque - before if self._books else 0.5 * window * (before + torque))
         self._torque, self._time = torque, time
         linear, angular = (now - start for now, start in zip(self.now(particles), self._start))
         linear += left(self._grains, "momentum") + self._without
@@ -118,7 +119,11 @@ class Momentum:
         return spin
 
     def _torque_of_gravity(self, particles: np.ndarray) -> Any:
-        """About ``about`` [N m]."""
+        """About ``about`` [N m]; of grains that keep books what it has given since the start [N m s]."""
+        if self._books:
+            dim, row = len(self._gravity), self._grains.impulses()["gravity"]
+            about = np.broadcast_to(self._about, (1, dim))
+            return row[dim:] - turning(about, row[None, :dim])
         if not self._gravity.any():
             return np.zeros(1 if len(self._gravity) == 2 else 3)
         shares = [1.0, self._free][:1 + bool(self._clusters)]

@@ -7,7 +7,7 @@ import numpy as np
 from ..scene.arrays import in_space
 from ..scene.scene import SceneData
 
-GRAVITY, BASE, INTERFACE = "gravity", "base", "interface"
+GRAVITY, BASE, ARMS, INTERFACE = "gravity", "base", "arms", "interface"
 
 
 def moments(x: np.ndarray, f: np.ndarray) -> np.ndarray:
@@ -20,9 +20,11 @@ class WallBooks:
     """Books of the walls of a scene, name → linear [N s] and angular impulse about zero [N m s]: of each
     force cell of its structures, of other fixed walls by their material, of the interface and of gravity.
 
-    The impulse of a wall is that of velocity Verlet's own half kicks, at the middle of a window: where walls
-    stand still the sums are exact. That of gravity is exact, but for its moment, which follows from the
-    places of the particles at both ends of a window.
+    The impulse of a wall is that of velocity Verlet's own half kicks, its moment that about its nodes in the
+    middle of a window. What is left of the moment of all walls is "arms", without a linear impulse: friction
+    acts on the rim of a ball, a material point's, that does not spin and takes the force at its centre, and
+    walls move in a window. Sums are exact, also of gravity's moment, from the places of the particles in all
+    steps; where a cluster is not free to move it follows from those at both ends of a window.
     """
 
     def __init__(self, scene: SceneData) -> None:
@@ -30,7 +32,7 @@ class WallBooks:
         cells = [name for one in scene.structures for name in one.cells]
         shaken = [BASE] if scene.base else []
         self.names = [GRAVITY, *shaken, *dict.fromkeys([*(wall.material for wall in scene.walls), *cells]),
-                      INTERFACE]
+                      ARMS, INTERFACE]
         row = {name: number for number, name in enumerate(self.names)}
         of_nodes: List[np.ndarray] = [np.full(len(wall.nodes), row[wall.material]) for wall in scene.walls]
         for one, wall in zip(scene.structures, scene.surfaces):
@@ -45,6 +47,7 @@ class WallBooks:
         self._sums = np.zeros((len(self.names), 6))
         self._gravity, self._base = in_space([scene.gravity, scene.frame_pull(0.0, 0.0)])
         self._mass = np.zeros((3, 7))  # now, see ``_weigh``
+        self._whole = all(cluster.flags[:self._dim].all() for cluster in scene.clusters)
         self.base_work = 0.0
 
     # ---------------------------------------------------------------- where walls are
@@ -86,17 +89,23 @@ class WallBooks:
         self._mass = self._weigh(particles, bodies)
 
     def add(self, x: np.ndarray, impulse: np.ndarray, span: float, particles: np.ndarray,
-            bodies: np.ndarray) -> None:
+            bodies: np.ndarray, origin: np.ndarray) -> None:
         """After a window of ``span`` [s]: ``impulse`` [N s] on all wall nodes, which were at x [m] in its
-        middle, those of the interface last, (n, 3) each; ``particles`` and ``bodies`` now."""
+        middle, (n, 3), those of the interface last, and, two more rows, the angular impulse of all walls on
+        the particles [N m s] and mass times place of these, summed over the steps [kg m s], both about the
+        ``origin`` of the frame [m]; ``particles`` and ``bodies`` now."""
+        impulse, (turned, places) = impulse[:-2], impulse[-2:]
         # Of the nodes of a terrain few are hit, and moments of all of them would cost more than the contacts.
         hit, before = np.flatnonzero((impulse != 0.0).any(axis=1)), self._mass
         given, first = -moments(x[hit], impulse[hit]), np.searchsorted(hit, self.fixed)
         for k in range(6 if first else 0):
             self._sums[:, k] += np.bincount(self._row[hit[:first]], given[:first, k], len(self.names))
         self._sums[-1] += given[first:].sum(axis=0)
+        self._sums[-2, 3:] += turned + np.cross(origin, given[:, :3].sum(axis=0)) - given[:, 3:].sum(axis=0)
         self._mass = self._weigh(particles, bodies)
         both = 0.5 * span * (before + self._mass)[:, :6]
+        if self._whole:  # else only the places of those that are free would count
+            both[:, 3:] = np.cross(places + both[0, 0] * origin, np.eye(3))
         self._sums[0] += self._gravity @ both
         if self._scene.base:
             self._sums[1] += self._mean @ both

@@ -80,7 +80,7 @@ class LiggghtsDEM(Resting):
         here, there = self._books.motion(self.time, span, self.origin)
         self._pull(self._books.shake(self.time, steps, self.dt))
         x, v = self._all_nodes(here, translated_points(x, -self.origin)), self._all_nodes(there, v)
-        out = np.empty(x.size + 2)
+        out = np.empty(self._no_force().size + 2)
         code = self._chunks.run(steps, lambda begin, count: self._instance.call(
             "dem_advance", self.scene.dim, steps, begin, count, pointer(x), pointer(v), pointer(out)))
         if code and not (np.isfinite(x).all() and np.isfinite(v).all()):
@@ -90,12 +90,12 @@ class LiggghtsDEM(Resting):
         out = self._sum(out)
         if code or out[-1] or out[-2] != self._outflow.present:
             self._report()
-        self._nodes, impulse = x[fixed:] + v[fixed:] * span, out[:-2].reshape(x.shape)
-        self._books.add(in_space(x + 0.5 * span * v) + self.origin, in_space(impulse), span, self.particles(),
-                        self.bodies())
+        self._nodes, impulse = x[fixed:] + v[fixed:] * span, out[:-2].reshape(-1, self.scene.dim)
+        self._books.add(in_space(x + 0.5 * span * v) + self.origin, self._rows(impulse), span,
+                        self.particles(), self.bodies(), self.origin)
         if self._outflow.active:
             self._let_out()
-        return impulse[fixed:] / span
+        return impulse[fixed:-2] / span
 
     def _pull(self, pull: np.ndarray) -> None:
         """From now on gravity and the motion of the base are ``pull`` [m/s^2], (3,)."""
@@ -219,7 +219,7 @@ class LiggghtsDEM(Resting):
     def _read(self) -> Callable[[], Dict[str, np.ndarray]]:
         """What a state consists of, as it is now: a function that makes the state of it. Both are
         collective."""
-        records, count, (wall, force) = ctypes.c_void_p(), ctypes.c_int(), np.empty((2, *self._shape))
+        records, count, wall, force = ctypes.c_void_p(), ctypes.c_int(), np.empty(self._shape), self._no_force()
         if self._instance.call("dem_get_state", self.scene.dim, ctypes.byref(records), ctypes.byref(count),
                                pointer(wall), pointer(force)):
             self._report()
@@ -249,7 +249,7 @@ class LiggghtsDEM(Resting):
         self._books.set_state(state)
         self._pull(self._books.pull)
         wall = self._all_nodes(self._books.places(self.time, self.origin), own)
-        force = np.array(state["wall_force"]) if self.comm.rank == 0 else np.zeros(wall.shape)
+        force = np.array(state["wall_force"]) if self.comm.rank == 0 else self._no_force()
         bodies = np.hstack([self._constant[~self._outflow.out_clusters], state["bodies"]])
         if self._instance.call("dem_set_state", self.scene.dim, len(particles), pointer(particles),
                                len(bodies), pointer(bodies), pointer(wall), pointer(force), keep):

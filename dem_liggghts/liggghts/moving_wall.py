@@ -7,6 +7,7 @@ from ..common.booking import WallBooks
 from ..common.states import Kept
 from ..common.wall_change import carried, check_was, new_numbers, redistribute, with_wall
 from ..contact.law import laws_of
+from ..scene.arrays import in_space
 from ..scene.frame import translated, with_wall_inside
 from ..scene.scene import SceneData
 from ..scene.tables import wall_table, with_moving
@@ -34,6 +35,18 @@ class MovingWall(Kept):
         """Of an array for the nodes of all walls, those of the moving one last."""
         return self._books.fixed + len(self._nodes), self.scene.dim
 
+    def _no_force(self) -> np.ndarray:
+        """Room for forces on the nodes of all walls [N], and for the two last rows of shim/wall.h."""
+        return np.zeros((self._shape[0] + 2, self._shape[1]))
+
+    def _rows(self, rows: np.ndarray) -> np.ndarray:
+        """Of the nodes of all walls and the two last rows of shim/wall.h three components of each: in a plane
+        the first number of a moment is that about z."""
+        out = in_space(rows)
+        if self.scene.dim == 2:
+            out[-2] = 0.0, 0.0, out[-2, 0]
+        return out
+
     def _all_nodes(self, fixed: np.ndarray, own: np.ndarray) -> np.ndarray:
         """Values at the nodes of all walls, from those of others, shape (n, 3), and of the moving one."""
         return np.ascontiguousarray(np.concatenate([fixed[:, :self.scene.dim], own]))
@@ -53,18 +66,18 @@ class MovingWall(Kept):
 
     def replace_wall(self, wall: Wall, was: Any = None) -> None:
         """See `protocol.DEM.replace_wall`."""
-        scene, force, old = with_wall(self.scene, wall), np.empty(self._shape), self._nodes
+        scene, force, old = with_wall(self.scene, wall), self._no_force(), self._nodes
         known = None if was is None else check_was(was, wall, len(old))
         self._instance.call("dem_wall_force", scene.dim, pointer(force))
         force, fixed = self._sum(force), self._books.fixed
         self._replace(scene)
         if known is None:
             self._set_wall(keep=1)
-            own = redistribute(old, force[fixed:], self._inside, self._surface)
+            own = redistribute(old, force[fixed:-2], self._inside, self._surface)
         else:
             self._set_wall(1, new_numbers(known, len(old)))
-            own = carried(known, old, force[fixed:], self._nodes)
-        self._set_force(np.concatenate([force[:fixed], own]))
+            own = carried(known, old, force[fixed:-2], self._nodes)
+        self._set_force(np.concatenate([force[:fixed], own, force[-2:]]))
 
     def _replace(self, scene: SceneData) -> None:
         """Take the moving wall of ``scene``, which is the present one besides, where it is."""
@@ -75,7 +88,7 @@ class MovingWall(Kept):
         self._nodes = self._inside.wall.nodes
 
     def _set_force(self, force: np.ndarray) -> None:
-        """That of the last step on the nodes of all walls [N], shape (n, dim)."""
+        """That of the last step on the nodes of all walls [N], shape (n + 2, dim), see `_no_force`."""
         force = np.ascontiguousarray(force if self.comm.rank == 0 else np.zeros_like(force))
         self._instance.call("dem_set_wall_force", self.scene.dim, pointer(force))
 
@@ -86,4 +99,4 @@ class MovingWall(Kept):
             self._surface = wall_table(self._inside)
         self._replace(scene)
         self._set_wall(keep=0)
-        self._set_force(np.zeros(self._shape))
+        self._set_force(self._no_force())

@@ -43,7 +43,8 @@ class SphereState(NamedTuple):
 
 
 class WallForce(NamedTuple):
-    """What acts on the nodes of the walls, (n, 3) each."""
+    """What acts on the nodes of the walls, (n + 2, 3) each. The last two rows are of the particles: moment of
+    all walls about the origin at the points of contact [N m], and mass times place of all [kg m]."""
 
     impulse: np.ndarray  # of the window [N s]
     force: np.ndarray  # at its end [N]
@@ -113,6 +114,38 @@ def add_sphere_forces(spheres, near, laws, dt, vectors):
 
 
 @compiled
+def add_moment(x, arm, vectors, moment, on_wall):
+    """Book the moment about the origin of the force on a sphere at x, ``arm`` from the point of contact."""
+    n, force = vectors.n, vectors.force
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        turned = (x[i] - arm * n[i]) * force[j] - (x[j] - arm * n[j]) * force[i]
+        on_wall.impulse[-2, k] += moment.weight * turned
+        if moment.last:
+            on_wall.force[-2, k] += turned
+
+
+@compiled
+def add_places(spheres, clusters, moment, on_wall):
+    """Book mass times place of single spheres and clusters."""
+    b, row = spheres, len(on_wall.force) - 1
+    for i in range(len(b.x) if clusters is None else b.single):
+        add_place(b.mass[i], b.x[i], row, moment, on_wall)
+    if clusters is not None:
+        for i in range(len(clusters.x)):
+            add_place(clusters.mass[i], clusters.x[i], row, moment, on_wall)
+
+
+@compiled
+def add_place(mass, x, row, moment, on_wall):
+    """Book mass times place."""
+    for k in range(3):
+        on_wall.impulse[row, k] += moment.weight * mass * x[k]
+        if moment.last:
+            on_wall.force[row, k] += mass * x[k]
+
+
+@compiled
 def add_wall_forces(spheres, query, laws, moment, on_wall, vectors):
     """Add force and torque of the walls; their nodes collect ``moment.weight`` [s] times minus the force in
     ``on_wall.impulse``, and in the last step minus the force itself. Returns the number of a sphere, from 1,
@@ -159,6 +192,7 @@ def add_wall_forces(spheres, query, laws, moment, on_wall, vectors):
                     on_wall.impulse[nodes[a], k] -= moment.weight * found[c, WEIGHT + a] * force[k]
                     if moment.last:
                         on_wall.force[nodes[a], k] -= found[c, WEIGHT + a] * force[k]
+            add_moment(b.x[i], arm, vectors, moment, on_wall)
             if springs > 1:
                 add_couple(vectors, found[c, SHARE], b.torque[i], nodes, moment, on_wall)
     return through
@@ -180,4 +214,5 @@ def forces(spheres, clusters, wall, lists, laws, moment, on_wall, scratch):
         through = add_wall_forces(spheres, query, laws, moment, on_wall, scratch.vectors)
     if clusters is not None:
         gather_forces(clusters, b.x, b.force, b.torque, b.gravity)
+    add_places(b, clusters, moment, on_wall)
     return through

@@ -50,20 +50,20 @@ class WallOfNow(Kept):
         x = self._surface.x.copy()
         x[:self._fixed] = self._books.places(self.time, self.origin)
         self._wall = at_rest(self._surface, x)
-        self._on_wall = WallForce(np.zeros_like(self._wall.x), np.zeros_like(self._wall.x))
+        self._on_wall = WallForce(*np.zeros((2, len(x) + 2, 3)))
         self._scratch = new_scratch(len(self._wall.elements))
 
     def replace_wall(self, wall: Wall, was: Any = None) -> None:
         """See `protocol.DEM.replace_wall`."""
         self._need_open()
         scene, fixed, old = with_wall(self.scene, wall), self._fixed, self._wall
-        old_x, force = old.x[fixed:, :scene.dim], self._on_wall.force[fixed:, :scene.dim]
+        old_x, force = old.x[fixed:, :scene.dim], self._on_wall.force[fixed:-2, :scene.dim]
         known = None if was is None else check_was(was, wall, len(old_x))
-        on_others = self._on_wall.force[:fixed]
+        on_others, whole = self._on_wall.force[:fixed], self._on_wall.force[-2:]
         self._replace(scene)
         force = redistribute(old_x, force, self._inside, self._surface) if known is None else \
             carried(known, old_x, force, self._inside.wall.nodes)
-        self._on_wall.force[:fixed], self._on_wall.force[fixed:] = on_others, in_space(force)
+        self._on_wall.force[:] = np.concatenate([on_others, in_space(force), whole])
         near, first = self._lists.elements, self._surface.moving[1]
         if not len(near.shear):
             near = no_neighbours(len(self._spheres.x))

@@ -48,6 +48,9 @@ def add_couple(vectors, share, torque, nodes, moment, on_wall):
     couple, levers = vectors.couple, vectors.levers
     for k in range(3):
         torque[k] += share * couple[k]
+        on_wall.impulse[-2, k] += moment.weight * share * couple[k]
+        if moment.last:
+            on_wall.force[-2, k] += share * couple[k]
     for a in range(len(nodes)):
         size = 0.0
         for k in range(3):

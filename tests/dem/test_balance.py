@@ -81,7 +81,7 @@ def test_restored_state_continues_bit_for_bit(dem, tumble, dim, friction):
     scene, window = tumble(dim, friction)
     first = dem(scene, DT)
     run(first, window, 10)
-    while not first.get_state()["wall_force"].any() and first.time < 0.05:
+    while not first.get_state()["wall_force"][:-2].any() and first.time < 0.05:
         run(first, window, 1, steps=7)
     state, time = first.get_state(), first.time
     kept = {name: np.array(value) for name, value in state.items()}

@@ -50,7 +50,7 @@ def test_overlap_gives_hertz_force(start):
     dem = start(scene(x=[(0.0013, R - overlap)], v=[(0.0, 0.0)]))
     hertz = 4 / 3 * stiffness * np.sqrt(R) * overlap**1.5
     state = dem.get_state()
-    assert state["wall_force"].sum(axis=0) == pytest.approx([0.0, -hertz], rel=1e-9)
+    assert state["wall_force"][:-2].sum(axis=0) == pytest.approx([0.0, -hertz], rel=1e-9)
     assert dem.energy()["contact"] == pytest.approx(0.4 * hertz * overlap, rel=1e-9)
 
 

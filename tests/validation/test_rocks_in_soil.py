@@ -67,8 +67,8 @@ def test_rocks_float_stay_and_sink_by_their_density(tmp_path):
 @pytest.mark.parametrize("back_end", ["reference", "liggghts"])
 def test_momentum_with_rocks_inside_a_flow(tmp_path, back_end):
     """Soil collapses with a rock in it, which it carries: all momentum that is exchanged is booked, in every
-    window. Angular momentum is not: friction acts on the surface of a ball, and its point, which does not
-    spin, gets it at the centre; without friction 1e-6 of the largest impulse is left."""
+    window. Angular momentum, too: that of each side to round-off, what friction on the rim of balls does to
+    the rock alone as "arms"; from one to the other it passes half a window apart."""
     size, h, y = (0.2, 0.3), 0.025, 0.16
     rock = Cluster.of_spheres([(0.0, 0.0), (0.05, 0.0)], (0.04, 0.03), 2600.0, (0.1, y), angle=0.5)
     soil = Soil(E=2e5, nu=0.3, rho=1500.0, phi=30.0)
@@ -84,6 +84,6 @@ def test_momentum_with_rocks_inside_a_flow(tmp_path, back_end):
               Scheme(1e-3, 0.06, substeps=64, dem=back_end), Output(tmp_path))
     history = run.go()[back_end]
     assert np.abs(history["impulse_grains_x"]).max() > 0.0  # it is carried
-    assert history["momentum_error"].max() < 1e-12 and history["angular_error"].max() < 5e-3
+    assert history["momentum_error"].max() < 1e-12 and history["angular_error"].max() < 1e-6
     left = np.abs(history["impulse_grains"] + history["impulse_solid"])
     assert left.max() < 1e-12 * np.abs(history["impulse_grains"]).max()

@@ -5,8 +5,11 @@
 #include <stdexcept>
 #include <vector>
 
+#include "atom.h"
 #include "domain.h"
 #include "fix_multisphere.h"
+#include "geometry.h"
+#include "group.h"
 #include "modify.h"
 #include "multisphere.h"
 
@@ -74,6 +77,20 @@ public:
     {
         for (int i = 0; i < count(); i++)
             for (const char *name : {"vcm", "omega", "angmom"}) std::fill_n(vector(name).begin()[i], 3, 0.0);
+    }
+
+    // Sum over this rank's single spheres and bodies.
+    Vec mass_times_place()
+    {
+        const Atom *atom = lmp_->atom;
+        const int single = lmp_->group->find("single");
+        Vec sum;
+        for (int i = 0; i < atom->nlocal; i++)
+            if (!fix_ || (single >= 0 && (atom->mask[i] & lmp_->group->bitmask[single])))
+                sum = sum + atom->rmass[i] * Vec(atom->x[i]);
+        for (int i = 0; i < count(); i++)
+            sum = sum + fix_->data().mass(i) * Vec(vector("xcm").begin()[i]);
+        return sum;
     }
 
     // tag, then what changes, of each body of this rank: 1 + BODY_WIDTH - X numbers each.

@@ -15,6 +15,10 @@ struct Vec {
 inline Vec operator+(const Vec &a, const Vec &b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline Vec operator-(const Vec &a, const Vec &b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 inline Vec operator*(double s, const Vec &a) { return {s * a.x, s * a.y, s * a.z}; }
+inline Vec cross(const Vec &a, const Vec &b)
+{
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 inline double dot(const Vec &a, const Vec &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 // Nodes of a triangle; a segment has two, its third entry repeats the first and never gets a weight; a disc has one,

@@ -307,12 +307,12 @@ int dem_set_wall_force(void *handle, int dim, const double *force)  // zero on a
 {
     return guarded([&] {
         FixWallNodal *wall = wall_of(static_cast<LAMMPS *>(handle));
-        wall->set_force(read_nodes(force, dim, wall->x_.size()));
+        wall->set_force(read_nodes(force, dim, wall->x_.size() + FixWallNodal::LAST));
     });
 }
 
 // A piece of a window of ``steps``: ``count`` of them from the step ``begin`` on; x, v: nodes at the start of the window.
-// out: impulse on the nodes [N s] from this rank's particles so far, the number of particles, 1 if one of them is not
+// out: impulse on the nodes [N s], and the LAST rows of wall.h, from this rank's particles so far, the number of particles, 1 if one of them is not
 // finite.
 int dem_advance(void *handle, int dim, int steps, int begin, int count, const double *x, const double *v, double *out)
 {
@@ -454,7 +454,7 @@ int dem_set_state(void *handle, int dim, int count, double *records, int n_bodie
         wall->start_window(0.0);
         unpack_particles(lmp, count, records, n_bodies, bodies, keep);
         if (!keep) return;
-        wall->set_force(read_nodes(force, dim, wall->x_.size()));
+        wall->set_force(read_nodes(force, dim, wall->x_.size() + FixWallNodal::LAST));
     });
 }
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "atom.h"
+#include "bodies.h"
 #include "error.h"
 #include "fix_property_atom.h"
 #include "fix_wall_gran.h"
@@ -32,7 +33,9 @@ public:
     FixWallNodal(LAMMPS *lmp, int argc, char **argv) : FixWallGran(lmp, argc, argv) {}
     static Fix *create(LAMMPS *lmp, int argc, char **argv) { return new FixWallNodal(lmp, argc, argv); }
 
-    // Nodes move along x + v t within the window, t = step_ * dt; impulse [N s] and force of this rank's particles.
+    // Nodes move along x + v t within the window, t = step_ * dt; impulse [N s] and force of this rank's particles. These
+    // two have LAST more rows: moment about the origin of all walls on the particles, and mass times place of
+    // these. In a plane the first number of a moment is that about z.
     std::vector<Vec> x_, v_, impulse_, force_;
 
     // Per particle, SLOTS springs [element + 1, or 0 when free; history values], in the order of its contacts; kept in
@@ -76,7 +79,8 @@ public:
         corners_ = corners;
         elements_ = elements;
         x_ = x;
-        v_ = x_listed_ = impulse_ = force_ = std::vector<Vec>(x.size());
+        v_ = x_listed_ = std::vector<Vec>(x.size());
+        impulse_ = force_ = std::vector<Vec>(x.size() + LAST);
         loaded_.clear();
         start_window(0.0);
         stale_ = true;
@@ -147,6 +151,8 @@ public:
         MPI_Allreduce(&bad, &any, 1, MPI_INT, MPI_MAX, world);
         if (any) throw NotFinite();
     }
+
+    static const int LAST = 2;
 
 private:
     static const int SLOTS = 32;  // a sphere touches many small discs
@@ -317,6 +323,7 @@ private:
             if (springs_) update_springs(i, t);
             for (size_t c = 0; c < contacts_.size(); c++) apply(i, int(c));
         }
+        book(x_.size() + 1, Bodies(lmp).mass_times_place());
         std::sort(loaded_.begin(), loaded_.end());
         loaded_.erase(std::unique(loaded_.begin(), loaded_.end()), loaded_.end());
         kick_nodes();
@@ -413,6 +420,14 @@ private:
                c.distance - g.distance <= (1 - coplanar) * radius;
     }
 
+    void book(size_t row, const Vec &value)
+    {
+        force_[row] = force_[row] + value;
+        loaded_.push_back(int(row));
+    }
+
+    void book_moment(const Vec &moment) { book(x_.size(), corners_ == 2 ? Vec(moment.z, 0, 0) : moment); }
+
     void kick_nodes()  // half a step, as velocity Verlet does with the particles before and after the force changes
     {
         if (update->setupflag) return;
@@ -508,6 +523,8 @@ private:
         (others + force).copy_to(atom->f[i]);
         (torque + c.share * arm * Vec(atom->torque[i])).copy_to(atom->torque[i]);
         spin.copy_to(atom->omega[i]);
+        const Vec lever = ((disc > 0 ? radius - 0.5 * data.deltan : c.distance) / c.distance) * c.offset;
+        book_moment(cross(Vec(atom->x[i]) + lever, force));
         for (int j = 0; j < corners_; j++) {
             force_[n[j]] = force_[n[j]] - c.weight[j] * force;
             loaded_.push_back(n[j]);
@@ -531,6 +548,7 @@ private:
                             spring(i, contact) + 1 + dnum_ - 3, torque);
         const Vec couple = c.share * Vec(torque);
         (Vec(atom->torque[i]) + couple).copy_to(atom->torque[i]);
+        book_moment(couple);
         for (int a = 0; a < corners_; a++)
             force_[e.node[a]] = force_[e.node[a]] - dot(levers.lever[a], couple) * levers.area;
     }

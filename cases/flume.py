@@ -29,7 +29,7 @@ def main(
     rubbing: float = 3.0,  # largest speed of blocks in the sand that is expected [m/s]
     room: float = 5.0,  # over the bed, for the splash [m]
     numerics: Numerics = Numerics(),
-    scheme: Scheme = Scheme(dt=None, t_end=8.0, speed=23.0),  # [m/s], of the front at the cube
+    scheme: Scheme = Scheme(dt=4e-3, t_end=8.0, substeps=256),
     output: Output = Output(Path("out/flume")),
 ) -> Run:
     """Force of sand and blocks on both halves of a cube at the end of a flume, and what gauges see."""

@@ -73,7 +73,8 @@ class Model(Accounts):
         self._distribute(np.array_split(x, comm.size)[comm.rank])
         self.kernels = compile_grid_kernels(self.background, self._transfer.to_points)
         cells = self._make_terms(scene, Start(self._bodies, free, scene.body_force))
-        self._outflow.books = self._feeds.books = self._impulses, self._works
+        self._outflow.books = self._impulses, self._works
+        self._feeds.books = *self._outflow.books, *self._contacts
         self._sets = self._all_points()
         self._fingerprint = fingerprint(self, [
             *self._sets.names(), *self._surface.names(), *(c.names for c in self._contacts), *cells.names])

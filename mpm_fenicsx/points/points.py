@@ -80,6 +80,12 @@ def half_widths(body: Body, volume: np.ndarray) -> np.ndarray:
     return np.tile(0.5 * (volume / thickness) ** (1.0 / D), (D, 1)).T.copy()
 
 
+def surface_shares(V0, thickness, D):
+    """Area that each point has on a surface of its body [m^2], shape (n,), from volumes V0 [m^3]: the side of
+    a cube, in the plane of a square times the ``thickness`` [m]."""
+    return (V0 / thickness) ** ((D - 1) / D) * thickness
+
+
 def surface_distances(body: Body, volume: np.ndarray, even: bool = False) -> np.ndarray:
     """Of the body's outermost points from its surface, and of all others from the sides of their body cells,
     along the axes [m], shape (n, D); volume: of the points [m^3], shape (n,); even: see ``seed``. Points of a

@@ -20,6 +20,7 @@ import numpy as np
 from mpm_dem_direct import direct
 
 from ..compiled import specialise
+from ..points.points import surface_shares
 from ..points.transfer import interpolate, spread
 from .meeting import Meetings
 from .meeting_search import MeetingSearch
@@ -58,13 +59,21 @@ class BodyContact:
         self.pairs = [(body.field, other.field) for other in others]
         self._friction = np.array([other.friction for other in others], float)
         p, n, W, D = body.points, len(body.points), len(others), self._dim
-        area = (p.V0 / body.thickness) ** ((D - 1) / D) * body.thickness
-        stiffness = np.array([other.stiffness for other in others])
-        p.add(meet_stiffness=stiffness * area[:, None], meet_force=np.zeros((n, W, D)),
+        self._stiffness = np.array([other.stiffness for other in others])
+        area = surface_shares(p.V0, body.thickness, D)
+        p.add(meet_stiffness=self._stiffness * area[:, None], meet_force=np.zeros((n, W, D)),
               meet_gap=np.zeros((n, W, D)), meet_normal=np.full((n, W), np.inf),
               meet_status=np.zeros((n, W), np.int8), meet_sunk=np.full((n, W), np.nan))
         self._search = MeetingSearch(body, background)
         self._compile(background)
+
+    def enter(self, body, chosen, gravity):
+        """The points ``chosen`` of a ``body`` are new: they get springs like the others, and met nothing
+        before."""
+        if body is self._body:
+            p, area = body.points, surface_shares(body.points.V0[chosen], body.thickness, self._dim)
+            p.meet_stiffness[chosen] = area[:, None] * self._stiffness
+            p.meet_normal[chosen], p.meet_sunk[chosen] = np.inf, np.nan
 
     def _compile(self, background):
         D, K = self._dim, background.cells.shape[1]

@@ -16,7 +16,8 @@ class Feeds:
     """``Feed`` of each of the ``inflows`` of a scene, into its ``bodies``, terms with all their points.
 
     make: see ``Feed``; cell: size of one [m], shape (D,); gravity: [m/s^2], shape (D,). ``entered``: sums of
-    what has come, the same on every rank. ``books``: whose ``enter`` is told of a body and its new points.
+    what has come, the same on every rank. ``books``: whose ``enter`` is told of a body and its new points,
+    those who book and the contacts.
     Collective."""
 
     def __init__(self, inflows, bodies, make, cell, gravity, comm):  # noqa: PLR0913 - once, by the model

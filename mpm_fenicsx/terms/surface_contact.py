@@ -23,7 +23,7 @@ import numpy as np
 
 from ..compiled import specialise
 from ..points.moments import wrenches
-from ..points.points import surface_distances
+from ..points.points import surface_distances, surface_shares
 from .feet import Feet, FootBasis, ThickPoints, find_feet, follow, foot_basis, spread_feet, tangent
 from .penalty import STICKS
 from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spend, spring_matrix
@@ -51,7 +51,7 @@ class SurfaceContact:
         self._walls = [WallSurfaces([surface], self._h, 2.0 * NEAR * self._h) for surface in surfaces]
         self.moves = any(wall.moves for wall in self._walls)
         p, n, W, D = body.points, len(body.points), len(surfaces), self._dim
-        area = (p.V0 / body.thickness) ** ((D - 1) / D) * body.thickness
+        area, self._stiffness = surface_shares(p.V0, body.thickness, D), stiffness.mean(axis=1)
         p.add(half=surface_distances(body.body, p.V0, background.basis.smooth), sunk=np.zeros(n),
               wall_stiffness=(stiffness * area).T.copy(),
               wall_side=np.zeros((n, W), np.int8), wall_status=np.zeros((n, W), np.int8),
@@ -61,6 +61,12 @@ class SurfaceContact:
         self._compile(background)
         found, _ = self._find_feet()
         np.maximum.at(p.sunk, found.point, -found.gap)
+
+    def enter(self, body, chosen, gravity):
+        """The points ``chosen`` of a ``body`` are new: they get springs like the others."""
+        if body is self._body:
+            area = surface_shares(body.points.V0[chosen], body.thickness, self._dim)
+            body.points.wall_stiffness[chosen] = area[:, None] * self._stiffness
 
     def _compile(self, background):
         smooth, D = background.basis.smooth, self._dim

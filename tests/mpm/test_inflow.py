@@ -4,7 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpm_fenicsx import MPM, Body, Box, Grid, GridWall, Inflow, Numerics, Outflow, Soil, at_rest, linear
+from mpm_fenicsx import (MPM, Body, Box, Grid, GridWall, Inflow, Numerics, Outflow, Soil, Structure, at_rest,
+                         linear)
 
 STIFF = linear(1e5, 0.3)
 PLUGS = {
@@ -223,3 +224,24 @@ def down_a_channel(length, end):
 def test_a_channel_carries_the_same_discharge_everywhere(length, end):
     flow, speed = down_a_channel(length, end)
     assert abs(flow - 1.0).max() < 0.02 and abs(speed - 1.0).max() < 0.05
+
+
+def test_it_flows_over_a_structure_and_pushes_a_body():
+    """New points meet walls and bodies with springs like the others; the books close."""
+    soil, grid = Soil(E=1e6, nu=0.3, rho=1600.0, phi=30.0), Grid(Box((-0.5, -0.2), (3.0, 1.0)), (35, 12))
+    bed = Structure.plane("bed", (0.0, 0.0), "+y", Box((-0.5, -0.2), (3.0, 1.0)), friction=0.3)
+    sand = Body(Box((0.6, 0.0), (0.8, 0.2)), (2, 2), 2, soil.material(2), 1600.0, f_bar=True)
+    block = Body(Box((0.9, 0.0), (1.1, 0.4)), (2, 4), 2, linear(1e6, 0.3), 1600.0)
+    inlet = Inflow("the inlet", at=(0.0, 0.0), normal="+x", depth=0.2, speed=2.0, until=0.6)
+    solid = MPM(grid, [sand, block], gravity=(0.0, -9.81), inertia="lumped", structures=[bed],
+                openings=[inlet])
+    hit = 0.0
+    for _ in range(100):
+        solid.advance(5e-3)
+        hit = min(hit, solid.reaction("bodies 0 and 1")[0])
+    p, other = (body.points for body in solid.bodies)
+    assert np.unique(p.wall_stiffness.round(3)).size == np.unique(p.meet_stiffness.round(3)).size == 1
+    assert p.x[:, 1].min() > 0.0 and hit < -500.0 and other.x[:, 0].mean() > 1.02
+    given, came = sum(solid.impulses().values())[:2], solid.entered["mass"]
+    np.testing.assert_allclose(solid.momentum(), given, rtol=0, atol=1e-10 * came)
+    solid.close()

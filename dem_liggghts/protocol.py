@@ -87,6 +87,10 @@ class DEM(Protocol):
     def base_work(self) -> float:
         """Work that the motion of the base has done on the particles since the start [J], in its frame."""
 
+    def contact_points(self) -> np.ndarray:
+        """Where particles touch now, dtype ``common.contact_points.CONTACT_POINT``: place, normal force on the
+        first one of spring and adhesion, without damper and friction, ids of both or number of the wall, overlap."""
+
     def contact_at_wall(self, force: float) -> np.ndarray:
         """Tangent stiffness [N/m], damping [kg/s] and mass [kg] in the contact of each sphere with the moving
         wall under ``force`` [N], shape (3, n), whether it touches it or not."""

@@ -29,6 +29,7 @@ class Pieces:
         if self._grains is not None:
             parts.update(particles_and_wall(self._grains, window))
             parts.update(_rocks(self._grains))
+            parts.update(_touching(self._grains))
         if self._structures:
             parts["structures"] = self._on_structures(time)
         walls = fixed_walls(self._solid, self._grains)
@@ -115,6 +116,15 @@ def _rocks(grains: RecordedGrains) -> Dict[str, Piece]:
     return {"rocks": (faces.x, {"triangle": faces.elements}, {"velocity": velocity},
                       {"body": whole["id"], "mass": whole["mass"], "velocity_of_centre": whole["v"],
                        "spin": whole["omega"]})}
+
+
+def _touching(grains: RecordedGrains) -> Dict[str, Piece]:
+    """The contacts of particles with each other and with walls, where there are any. Collective."""
+    found = grains.contact_points() if hasattr(grains, "contact_points") else ()
+    if not len(found):
+        return {}
+    names = "force", "particle", "other", "wall", "overlap"
+    return {"particle_contacts": (found["x"], _vertices(len(found)), {name: found[name] for name in names})}
 
 
 def _vertices(count: int) -> Dict[str, np.ndarray]:

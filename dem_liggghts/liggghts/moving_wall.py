@@ -4,14 +4,17 @@ from typing import Any, Tuple
 import numpy as np
 
 from ..common.booking import WallBooks
+from ..common.contact_points import contact_points
+from ..common.energy import select_shapes
 from ..common.states import Kept
 from ..common.wall_change import carried, check_was, new_numbers, redistribute, with_wall
-from ..contact.law import laws_of
+from ..contact.law import Laws, laws_of
 from ..scene.arrays import in_space
-from ..scene.frame import translated, with_wall_inside
+from ..scene.frame import to_true_positions, translated, with_wall_inside
 from ..scene.scene import SceneData
-from ..scene.tables import wall_table, with_moving
+from ..scene.tables import SphereTable, wall_table, with_moving
 from ..scene.walls import Wall
+from ..search.elements import at_rest
 from .instance import Instance, pointer
 
 
@@ -24,7 +27,13 @@ class MovingWall(Kept):
     _inside: SceneData  # the scene in the frame
     _nodes: Any  # of the moving wall, there [m], (n, dim)
     _books: WallBooks
+    _spheres: SphereTable
+    _laws: Laws
+    _surface: Any
     time: float
+
+    def _own_particles(self) -> np.ndarray:
+        raise NotImplementedError
 
     def _sum(self, array: np.ndarray) -> np.ndarray:
         """Over the ranks."""
@@ -63,6 +72,14 @@ class MovingWall(Kept):
         x[:self._books.fixed] = self._books.places(self.time, self.origin)
         self._instance.call("dem_set_wall", dim, len(x), len(s.elements), s.moving[1], pointer(data),
                             pointer(x), keep, None if new is None else pointer(new))
+
+    def contact_points(self) -> np.ndarray:
+        """See `protocol.DEM.contact_points`."""
+        particles = self._own_particles()
+        nodes = np.concatenate([self._books.places(self.time, self.origin), in_space(self._nodes)])
+        shapes = select_shapes(self._spheres, in_space(particles["x"]), particles["id"] - 1)
+        found = contact_points(shapes, particles["id"], at_rest(self._surface, nodes), self._laws)
+        return to_true_positions(found, self.origin)
 
     def replace_wall(self, wall: Wall, was: Any = None) -> None:
         """See `protocol.DEM.replace_wall`."""

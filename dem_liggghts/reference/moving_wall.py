@@ -4,12 +4,15 @@ from typing import Any
 import numpy as np
 
 from ..common.booking import WallBooks
+from ..common.contact_points import contact_points
+from ..common.energy import select_shapes
 from ..common.states import Kept
 from ..common.wall_change import carried, check_was, new_numbers, redistribute, with_wall
+from ..contact.law import Laws
 from ..scene.arrays import in_space
-from ..scene.frame import translated, with_wall_inside
+from ..scene.frame import to_true_positions, translated, with_wall_inside
 from ..scene.scene import SceneData
-from ..scene.tables import wall_table, with_moving
+from ..scene.tables import SphereTable, wall_table, with_moving
 from ..scene.walls import Wall
 from ..search.elements import MovingWall, at_rest
 from ..search.history import by_number, on_new_wall
@@ -23,6 +26,9 @@ class WallOfNow(Kept):
     scene: SceneData
     origin: np.ndarray
     _spheres: SphereState
+    _all_spheres: SphereTable
+    _ids: np.ndarray
+    _laws: Laws
     _lists: NeighbourLists
     _books: WallBooks
     time: float
@@ -52,6 +58,12 @@ class WallOfNow(Kept):
         self._wall = at_rest(self._surface, x)
         self._on_wall = WallForce(*np.zeros((2, len(x) + 2, 3)))
         self._scratch = new_scratch(len(self._wall.elements))
+
+    def contact_points(self) -> np.ndarray:
+        """See `protocol.DEM.contact_points`."""
+        self._need_open()
+        shapes = select_shapes(self._all_spheres, self._spheres.x, self._ids - 1)
+        return to_true_positions(contact_points(shapes, self._ids, self._wall, self._laws), self.origin)
 
     def replace_wall(self, wall: Wall, was: Any = None) -> None:
         """See `protocol.DEM.replace_wall`."""

@@ -89,7 +89,8 @@ class DEM(Protocol):
 
     def contact_points(self) -> np.ndarray:
         """Where particles touch now, dtype ``common.contact_points.CONTACT_POINT``: place, normal force on the
-        first one of spring and adhesion, without damper and friction, ids of both or number of the wall, overlap."""
+        first one of spring and adhesion, without damper and friction, ids of both or number of the wall,
+        overlap."""
 
     def contact_at_wall(self, force: float) -> np.ndarray:
         """Tangent stiffness [N/m], damping [kg/s] and mass [kg] in the contact of each sphere with the moving

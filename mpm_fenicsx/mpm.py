@@ -44,8 +44,7 @@ class MPM(Restarting):
     groups of the numbers of those that do, such as [(0, 1)]; others push, rub and part, see
     ``terms.body_contact``; numerics: see ``Numerics``; structures: ``Structure`` records, which the soil
     meets; openings: ``Inflow``, ``Outflow``; base: acceleration of the ground [m/s^2], shape (dim,), a
-    function or table of time [s]: all is told in its frame; basis: at the points, instead of that of
-    ``numerics``.
+    function or table of time [s]: all is told in its frame; basis: in place of that of ``numerics``.
 
     ``bodies`` are the bodies with their points, numbered through, see ``bodies.BodyTerm``; ``phases`` sums
     the seconds spent per phase, ``iterations`` is the number of Newton iterations of the last ``advance``,

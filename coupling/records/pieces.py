@@ -120,7 +120,9 @@ def _rocks(grains: RecordedGrains) -> Dict[str, Piece]:
 
 def _touching(grains: RecordedGrains) -> Dict[str, Piece]:
     """The contacts of particles with each other and with walls, where there are any. Collective."""
-    found = grains.contact_points() if hasattr(grains, "contact_points") else ()
+    if not hasattr(grains, "contact_points"):
+        return {}
+    found = grains.contact_points()
     if not len(found):
         return {}
     names = "force", "particle", "other", "wall", "overlap"

@@ -13,8 +13,8 @@ from .energy import Shapes
 
 # One contact: place [m], force on the first sphere [N], ids of this and of the other one, or 0, number of the
 # wall in the order of the scene, the moving one last, or -1, overlap [m]
-CONTACT_POINT = np.dtype([("x", float, 3), ("force", float, 3), ("particle", int), ("other", int), ("wall", int),
-                    ("overlap", float)])
+CONTACT_POINT = np.dtype([("x", float, 3), ("force", float, 3), ("particle", int), ("other", int),
+                          ("wall", int), ("overlap", float)])
 
 
 @compiled

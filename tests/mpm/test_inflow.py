@@ -4,8 +4,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpm_fenicsx import (MPM, Body, Box, Grid, GridWall, Inflow, Numerics, Outflow, Soil, Structure, at_rest,
-                         linear)
+from mpm_fenicsx import (
+    MPM,
+    Body,
+    Box,
+    Grid,
+    GridWall,
+    Inflow,
+    Numerics,
+    Outflow,
+    Soil,
+    Structure,
+    at_rest,
+    linear,
+)
 
 STIFF = linear(1e5, 0.3)
 PLUGS = {

@@ -88,8 +88,8 @@ class DEM(Protocol):
         """Work that the motion of the base has done on the particles since the start [J], in its frame."""
 
     def contact_points(self) -> np.ndarray:
-        """Where particles touch now, dtype ``common.contact_points.CONTACT_POINT``: place, normal force on the
-        first one of spring and adhesion, without damper and friction, ids of both or number of the wall,
+        """Where particles touch now, dtype ``common.contact_points.CONTACT_POINT``: place, normal force on
+        the first one of spring and adhesion, without damper and friction, ids of both or number of the wall,
         overlap."""
 
     def contact_at_wall(self, force: float) -> np.ndarray:

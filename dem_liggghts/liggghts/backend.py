@@ -28,7 +28,8 @@ from .library import SHIM, LiggghtsError, load
 from .resting import Resting
 from .script import commands, pull_of_now
 
-STATE = "origin particles bodies wall wall_elements wall_force impulses placed steps".split()
+STATE = ["origin", "particles", "bodies", "wall", "wall_elements", "wall_force", "impulses", "placed",
+         "steps"]
 
 
 class LiggghtsDEM(Resting):
@@ -216,8 +217,7 @@ class LiggghtsDEM(Resting):
         return lambda: self.set_state(state())
 
     def _read(self) -> Callable[[], Dict[str, np.ndarray]]:
-        """What a state consists of, as it is now: a function that makes the state of it. Both are
-        collective."""
+        """What a state consists of now: a function that makes the state of it. Both are collective."""
         wall, force = np.empty(self._shape), self._no_force()
         records, count = ctypes.c_void_p(), ctypes.c_int()
         if self._instance.call("dem_get_state", self.scene.dim, ctypes.byref(records), ctypes.byref(count),
@@ -233,7 +233,7 @@ class LiggghtsDEM(Resting):
     def set_state(self, state: Dict[str, Any]) -> None:
         """See `protocol.DEM.set_state`. The state may come from another instance of the same scene, on any
         ranks."""
-        check_state(state, STATE + self._outflow.names, self._fingerprint)
+        check_state(state, (*STATE, *self._outflow.names), self._fingerprint)
         self._outflow.set_state(state)
         wall, old, there = np.array(state["wall"]), self.scene.wall, np.array(state["origin"])
         if not (np.array_equal(state["wall_elements"], old.elements) and np.array_equal(there, self.origin)):

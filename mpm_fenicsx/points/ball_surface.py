@@ -8,7 +8,6 @@ from ..scene.balls import Balls
 from ..scene.interface import Interface
 from .boundary_particles import BoundaryParticles
 from .near import FAR, TOUCHABLE, Particles, Reach, find_near
-from .surface import everywhere
 
 SPARE = 64  # so many and twice those that are near may be chosen, then there is a new choice
 LOADED = 1e-10  # of the largest force: what carries less may go, and its force acts on the next one
@@ -77,7 +76,7 @@ class BallSurface(BoundaryParticles):
                 rows = np.flatnonzero(gid[at] == self.numbers)
                 at = at[rows]
             self.own.append((rows, at))
-        self._rows = np.concatenate([rows for rows, _ in self.own])
+        self._rows = self._number = np.concatenate([rows for rows, _ in self.own])
         if self._comm.size > 1:
             everybody = self._comm.allgather(self._rows)
             self._number = np.concatenate(everybody)
@@ -122,15 +121,17 @@ class BallSurface(BoundaryParticles):
         return fields
 
     def gather_values(self, values):
-        """Values of this rank's points, of all on every rank."""
-        return everywhere(self._comm, self._rows, values, len(self.numbers))
+        """Values of this rank's points, of all on every rank; infinite for what has left the grid."""
+        whole = np.full(len(self.numbers), np.inf)
+        whole[self._number] = np.concatenate(self._comm.allgather(values)) if self._comm.size > 1 else values
+        return whole
 
     # ---------------------------------------------------------------- between windows
 
     def select(self, particles, dt):
         """Choose anew which points take part in windows of ``dt`` [s] where ``particles``, alike on every
-        rank, have come near others, or far more are chosen than are near. Returns the ``BallChange``, or
-        None."""
+        rank, have come near others, far more are chosen than are near, or some have left the grid. Returns
+        the ``BallChange``, or None."""
         marks = [np.zeros(0, np.int8) if body is None else
                  find_near(body.points.x, body.points.v, particles, Reach(self.radius, dt))
                  for body in self._bodies]
@@ -139,22 +140,24 @@ class BallSurface(BoundaryParticles):
         for mark, (_, at) in zip(marks, self.own):
             missing += np.count_nonzero(mark == TOUCHABLE) - np.count_nonzero(mark[at] == TOUCHABLE)
         missing, count = total(self._comm, [missing, sum(map(len, near))])
-        if not missing and len(self.numbers) <= 2 * count + SPARE:
+        if not missing and len(self._number) == len(self.numbers) <= 2 * count + SPARE:
             return None
         mine = np.concatenate([body.points.gid[here] for body, here in zip(self._bodies, near)
                                if body is not None])
         return self._choose(mine)
 
     def _choose(self, mine):
-        """Those that are near, ``mine`` on this rank, and those that carry a force; of none the first one
-        stays, for what the loop still has to give to it."""
+        """Those that are near, ``mine`` on this rank, and those in the grid that carry a force; of none the
+        first one stays, for what the loop still has to give to it."""
         if self._comm.size > 1:
             near = np.concatenate(self._comm.allgather(mine))
             self._count_bytes(near.nbytes, mine.nbytes)
         else:
             near = mine
         size = np.sqrt((self.force**2).sum(axis=1))
-        loaded = self.numbers[size > LOADED * size.max(initial=0.0)]
+        there = np.zeros(len(self.numbers), bool)
+        there[self._number] = True
+        loaded = self.numbers[there & (size > LOADED * size.max(initial=0.0))]
         numbers, before = np.union1d(near, loaded), self.numbers
         numbers = numbers if len(numbers) else before[:1]
         if np.array_equal(numbers, before):

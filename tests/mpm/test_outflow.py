@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpm_fenicsx import MPM, Body, Box, Cloud, Grid, Interface, Mesh, MPMError, linear, of_points
+from mpm_fenicsx import MPM, Balls, Body, Box, Cloud, Grid, Interface, Mesh, MPMError, linear, of_points
 from mpm_fenicsx.scene.mesh import lattice
 
 LAW, BOX, DT = linear(1e3, 0.3), Box((-1.0, -1.0), (3.0, 2.0)), 0.02
@@ -162,3 +162,17 @@ def test_books_are_the_same_on_every_rank(run_ranks):
     done = run_ranks(2, "-m", "mpi4py", "-c", "import sys; sys.path.insert(0, "
                      f"{str(Path(__file__).parent)!r}){RANKS}")
     assert done.returncode == 0 and done.stdout.count("fine") == 2, done.stdout + done.stderr
+
+
+def test_balls_that_have_left_take_part_no_more():
+    """They have no mass for a window, and the next choice is without them."""
+    body = Body(Box((0.5, 0.0), (1.0, 0.5)), (2, 2), 1, linear(1e5, 0.3), 1000.0, velocity=(3.0, 0.0))
+    solid = MPM(Grid(Box((0.0, 0.0), (1.5, 0.5)), (6, 2)), body, interface=Balls(0.02), outflow="remove")
+    near = np.zeros(1, [("x", float, 3), ("v", float, 3), ("radius", float)])
+    near["x"], near["radius"] = [(1.0, 0.25, 0.0)], 1.0
+    assert len(solid.select(near, 0.01).x) == 4
+    for _ in range(25):
+        solid.advance(0.01, np.zeros((4, 2)))
+    assert len(solid.points) == 2 and np.isinf(solid.window_mass()).sum() == 2
+    assert len(solid.select(near, 0.01).x) == 2
+    solid.close()

@@ -4,8 +4,9 @@ from typing import Sequence, Tuple
 
 import numpy as np
 
+from .canvases import new_canvas
 from .figure import pyplot, ramp
-from .perspective import GREY, Camera, Canvas, edges_of, radius_of_points
+from .perspective import GREY, Camera, edges_of, radius_of_points
 
 FLIERS = 0.9995  # part of the points that the picture is made for: fliers would shrink the rest
 FLOOR = np.array([0.93, 0.92, 0.9])
@@ -68,7 +69,7 @@ def _in_space(path: Path, frames: Sequence[tuple], label: str, walls: Sequence[s
     figure, axes = plt.subplots(rows, columns, squeeze=False, layout="constrained",
                                 figsize=(11.0, rows * (width * camera.height / camera.width + 0.3) + 0.3))
     for axis, (title, x, values) in zip(axes.ravel(), frames):
-        canvas = Canvas(camera)
+        canvas = new_canvas(camera)
         canvas.spheres(x, radius, colours.to_rgba(values)[:, :3])
         canvas.lines(*edges_of(low, high), GREY)
         for side in walls:

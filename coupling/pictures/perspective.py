@@ -22,7 +22,10 @@ FINE = 2  # pixels of the buffer per pixel of the picture and direction
 class Camera:
     """Looks at the box from ``low`` to ``high``, shape (3,), so that it fills a picture ``width`` pixels
     wide; its ``height`` follows. elevation, azimuth: of the eye [degrees], the latter from ``level_axes``;
-    away: of the eye, in diagonals of the box; up: the axis that points upward."""
+    away: of the eye, in diagonals of the box; up: the axis that points upward.
+
+    ``axes``: right, up and back, shape (3, 3); what lies (right, up, back) from the ``eye`` is on pixel
+    ``shift`` + ``scale`` (right, -up) / -back, shape (2,), of a buffer of ``height`` x ``width``."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, width: int = 900, elevation: float = 20.0,
                  azimuth: float = -62.0, away: float = 2.2, up: int = 1) -> None:
@@ -31,16 +34,16 @@ class Camera:
         back = np.cos(rise) * (np.cos(turn) * ahead + np.sin(turn) * left) + np.sin(rise) * upward
         right = np.cross(upward, back)
         right /= np.linalg.norm(right)
-        self._axes = np.array([right, np.cross(back, right), back])
+        self.axes = np.array([right, np.cross(back, right), back])
         self.eye = 0.5 * (low + high) + away * np.linalg.norm(high - low) * back
         corners = np.array([[(low, high)[(k >> d) & 1][d] for d in range(3)] for k in range(8)])
-        self._scale, self._shift = 1.0, np.zeros(2)
+        self.scale, self.shift = 1.0, np.zeros(2)
         place = self(corners)[0]
         least, most = place.min(axis=0), place.max(axis=0)
         self.width, margin = FINE * width, 0.02 * FINE * width
-        self._scale = (self.width - 2 * margin) / (most[0] - least[0])
-        self.height = int((most[1] - least[1]) * self._scale + 2 * margin)
-        self._shift = margin - least * self._scale
+        self.scale = (self.width - 2 * margin) / (most[0] - least[0])
+        self.height = int((most[1] - least[1]) * self.scale + 2 * margin)
+        self.shift = margin - least * self.scale
 
     @property
     def picture_height(self) -> int:
@@ -49,13 +52,13 @@ class Camera:
 
     def __call__(self, x: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Pixels, shape (n, 2), depths, shape (n,), and pixels per unit of length there."""
-        right, up, back = ((x - self.eye) @ self._axes.T).T
-        size = self._scale / -back
-        return np.column_stack([right * size, -up * size]) + self._shift, -back, size
+        right, up, back = ((x - self.eye) @ self.axes.T).T
+        size = self.scale / -back
+        return np.column_stack([right * size, -up * size]) + self.shift, -back, size
 
     def normals(self, vectors: np.ndarray) -> np.ndarray:
         """Directions as the eye sees them: right, up, towards it."""
-        return vectors @ self._axes.T
+        return vectors @ self.axes.T
 
 
 class Spheres(NamedTuple):
@@ -94,6 +97,11 @@ class Canvas:
         whole = self._colour.reshape(self.camera.height, self.camera.width, 3)[:height * FINE,
                                                                                  :width * FINE]
         return whole.reshape(height, FINE, width, FINE, 3).mean(axis=(1, 3))
+
+    def depths(self) -> np.ndarray:
+        """Of what is seen at each pixel of the buffer, infinite where there is nothing; shape (height *
+        width,)."""
+        return self._depth
 
     def _put(self, place: np.ndarray, depth: np.ndarray, colour: np.ndarray, opacity: float = 1.0) -> None:
         """Pixels at ``place``, shape (n, 2), where nothing is in front of them."""

@@ -1,13 +1,14 @@
 """Picture of a scene in the plane or in space, made without a display: in the plane by matplotlib, in
-space by ``perspective``."""
+space on a canvas."""
 from pathlib import Path
 from typing import Any, Tuple
 
 import numpy as np
 
+from .canvases import new_canvas
 from .figure import pyplot, ramp
 from .flat import draw_things
-from .perspective import GREY, Canvas, edges_of, radius_of_points
+from .perspective import GREY, edges_of, radius_of_points
 from .sights import Sight
 from .space import draw_on, view_of
 
@@ -15,13 +16,13 @@ Pair = Tuple[np.ndarray, np.ndarray]  # places and what is there: cells, element
 
 
 def draw(path: Path, solid: np.ndarray, grid: Pair, wall: Pair, things: Sight, values: np.ndarray,
-         label: str, look: tuple = (np.zeros(3), None)) -> None:
+         texts: Tuple[str, str], look: tuple = (np.zeros(3), None)) -> None:
     """Save a picture; y points upward, in space what gravity says.
 
-    solid: positions of material points [m], shape (n, dim), in the colours of ``values``, shape (n,), called
-    ``label``; grid: vertices [m], shape (m, dim), and cells with their corners around them, shape (k,
-    corners); wall: nodes [m], shape (w, dim), and elements; things: see ``sights.sight``; look: gravity
-    [m/s^2], shape (3,), and angles of the eye, see ``space.view_of``.
+    solid: positions of material points [m], shape (n, dim), in the colours of ``values``, shape (n,); grid:
+    vertices [m], shape (m, dim), and cells with their corners around them, shape (k, corners); wall: nodes
+    [m], shape (w, dim), and elements; things: see ``sights.sight``; texts: title, and what the values are;
+    look: gravity [m/s^2], shape (3,), and angles of the eye, see ``space.view_of``.
     """
     plt = pyplot()
     figure, axes = plt.subplots(figsize=(10, 4), layout="constrained" if solid.shape[1] == 3 else None)
@@ -29,7 +30,8 @@ def draw(path: Path, solid: np.ndarray, grid: Pair, wall: Pair, things: Sight, v
         points = _space(axes, solid, grid, wall, things, (values, look))
     else:
         points = _plane(axes, 100 * solid, (100 * grid[0], grid[1]), (100 * wall[0], wall[1]), things, values)
-    figure.colorbar(points, ax=axes, label=label, shrink=0.7, pad=0.02)
+    axes.set_title(texts[0], loc="right", fontsize="medium")
+    figure.colorbar(points, ax=axes, label=texts[1], shrink=0.7, pad=0.02)
     figure.savefig(path, dpi=150, bbox_inches="tight")
     plt.close(figure)
 
@@ -54,7 +56,7 @@ def _space(axes: Any, solid: np.ndarray, grid: Pair, wall: Pair, things: Sight, 
     """The same in perspective; returns what the colour bar is for."""
     values, look = seen
     view, colours = view_of([solid], [things], *look), ramp("coolwarm", *[np.abs(values).max() or 1.0] * 2)
-    canvas = Canvas(view.camera(1400))
+    canvas = new_canvas(view.camera(1400))
     draw_on(canvas, view, (solid, radius_of_points(solid), colours.to_rgba(values)[:, :3]), things)
     canvas.lines(*edges_of(view.low, view.high), GREY)
     if wall[1].shape[1] == 3:

@@ -1,10 +1,12 @@
 """Scenes in space: from where they are seen, and what of them is drawn."""
-from typing import Any, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Iterator, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from .canvases import AnyCanvas, new_canvas
 from .clip import inside_box
-from .perspective import Camera, Canvas, level_axes, normals
+from .hiding import PIXELS, from_outside, hiding
+from .perspective import Camera, level_axes
 from .sights import Sight
 
 FLIERS = 0.9995  # part of the points that the picture is made for: fliers would shrink the rest
@@ -12,19 +14,22 @@ STONE, STEEL = np.array([0.72, 0.62, 0.5]), np.array([0.62, 0.66, 0.74])
 CONCRETE = np.array([0.93, 0.92, 0.9])
 COLOURS = {"spheres": STONE, "rocks": STONE, "structures": STEEL, "walls": CONCRETE}
 FROM_BEHIND = 0.15  # opacity of structures and walls whose inside is seen
+BEFORE_SOIL = 0.35  # that of structures that hide the soil
 REACH = 0.5  # of the flow's diagonal, up to which structures are shown, and the camera stands back for them
 VIEW = -104.0, 26.0  # [degrees] azimuth of the eye from the flow's direction, so at its right; elevation
 
 
 class View(NamedTuple):
     """The box that is seen, corners ``low`` and ``high`` [m], shape (3,), the axis that points ``up``, and
-    ``azimuth`` and ``elevation`` of the eye [degrees]."""
+    ``azimuth`` and ``elevation`` of the eye [degrees]; ``clear``: mask of the triangles of the structures
+    that hide the soil, shape (m,)."""
 
     low: np.ndarray
     high: np.ndarray
     up: int
     azimuth: float
     elevation: float
+    clear: np.ndarray = np.zeros(0, bool)
 
     def camera(self, width: int) -> Camera:
         """Of a picture ``width`` pixels wide."""
@@ -59,7 +64,8 @@ def view_of(points: Sequence[np.ndarray], sights: Sequence[Sight], gravity: np.n
     if size < 1e-3 * np.linalg.norm(high - low) and not gravity[[k for k in range(3) if k != up]].any():
         turn = 0.0  # it goes nowhere
     azimuth, elevation = VIEW if angles is None else angles
-    return View(*_with_structures(low, high, sights), up, np.degrees(turn) + azimuth, elevation)
+    view = View(*_with_structures(low, high, sights), up, np.degrees(turn) + azimuth, elevation)
+    return view._replace(clear=hiding((view.low, view.high), view.camera(PIXELS), points, sights))
 
 
 def _box(points: Sequence[np.ndarray], sights: Sequence[Sight]) -> Tuple[np.ndarray, np.ndarray]:
@@ -90,31 +96,38 @@ def _with_structures(low: np.ndarray, high: np.ndarray,
 
 def paint(view: View, width: int, points: Tuple[np.ndarray, float, np.ndarray], things: Sight) -> np.ndarray:
     """Picture of shape (height, width, 3). points: places [m], shape (n, 3), radius [m], colours (n, 3)."""
-    canvas = Canvas(view.camera(width))
+    canvas = new_canvas(view.camera(width))
     draw_on(canvas, view, points, things)
     return np.clip(canvas.picture(), 0.0, 1.0)
 
 
-def draw_on(canvas: Canvas, view: View, points: Tuple[np.ndarray, float, np.ndarray], things: Sight) -> None:
+def draw_on(canvas: AnyCanvas, view: View, points: Tuple[np.ndarray, float, np.ndarray],
+            things: Sight) -> None:
     """The same on a canvas with a camera of the ``view``."""
     canvas.spheres(*points)
     if "spheres" in things:
         canvas.spheres(*things["spheres"], COLOURS["spheres"])
     if "rocks" in things:
         x, elements = things["rocks"]
-        canvas.triangles(x, elements[_from_outside(canvas, x, elements)], COLOURS["rocks"])
-    behind = []
-    for name in ("structures", "walls"):
-        if name in things:
-            x, elements = inside_box(*things[name], view.low, view.high)
-            front = _from_outside(canvas, x, elements)
-            canvas.triangles(x, elements[front], COLOURS[name])
-            behind.append((x, elements[~front], COLOURS[name], FROM_BEHIND))
-    for one in behind:
+        canvas.triangles(x, elements[from_outside(canvas.camera, x, elements)], COLOURS["rocks"])
+    last = []
+    for x, elements, colour, opacity in _surfaces(view, things):
+        x, elements = inside_box(x, elements, view.low, view.high)
+        front = from_outside(canvas.camera, x, elements)
+        if opacity < 1.0:
+            last.append((x, elements[front], colour, opacity))
+        else:
+            canvas.triangles(x, elements[front], colour)
+        last.append((x, elements[~front], colour, FROM_BEHIND))
+    for one in last:
         canvas.triangles(*one)
 
 
-def _from_outside(canvas: Canvas, x: np.ndarray, elements: np.ndarray) -> np.ndarray:
-    """Mask of the triangles whose outside the eye sees."""
-    to_eye = canvas.camera.eye - x[elements].mean(axis=1)
-    return np.einsum("ti,ti->t", normals(x, elements), to_eye) > 0.0
+def _surfaces(view: View, things: Sight) -> Iterator[tuple]:
+    """Places, triangles, colour and opacity, seen from outside, of structures and walls."""
+    if "structures" in things:
+        (x, elements), clear = things["structures"], view.clear
+        yield x, elements[~clear], COLOURS["structures"], 1.0
+        yield x, elements[clear], COLOURS["structures"], BEFORE_SOIL
+    if "walls" in things:
+        yield *things["walls"], COLOURS["walls"], 1.0

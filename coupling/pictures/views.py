@@ -31,6 +31,17 @@ def dimension(solid: Any) -> int:
     return solid.surface()[0].shape[1]
 
 
+def unit_of_stress(stress: np.ndarray) -> Tuple[float, str]:
+    """In which the largest is a number of one digit or more: size [Pa] and name.
+
+    >>> unit_of_stress(np.array([120.0, -3400.0]))
+    (1000.0, 'kPa')
+    """
+    most = float(np.abs(stress).max(initial=0.0))
+    return next(((size, name) for size, name in ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa")) if most >= size),
+                (1.0, "Pa"))
+
+
 class EndPicture:
     """Picture of the end of a run, with the displacements since now times ``magnification`` and the normal
     stress along x in colour. Observer of the run; ``take`` it at the end. Collective."""
@@ -41,6 +52,7 @@ class EndPicture:
         self._angles, self._gravity = angles, gravity_of(solid, grains)
         self._start = self._look()
         self._end: Optional[Tuple[dict, Sight]] = None
+        self._title = ""
 
     def _look(self) -> Tuple[dict, Sight]:
         parts = self._solid.snapshot()
@@ -53,6 +65,8 @@ class EndPicture:
     def take(self) -> None:
         """The run has come to its end."""
         self._end = self._look()
+        by = f", displacements x {self._by:g}" if self._by != 1.0 else ""
+        self._title = f"t = {self._solid.time:.4g} s{by}"
 
     def pictures(self) -> Dict[str, Callable]:
         """For the record of the run."""
@@ -70,9 +84,10 @@ class EndPicture:
         if end["interface"] is not None and "vertex" not in end["interface"][1]:  # those are drawn already
             nodes, elements, surface = end["interface"]
             wall = nodes + (by - 1) * surface["displacement"], *elements.values()
+        stress = last["cauchy_stress"][new, 0, 0]
+        size, unit = unit_of_stress(stress)
         picture.draw(path, x[old] + by * (y[new] - x[old]), (vertices, *around.values()), wall, things,
-                     1e-6 * last["cauchy_stress"][new, 0, 0], "stress along x [MPa]",
-                     (self._gravity, self._angles))
+                     stress / size, (self._title, f"stress along x [{unit}]"), (self._gravity, self._angles))
 
 
 class Animation:

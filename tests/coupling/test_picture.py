@@ -29,7 +29,7 @@ def test_a_picture_is_made(tmp_path, dim):
     around = [[0, 1, 3, 2]] if dim == 2 else [[0, 1, 3, 2, 4, 5, 7, 6]]
     wall = corners[:dim], np.arange(dim)[None]
     picture.draw(tmp_path / "scene.png", x, (corners, np.array(around)), wall,
-                 THINGS[dim], x[:, 0], "height [m]")
+                 THINGS[dim], x[:, 0], ("t = 0 s", "height [m]"))
     image = matplotlib.image.imread(tmp_path / "scene.png")
     assert min(image.shape[:2]) > 300 and len(np.unique(image[..., :3].reshape(-1, 3), axis=0)) > 50
 
@@ -61,7 +61,7 @@ def test_a_sphere_is_a_disc_of_its_size_in_its_place(radius):
 def test_what_is_in_front_hides_what_is_behind():
     """In either order, between kinds, and pixel by pixel where two spheres cut each other."""
     camera = Camera(LOW, HIGH, 300)
-    towards = camera._axes[2]
+    towards = camera.axes[2]
     near, far = (0.5 + side * 0.3 * towards for side in (1, -1))
     for order in (1, -1):
         canvas = Canvas(camera)
@@ -69,7 +69,7 @@ def test_what_is_in_front_hides_what_is_behind():
             canvas.spheres(x, radius, colour)
         red, blue = reds_and_blues(canvas)
         assert red.any() and not blue.any()
-    canvas, beside = Canvas(camera), 0.06 * camera._axes[0]
+    canvas, beside = Canvas(camera), 0.06 * camera.axes[0]
     canvas.spheres(0.5 + np.array([-beside, beside]), 0.1, np.array([RED, BLUE]))
     red, blue = (np.nonzero(mask)[1].mean() for mask in reds_and_blues(canvas))
     assert red < blue

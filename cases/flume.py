@@ -8,6 +8,7 @@ The scene is hdro-0008 of HydroUQ (NHERI SimCenter), made after the debris-flow 
 Survey: 28 m^3 of sand on a bed of 30 degrees that levels out behind the cube. Its fronts arrive as without
 friction at the bed, so that is the default here, whatever its text says.
 """
+from functools import partial
 from pathlib import Path
 from typing import Optional
 
@@ -50,13 +51,13 @@ def main(
                 numerics=numerics)
     grains: Optional[Scene] = None
     if blocks:
-        plastic = tuple(reference.block(place, rho_block) for place in reference.BLOCKS)
+        plastic = tuple(reference.block(place, rho_block, h) for place in reference.BLOCKS)
         grains = Scene(wall=Wall.discs(np.zeros((0, 3)), 0.25 * h), material=Material(2e9, 0.3),
                        wall_material=Material(1e6, 0.3), between=Interaction(0.5, 0.3),
                        at_wall=Interaction(1.0, 0.3), gravity=gravity, clusters=plastic,
                        structures=tuple(structures)).fitted(solid.contact_scales(), rubbing)
     return Run("flume", solid, grains, scheme, output, columns=reference.gauges(solid, h),
-               errors=reference.compare, figure=reference.draw)
+               errors=partial(reference.compare, friction=friction), figure=reference.draw)
 
 
 if __name__ == "__main__":

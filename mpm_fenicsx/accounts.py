@@ -76,10 +76,13 @@ class Accounts:
         return self._on_bodies.sums()
 
     def works(self) -> Dict[str, float]:
-        """Work on the bodies since the start and what friction has taken [J], see ``solve.works``, and what
-        is stored now in ``springs``."""
-        stored = sum(term.stored() for term in (*self.penalties, *self._contacts))
-        return {**self._works.sums(), "springs": float(total(self.comm, stored))}
+        """Work on the bodies since the start and what friction and plastic flow have taken [J], see
+        ``solve.works``, and what is stored now in ``springs``."""
+        found = self._works.sums()
+        stored, flowed = total(self.comm, [
+            sum(term.stored() for term in (*self.penalties, *self._contacts)),
+            sum(body.plastic_work() for body in self._bodies)])
+        return {**found, "plastic": found["plastic"] + float(flowed), "springs": float(stored)}
 
     @property
     def base_work(self) -> float:

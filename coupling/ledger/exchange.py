@@ -19,10 +19,10 @@ COLUMNS = {
     "energy_grains": ("J", "energy of the particles and their contacts"),
     "energy_solid": ("J", "energy of the solid"),
     "interface_error": ("1", "energy that the staggered scheme has made at the interface, work_solid - "
-                             "work_wall, relative to the largest energy so far"),
+                             "work_wall, relative to the largest energy but in gravity so far"),
     "energy_error": ("1", "change of the total energy, with what left and less the work of the base, to the "
-                          "largest energy so far; of a closed system without damping, friction and moving "
-                          "supports: the error"),
+                          "largest energy but in gravity so far; of a closed system without damping, "
+                          "friction, plastic flow and moving supports: the error"),
 }
 VERTICAL = 1  # axis: y is up in a plane as in space
 LINEAR = {"grains": "impulse of the interface on the particles along {} since the start",
@@ -34,6 +34,11 @@ ANGULAR = {"grains": "impulse about the {} axis of the interface on the particle
 
 SUMS = "impulse", "angular", "work_wall", "work_solid", "scale"  # since the start
 MADE = 0.25  # energy out of nothing, relative to the largest so far, beyond which a closed system is stopped
+
+
+def without_potential(energies: Dict[str, float]) -> float:
+    """Sum of the ``energies`` by kind, but for that in gravity."""
+    return sum(energy for kind, energy in energies.items() if kind != "potential")
 
 
 class UnstableError(RuntimeError):
@@ -78,8 +83,7 @@ class Ledger:
         self._last: Any = None
         self._impulse, self._angular = np.zeros(dim), np.zeros(1 if dim == 2 else 3)
         self._work_wall = self._work_solid = 0.0
-        parts = self._energies()
-        self._start, self._scale = sum(parts), max(map(abs, parts))
+        self._start, self._scale = sum(self._energies()), self._largest()
 
     @property
     def work_wall(self) -> float:
@@ -90,6 +94,10 @@ class Ledger:
         self.energies = {"grains": self._grains.energy(), "solid": self._solid.energy()}
         return sum(self.energies["grains"].values()), sum(self.energies["solid"].values())
 
+    def _largest(self) -> float:
+        """Of the energies of both sides now, but for the potential one, whose zero is anywhere."""
+        return max(abs(without_potential(parts)) for parts in self.energies.values())
+
     def __call__(self, window: Any) -> Dict[str, float]:
         """Entries after this window, name → number."""
         self._work_wall += work_on_wall(window, self._last)
@@ -98,7 +106,7 @@ class Ledger:
         grains, solid = self._energies()
         gone = float(left(self._grains, "energy") + left(self._solid, "energy"))
         gone -= shaken(self._grains) + shaken(self._solid)
-        self._scale = max(self._scale, abs(grains), abs(solid))
+        self._scale = max(self._scale, self._largest())
         scale = self._scale or 1.0  # nothing has moved yet
         return {**self._impulses(window), "work_wall": self._work_wall,
                 "work_solid": self._work_solid, "energy_grains": grains, "energy_solid": solid,

@@ -236,7 +236,8 @@ class Record:
 
     def _summary(self, entries: dict) -> List[str]:
         """Five lines for the terminal."""
-        energy = None if self.grains is None else self.history["energy_error"][-1]
+        balance = "balance_error" if "balance_error" in self.history.columns else "energy_error"
+        energy = None if self.grains is None else self.history[balance][-1]
         figure = self.results.path(self._figure)
         return [*report.summary(entries, energy),
                 f"results in {self.out}" + (f", figure {figure}" if figure.exists() else "")]

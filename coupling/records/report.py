@@ -78,8 +78,8 @@ def resolution(cell_size: Sequence[float], points_per_cell: Sequence[float],
 
 
 def summary(entries: dict, energy: Optional[float]) -> List[str]:
-    """Lines for the terminal of the ``entries`` of a report; energy: error of the energy at the end, None for
-    a solid alone."""
+    """Lines for the terminal of the ``entries`` of a report; energy: what its balance does not explain at the
+    end, None for a solid alone."""
     pace, coupled = "steps", ""
     if energy is not None:
         pace = f"windows of {entries['substeps']} DEM steps"

@@ -38,6 +38,7 @@ STATE = np.dtype([
     ("plastic", np.float64, (3, 3)),  # Cp^-1 - 1, zero at the start
     ("plastic_strain", np.float64),   # accumulated: the integral of sqrt(2/3 dev(d) : dev(d))
     ("opened", np.float64),           # volumetric strain to close before the soil pushes
+    ("plastic_work", np.float64),     # taken by plastic flow, per undeformed volume [J/m^3]
 ])
 ELASTIC, OPEN = 0, 1
 
@@ -121,12 +122,14 @@ def from_axes(x, n, m):
 
 
 def remember(p, F33, old, new, m, e, t, region):
-    """Fill ``new``: the elastic strains ee belong to the stresses t, the rest of e is plastic."""
+    """Fill ``new``: the elastic strains ee belong to the stresses t, the rest of e is plastic, on which the
+    stresses at the end of the step work. Soil closes at a tension, or without work."""
     if region == ELASTIC and old.opened == 0.0:
         for i in range(3):
             for j in range(3):
                 new.plastic[i, j] = old.plastic[i, j]
         new.plastic_strain, new.opened = old.plastic_strain, 0.0
+        new.plastic_work = old.plastic_work
         return
     mean = p.lam / (3.0 * p.lam + 2.0 * p.mu) * (t[0] + t[1] + t[2])
     ee = ((t[0] - mean) / (2.0 * p.mu), (t[1] - mean) / (2.0 * p.mu), (t[2] - mean) / (2.0 * p.mu))
@@ -145,6 +148,8 @@ def remember(p, F33, old, new, m, e, t, region):
     square = (f1 - f2) ** 2 + (f2 - f3) ** 2 + (f3 - f1) ** 2  # three times the square of the deviator
     new.plastic_strain = old.plastic_strain + math.sqrt(2.0 * square) / 3.0
     new.opened = max(f1 + f2 + f3, 0.0) if region == OPEN else 0.0
+    closing = max((t[0] + t[1] + t[2]) / 3.0, 0.0) * old.opened
+    new.plastic_work = old.plastic_work + t[0] * f1 + t[1] * f2 + t[2] * f3 - closing
 
 
 def stress(p, F, F33, dt, old, new, P):

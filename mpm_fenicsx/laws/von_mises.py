@@ -60,7 +60,7 @@ def von_mises(E: float, nu: float, yield_stress: float, hardening: float = 0.0) 
 
     >>> law = von_mises(E=210e9, nu=0.3, yield_stress=235e6)
     >>> law.state.names
-    ('plastic', 'plastic_strain', 'opened')
+    ('plastic', 'plastic_strain', 'opened', 'plastic_work')
     """
     yield_stress = check.positive("yield_stress", yield_stress, "Pa")
     hardening = check.not_negative("hardening", hardening, "Pa",

@@ -6,9 +6,10 @@ the work of all forces, inner ones too, so that
 
     work from outside - friction - change of (kinetic energy of the nodes + strain + potential + springs)
 
-is what plastic flow has taken, up to the error of the stress in time. Kinetic energy that the transfers
-between points and grid make or lose, and held nodes that are stopped, is in no part: it is the scheme's, and
-what is left of the whole balance.
+is what plastic flow has taken, up to the error of the stress in time and of F-bar's mean. What the laws say
+that it has taken (``plastic_work`` of their states) is known apart from that. Kinetic energy that the
+transfers between points and grid make or lose, and held nodes that are stopped, is in no part: it is the
+scheme's, and what is left of the whole balance.
 """
 from typing import Any, Dict
 
@@ -17,7 +18,8 @@ import numpy as np
 from ..collective import total
 from ..compiled import compiled
 
-KINDS = "loads", "body force", "base", "interface", "supports", "walls", "friction", "nodes", "left"
+KINDS = ("loads", "body force", "base", "interface", "supports", "walls", "friction", "nodes", "left",
+         "plastic")
 
 
 @compiled
@@ -38,7 +40,8 @@ def work_of_nodes(force, holder, u, mass, before, after):
 class Works:
     """Sums since the start [J] by kind: work of loads, body force, motion of the base and interface, of
     supports and walls that move, what friction has taken, the change of the nodes' kinetic energy over the
-    steps, and strain and potential energy of what has left less that of what has come. Collective."""
+    steps, strain and potential energy of what has left less that of what has come, and what plastic flow had
+    taken from it. Collective."""
 
     def __init__(self, comm: Any) -> None:
         self._comm, self._sums = comm, np.zeros(len(KINDS))
@@ -49,7 +52,8 @@ class Works:
 
     def leave(self, body: Any, chosen: np.ndarray, gravity: np.ndarray, sign: float = 1.0) -> None:
         """The ``chosen`` points of a body leave; gravity: [m/s^2], (D,); sign: -1 of those that enter."""
-        self._sums[-1] += sign * total(self._comm, sum(body.energies(gravity, chosen)[1:]))
+        gone = [sum(body.energies(gravity, chosen)[1:]), body.plastic_work(chosen)]
+        self._sums[-2:] += sign * total(self._comm, gone)
 
     def enter(self, body: Any, chosen: np.ndarray, gravity: np.ndarray) -> None:
         """The ``chosen`` points of a body have come."""
@@ -60,7 +64,7 @@ class Works:
         u, v = increment.u[:len(found.holder)], grid.rule.velocity(grid, increment)
         held, nodes = work_of_nodes(found.imbalance, found.holder, u, grid.mass, grid.v, v)
         walls, friction = map(sum, zip((0.0, 0.0), *(term.spent for term, _ in found.springs)))
-        self._sums[:-1] += total(self._comm, [
+        self._sums[:-2] += total(self._comm, [
             sum(load.work(u) for load in problem.loads),
             0.0 if found.body is None else np.vdot(found.body[:len(u)], u),
             0.0 if problem.frame_pull is None else mean_pull(grid, problem) @ (grid.mass[:len(u)] @ u),

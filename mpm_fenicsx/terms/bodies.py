@@ -7,6 +7,7 @@ import numpy as np
 import mpm_dem_checks as check
 
 from ..basis.smooth import LINEAR
+from ..laws import ELASTIC_STATE
 from ..points.moments import momentum
 from ..points.points import Points, half_widths, seed
 from ..scene.geostatic import put_stress
@@ -209,6 +210,15 @@ class BodyTerm:
         mass, V0, v, *now = (values[chosen] for values in (p.mass, p.V0, p.v, *self._deformation()))
         kinetic, strain = self._kernels.energies(mass, V0, v, Deformation(*now), self._params)
         return kinetic, strain, -mass @ (p.x[chosen] @ gravity)
+
+    def plastic_work(self, chosen=slice(None)):
+        """What plastic flow has taken from this rank's points, or from the ``chosen``, since the start [J];
+        nan where the law flows and does not remember it."""
+        state = self.points.state
+        if self.body.law.state == ELASTIC_STATE:
+            return 0.0
+        known = "plastic_work" in state.dtype.names
+        return float(self.points.V0[chosen] @ state["plastic_work"][chosen]) if known else np.nan
 
     def momentum(self, chosen=slice(None)):
         """Of this rank's points, or of the ``chosen``, [kg m/s], followed by their angular momentum about

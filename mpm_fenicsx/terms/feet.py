@@ -3,22 +3,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..points.bins import Bins
+from ..compiled import specialise
+from ..points.bins import Bins, bin_of
+from .flanks import Seen, is_other, next_flank, share_slots
 from .springs import CLOSED, Answer, Springs, spring_matrix
 from .stencil_form import find_offsets
 from .wall_surfaces import WallElements, nearest
 
-D, K = 2, 4  # fixed by specialise
+D, K, S = 2, 4, 1  # fixed by specialise; S: most feet of a point on one wall
 SMOOTH = False  # whether the points have a smooth basis
 BEHIND, UNKNOWN, FRONT = -1, 0, 1  # sides of a wall
 
 
 class Feet(NamedTuple):
-    """Where m points have their feet, see ``surface_contact``: ``point`` (m,), number of the point;
-    ``element`` (m,), the nearest of the wall, and ``weight`` (m, D), the barycentric coordinates there;
-    ``normal`` (m, D); ``reach`` (m,), r [m]; ``gap`` (m,), g_n [m]."""
+    """m feet of points, see ``surface_contact``: ``point`` (m,), number of the point; ``slot`` (m,), of
+    the point, that keeps their state; ``element`` (m,), the nearest of the flank, and ``weight`` (m, D), the
+    barycentric coordinates there; ``normal`` (m, D); ``reach`` (m,), r [m]; ``gap`` (m,), g_n [m]."""
 
     point: np.ndarray
+    slot: np.ndarray
     element: np.ndarray
     weight: np.ndarray
     normal: np.ndarray
@@ -28,8 +31,8 @@ class Feet(NamedTuple):
     @staticmethod
     def room(n, dim):
         """For as many as n."""
-        whole = lambda: np.empty(n, np.int64)
-        return Feet(whole(), whole(), np.empty((n, dim)), np.empty((n, dim)), np.empty(n), np.empty(n))
+        whole, real = (lambda: np.empty(n, np.int64)), (lambda *shape: np.empty((n, *shape)))
+        return Feet(whole(), whole(), whole(), real(dim), real(dim), real(), real())
 
 
 class ThickPoints(NamedTuple):
@@ -41,22 +44,28 @@ class ThickPoints(NamedTuple):
     sunk: np.ndarray
 
 
-def find_feet(points: ThickPoints, bins: Bins, elements: WallElements, far, side, feet: Feet):
+class Slots(NamedTuple):
+    """What the S slots of n points know of one wall: ``element`` (n, S), in which each had its foot, or -1;
+    ``creased``, mask of the bins in which a point may have more than one. Both are empty when S is 1."""
+
+    element: np.ndarray
+    creased: np.ndarray
+
+
+def find_feet(points: ThickPoints, bins: Bins, elements: WallElements, far, side, slots: Slots,
+              feet: Feet):
     """Fill ``feet`` with those of the points in front of one wall; returns how many. side: (n,), of the wall,
     on which each point was; brought up to date."""
     x, half, sunk = points
-    point, element, weight, normal, reach, gap = feet
-    trial, work, place = np.empty(D), np.empty((3, D)), np.empty(D)
+    place, work, of_foot = np.empty(D), np.empty((3, D)), np.empty(S, np.int64)
+    seen = Seen(np.empty(S, np.int64), np.empty((S, D)), np.empty((S, D)), np.empty(S), np.empty((3, D)))
     count = 0
     for p in range(len(x)):
-        e, square, along, on_rim = nearest(p, x, bins, elements, far, trial, place, work)
+        e, square, along, on_rim = nearest(p, x, bins, elements, far, place, seen.weight[0], work)
         if e < 0:
             side[p] = UNKNOWN
             continue
-        r = 0.0
-        for i in range(D):
-            r += (elements.normal[e, i] * half[p, i]) ** 2
-        r = np.sqrt(r) - sunk[p]
+        r = reach_of(p, points, elements.normal[e])
         if on_rim and square - along * along > r * r:
             side[p] = UNKNOWN
             continue
@@ -66,11 +75,53 @@ def find_feet(points: ThickPoints, bins: Bins, elements: WallElements, far, side
             side[p] = BEHIND
         if side[p] != FRONT:
             continue
-        point[count], element[count], reach[count], gap[count] = p, e, r, along - r
-        for i in range(D):
-            weight[count, i], normal[count, i] = place[i], elements.normal[e, i]
-        count += 1
+        seen.element[0], seen.along[0], found, of_foot[0] = e, along, 1, 0
+        if S > 1 and slots.creased[bin_of(p, x, bins, D)]:
+            for i in range(D):
+                seen.arm[0, i] = x[p, i]
+                for a in range(D):
+                    seen.arm[0, i] -= seen.weight[0, a] * elements.corners[e, a, i]
+            while found < S and next_flank(p, x, bins, elements, found, slots.element, seen):
+                found += 1
+        if S > 1:
+            share_slots(p, found, elements.normal, slots.element, seen, of_foot)
+        for k in range(found):
+            add_foot(p, points, elements.normal, seen, k, count, feet)
+            feet.slot[count] = of_foot[k]
+            count += 1
     return count
+
+
+def reach_of(p, points: ThickPoints, normal):
+    """Of point p toward a wall with a ``normal`` [m]."""
+    r = 0.0
+    for i in range(D):
+        r += (normal[i] * points.half[p, i]) ** 2
+    return np.sqrt(r) - points.sunk[p]
+
+
+def add_foot(p, points: ThickPoints, normal, seen: Seen, k, q, feet: Feet):
+    """Foot k of point p becomes number q of the ``feet``."""
+    e, distance = seen.element[k], seen.along[k]
+    if k > 0:
+        square = 0.0
+        for i in range(D):
+            square += seen.arm[k, i] ** 2
+        distance = np.sqrt(square) if distance >= 0.0 else -np.sqrt(square)
+    feet.point[q], feet.element[q], feet.reach[q] = p, e, reach_of(p, points, normal[e])
+    feet.gap[q] = distance - feet.reach[q]
+    for i in range(D):
+        feet.weight[q, i], feet.normal[q, i] = seen.weight[k, i], normal[e, i]
+
+
+def foot_finder(dim, most):
+    """``find_feet`` for at most so many feet of each point on one wall."""
+    size = dict(D=dim, S=most)
+    reach = specialise(reach_of, D=dim)
+    add = specialise(add_foot, D=dim, reach_of=reach)
+    another = specialise(next_flank, **size, is_other=specialise(is_other, S=most))
+    return specialise(find_feet, **size, reach_of=reach, add_foot=add, nearest=specialise(nearest, D=dim),
+                      next_flank=another, share_slots=specialise(share_slots, S=most))
 
 
 class FootBasis(NamedTuple):
@@ -86,7 +137,7 @@ class FootBasis(NamedTuple):
 
 def foot_basis(feet: Feet, N, G, across, along):
     """Fill both, see ``FootBasis``, from values N (n, K) and gradients G (n, K, D) at the points."""
-    point, _, _, normal, reach, _ = feet
+    point, normal, reach = feet.point, feet.normal, feet.reach
     for q in range(len(point)):
         for a in range(K):
             s = 0.0

@@ -24,18 +24,20 @@ import numpy as np
 from ..compiled import specialise
 from ..points.moments import wrenches
 from ..points.points import surface_distances, surface_shares
-from .feet import Feet, FootBasis, ThickPoints, find_feet, follow, foot_basis, spread_feet, tangent
+from .feet import Feet, FootBasis, Slots, ThickPoints, follow, foot_basis, foot_finder, spread_feet, tangent
+from .flanks import Creases
 from .penalty import STICKS
 from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spend, spring_matrix
-from .wall_surfaces import WallSurfaces, nearest
+from .wall_surfaces import WallSurfaces
 
 NEAR = 1.0  # cells between a wall and the points that a step looks at
 
 
 class SurfaceContact:
     """Contact of one body with the ``surfaces`` of walls, see ``wall_surfaces.Surface``, as a term of a step
-    (see ``grid_state``). Each material point keeps, per wall, force [N], gap along the wall [m], status in
-    the tangent in use, and side; ``half`` and ``sunk``: see ``feet.ThickPoints``.
+    (see ``grid_state``). Each material point keeps, per wall, its side, and per slot for a foot there, of
+    which walls with creases have several (see ``flanks``), force [N], gap along the wall [m], status in the
+    tangent in use, and element (-1: none); ``half`` and ``sunk``: see ``feet.ThickPoints``.
 
     body: its term; stiffness: of each wall per area, at each point [Pa/m], shape (walls, n)."""
 
@@ -50,13 +52,17 @@ class SurfaceContact:
         self._h = background.h.max()
         self._walls = [WallSurfaces([surface], self._h, 2.0 * NEAR * self._h) for surface in surfaces]
         self.moves = any(wall.moves for wall in self._walls)
-        p, n, W, D = body.points, len(body.points), len(surfaces), self._dim
+        self._creases = [Creases(wall) for wall in self._walls]
+        most = [creases.most for creases in self._creases]
+        self._slots = np.concatenate([[0], np.cumsum(most)])  # the first of each wall
+        self._wall = np.repeat(np.arange(len(surfaces)), most)  # of each slot
+        p, n, W, M, D = body.points, len(body.points), len(surfaces), len(self._wall), self._dim
         area, self._stiffness = surface_shares(p.V0, body.thickness, D), stiffness.mean(axis=1)
         p.add(half=surface_distances(body.body, p.V0, background.basis.smooth), sunk=np.zeros(n),
               wall_stiffness=(stiffness * area).T.copy(),
-              wall_side=np.zeros((n, W), np.int8), wall_status=np.zeros((n, W), np.int8),
-              wall_force=np.zeros((n, W, D)), wall_gap=np.zeros((n, W, D)),
-              wall_foot=np.zeros((n, W, D)), wall_cell=np.zeros((n, W), np.int16))
+              wall_side=np.zeros((n, W), np.int8), wall_status=np.zeros((n, M), np.int8),
+              wall_force=np.zeros((n, M, D)), wall_gap=np.zeros((n, M, D)),
+              wall_foot=np.zeros((n, M, D)), wall_element=np.full((n, M), -1, np.int32))
         self._friction = [surface.friction for surface in surfaces]
         self._compile(background)
         found, _ = self._find_feet()
@@ -71,7 +77,7 @@ class SurfaceContact:
     def _compile(self, background):
         smooth, D = background.basis.smooth, self._dim
         size = dict(D=D, K=background.basis.nodes(D, background.cells.shape[1]))
-        self._find = specialise(find_feet, D=D, nearest=specialise(nearest, D=D))
+        self._find = {most: foot_finder(D, most) for most in {one.most for one in self._creases}}
         self._foot_basis, self._follow, self._spread = (
             specialise(kernel, **size) for kernel in (foot_basis, follow, spread_feet))
         self._tangent = specialise(tangent, **size, SMOOTH=smooth,
@@ -82,12 +88,15 @@ class SurfaceContact:
         """``Feet`` of all walls, and the wall of each."""
         p, parts = self._body.points, []
         points = ThickPoints(p.x, p.half, p.sunk)
-        for w, wall in enumerate(self._walls):
-            feet, side = Feet.room(len(p), self._dim), p.wall_side[:, w].copy()
-            count = self._find(points, wall.bins, wall.walls, wall.far, side, feet)
+        for w, (wall, creases, first) in enumerate(zip(self._walls, self._creases, self._slots)):
+            kept = slice(first, first + (creases.most if creases.most > 1 else 0))
+            slots = Slots(np.ascontiguousarray(p.wall_element[:, kept]), creases.bins)
+            feet, side = Feet.room(len(p) * creases.most, self._dim), p.wall_side[:, w].copy()
+            count = self._find[creases.most](points, wall.bins, wall.walls, wall.far, side, slots, feet)
             p.wall_side[:, w] = side
             chosen = np.flatnonzero(feet.gap[:count] < NEAR * self._h)
             parts.append(Feet(*(values[chosen] for values in feet)))
+            parts[-1].slot[:] += first
         number = np.repeat(np.arange(len(parts)), [len(part.point) for part in parts])
         return Feet(*(np.concatenate(values) for values in zip(*parts))), number
 
@@ -107,13 +116,14 @@ class SurfaceContact:
         is no load."""
         body, p = self._body, self._body.points
         if self.moves:
-            for wall in self._walls:
+            for wall, creases in zip(self._walls, self._creases):
                 wall.place(grid.time)
+                creases.place()
         feet, number = self._find_feet()
-        self._index, normal = (feet.point, number), feet.normal
+        self._index, self._number, normal = (feet.point, feet.slot), number, feet.normal
         at = [feet.element[number == w] for w in range(len(self._walls))]
         self._arm = -feet.reach[:, None] * normal
-        self._on_cell = np.concatenate([cell[e] for cell, e in zip(self._cell, at)])
+        self._element = feet.element
         element, nodes = np.ascontiguousarray(body._element[feet.point]), body._elements.nodes
         shape = len(element), nodes.shape[1]
         self._basis = FootBasis(element, nodes, np.empty(shape), np.empty(shape), normal)
@@ -129,7 +139,7 @@ class SurfaceContact:
             self._wall_moved = now - before
             self._slip -= self._wall_moved
             base -= now - before + AHEAD * (before - 4.0 * half + 3.0 * now)  # dt times its last velocity
-        pressed, stiffness = np.sum(force * normal, axis=1), p.wall_stiffness[self._index]
+        pressed, stiffness = np.sum(force * normal, axis=1), p.wall_stiffness[feet.point, number]
         pressed, self._sticks = (np.full_like(pressed, STICKS) if self._sticks else pressed), False
         rough = np.concatenate([friction[e] for friction, e in zip(self._friction, at)])
         limit = np.where(pressed > 0.0, rough, 0.0)
@@ -141,7 +151,7 @@ class SurfaceContact:
 
     def _motion(self, feet, time):
         """Places of the wall at the feet at ``time`` [s], shape (m, D) [m]."""
-        starts = np.searchsorted(self._index[1], np.arange(len(self._walls) + 1))
+        starts = np.searchsorted(self._number, np.arange(len(self._walls) + 1))
         parts = [slice(*ends) for ends in zip(starts, starts[1:])]
         return np.concatenate([
             np.einsum("qk,qki->qi", feet.weight[part], wall.places(time)[wall.elements[feet.element[part]]])
@@ -153,7 +163,7 @@ class SurfaceContact:
         off = np.ones(p.wall_status.shape, bool)
         off[self._index] = False
         self._some_left = bool(p.wall_status[off].any())
-        p.wall_force[off], p.wall_gap[off], p.wall_status[off] = 0.0, 0.0, 0
+        p.wall_force[off], p.wall_gap[off], p.wall_status[off], p.wall_element[off] = 0.0, 0.0, 0, -1
 
     def first_trial(self, grid, increment):
         """Gap, force and status of the springs at the increment, an ``Answer``."""
@@ -178,15 +188,16 @@ class SurfaceContact:
     def stored(self):
         """Energy in the springs of this rank [J]."""
         p = self._body.points
-        return 0.5 * np.sum(p.wall_force**2 / p.wall_stiffness[..., None])
+        return 0.5 * np.sum(p.wall_force**2 / p.wall_stiffness[:, self._wall, None])
 
     def held(self):
         """See ``penalty.Penalties.held``, at the feet of the points."""
         p, found = self._body.points, {name: 0.0 for cells in self._cells for name in cells}
-        for w, cells in enumerate(self._cells):
-            rows = wrenches(p.x + p.wall_foot[:, w], p.wall_force[:, w])
-            for cell, name in enumerate(cells):
-                found[name] = found[name] + rows[p.wall_cell[:, w] == cell].sum(axis=0)
+        for slot, w in enumerate(self._wall):
+            rows = wrenches(p.x + p.wall_foot[:, slot], p.wall_force[:, slot])
+            on_cell = self._cell[w][p.wall_element[:, slot]]  # without a foot there is no force
+            for cell, name in enumerate(self._cells[w]):
+                found[name] = found[name] + rows[on_cell == cell].sum(axis=0)
         return found
 
     def switched(self, answer):
@@ -211,7 +222,7 @@ class SurfaceContact:
         gap = np.where(status[:, None] % CLOSED == STICK, moved, -force / springs.stiffness[:, None])
         p.wall_gap[self._index] = gap - np.sum(gap * springs.normal, axis=1)[:, None] * springs.normal
         p.wall_force[self._index] = force
-        p.wall_foot[self._index], p.wall_cell[self._index] = self._arm, self._on_cell
+        p.wall_foot[self._index], p.wall_element[self._index] = self._arm, self._element
 
     def move(self, time):
         """Nothing: the walls are placed at the start of a step."""
@@ -220,9 +231,11 @@ class SurfaceContact:
         """Force of the walls, or of the force cell of one, of that name on the points of this rank [N], shape
         (D,)."""
         p, force = self._body.points, np.zeros(self._dim)
-        for w, cells in enumerate(self._cells):
+        for slot, w in enumerate(self._wall):
+            cells = self._cells[w]
             if self.names[w] == name:
-                force += p.wall_force[:, w].sum(axis=0)
+                force += p.wall_force[:, slot].sum(axis=0)
             elif name in cells:
-                force += p.wall_force[p.wall_cell[:, w] == cells.index(name), w].sum(axis=0)
+                on_cell = self._cell[w][p.wall_element[:, slot]]
+                force += p.wall_force[on_cell == cells.index(name), slot].sum(axis=0)
         return force

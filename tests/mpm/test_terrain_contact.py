@@ -122,7 +122,9 @@ def test_a_point_near_a_ridge_has_the_normal_of_the_nearest_triangle():
     solid = solid_on(terrain, None, SOIL, terrain.structure(), depth=0.05, above=0.3)
     contact, = solid._contacts
     feet = contact._find_feet()[0]
-    assert len(np.unique(feet.point)) == len(feet.point) >= 256
+    point, first = np.unique(feet.point, return_index=True)  # others are on other flanks
+    assert len(point) >= 256
+    feet = type(feet)(*(values[first] for values in feet))
     corner = terrain.x[terrain.elements]
     unit = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     unit /= np.linalg.norm(unit, axis=1)[:, None]

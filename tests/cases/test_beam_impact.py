@@ -262,18 +262,3 @@ def test_grid_by_size_has_columns_at_the_ends(case):
     columns = np.linspace(grid.box.lower[0], grid.box.upper[0], grid.cells[0] + 1)
     assert columns[[1, -2]] == pytest.approx([-0.07675, 0.07675], rel=1e-14)
     assert grid.box.size / grid.cells == pytest.approx([1e-3, 1e-3], rel=5e-3)
-
-
-# ---------------------------------------------------------------- processes
-
-
-@pytest.mark.mpi
-def test_two_ranks_give_the_same(run, run_ranks, words, backend, tmp_path):
-    """Only the order of the sums differs: measured at most 7e-12 of the largest value, on three ranks too."""
-    alone = only(run(dem=backend, t_end=1e-4))
-    done = run_ranks(2, ROOT / "cases/beam_impact.py", *words(f"dem={backend} t_end=1e-4 paraview=10"))
-    assert done.returncode == 0 and done.stdout.count("\n") == 6, done.stderr
-    two = read(tmp_path / "history.csv")
-    for name in FIRST:
-        assert np.abs(two[name] - alone[name]).max() < 1e-9 * np.abs(alone[name]).max(), name
-    assert json.loads((tmp_path / "report.json").read_text())["ranks"] == 2

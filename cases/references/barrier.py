@@ -58,21 +58,29 @@ def force(history: Any, matter: str, names: Tuple[str, ...]) -> np.ndarray:
     return sum((history[c] for c in columns if c in history.columns), np.zeros(len(history["time"])))
 
 
+MEAN = 0.02  # [s]
+
+
 def draw(path: Path, histories: Dict[str, History], names: Tuple[str, ...]) -> None:
     """Force of soil and rocks on the force cells ``names`` of a barrier, beside that of a jet like the flow
-    before it, on each of them, and the impulse."""
+    before it, on each of them, and the impulse. Forces thick: means over the last ``MEAN`` s, thin: of
+    each window."""
     panels: Dict[str, list] = {"force on the barrier [N]": [], "force on each cell [N]": [],
-                               "impulse [N s]": []}
+                               "impulse on the barrier [N s]": []}
     first, cells, impulse = panels.values()
     for name, history in histories.items():
         t, told = history["time"], f" ({name})" if len(histories) > 1 else ""
         soil, rock = (force(history, matter, names) for matter in ("soil", "rock"))
-        first += [(t, soil, f"soil{told}", "run")] + [(t, rock, f"rocks{told}", "run")] * bool(rock.any())
-        for cell in names:
-            both = force(history, "soil", (cell,)) + force(history, "rock", (cell,))
-            cells.append((t, both, f"{cell}{told}", "run"))
-        impulse.append((t, np.cumsum((soil + rock) * history["window"]), f"both{told}", "run"))
+        shown = {"soil": soil, "rocks": rock} if rock.any() else {"soil": soil}
+        each = {cell: force(history, "soil", (cell,)) + force(history, "rock", (cell,)) for cell in names}
+        for panel, parts in (first, shown), (cells, each):
+            for label, values in parts.items():
+                mean = figure.mean_over(t, history["window"], values, MEAN)
+                panel.append((t, mean, f"{label}, mean of {1e3 * MEAN:.0f} ms{told}", "run"))
+                panel.append((t, values, "", "thin"))
         first.append((t, history["front_force"], f"ρ v² h w{told}", "reference"))
+        for label, values in {**shown, "together": soil + rock}.items() if rock.any() else shown.items():
+            impulse.append((t, np.cumsum(values * history["window"]), f"{label}{told}", "run"))
     figure.draw(path, "time [s]", panels)
 
 

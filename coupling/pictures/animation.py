@@ -11,6 +11,7 @@ from .sights import Sight
 from .space import FLIERS, paint, view_of
 
 COLOURS = {2: 64, 3: 256}  # of the palette, in the plane and in space; 64 take half the file of 256
+COLOURED = 0.99  # part of the points with colours of their own: a few fast ones would darken the rest
 SECONDS = 0.08  # that each picture is shown
 WIDTH = 640  # [pixels]
 
@@ -23,7 +24,7 @@ def save(path: Path, frames: Sequence[tuple], label: str, look: tuple = (np.zero
     polygons [m], shape (m, corners, 2); look: gravity [m/s^2], shape (3,), and angles of the eye, see
     ``space.view_of``.
     """
-    most = max(np.quantile(values, 0.999) for _, _, values, _ in frames) or 1.0
+    most = max(np.quantile(values, COLOURED) for _, _, values, _ in frames) or 1.0
     dim = frames[0][1].shape[1]
     images = (_in_space if dim == 3 else _in_the_plane)(frames, label, most, look)
     pictures = [image.quantize(COLOURS[dim], dither=0) for image in images]
@@ -40,7 +41,7 @@ def _in_the_plane(frames: Sequence[tuple], label: str, most: float, look: tuple)
     dots = axis.scatter([], [], c=[], s=1.5, cmap="viridis", vmin=0, vmax=most, linewidth=0)
     axis.set(xlim=(low[0], low[0] + 1.02 * span[0]), ylim=(low[1], low[1] + 1.05 * span[1]), aspect="equal",
              xlabel="x [cm]", ylabel="y [cm]")
-    figure.colorbar(dots, ax=axis, label=label, pad=0.02)
+    figure.colorbar(dots, ax=axis, label=label, pad=0.02, extend="max")
     pictures = []
     for title, x, values, things in frames:
         dots.set_offsets(100 * x)
@@ -82,7 +83,7 @@ def _in_space(frames: Sequence[tuple], label: str, most: float, look: tuple) -> 
                                 layout="constrained")
     axis.set_axis_off()
     image = axis.imshow(np.ones((camera.picture_height, WIDTH - 80, 3)), interpolation="none")
-    figure.colorbar(colours, ax=axis, label=label, pad=0.02, shrink=0.8)
+    figure.colorbar(colours, ax=axis, label=label, pad=0.02, shrink=0.8, extend="max")
     pictures = []
     for title, x, values, things in frames:
         image.set_data(paint(view, WIDTH - 80, (x, radius, colours.to_rgba(values)[:, :3]), things))

@@ -13,7 +13,7 @@ from . import perspective
 from .perspective import FINE, LIGHT, Camera
 
 SURFACE = dict(ambient=0.35, diffuse=0.75, specular=0.2, specular_power=30.0)
-LAMPS = (LIGHT, 0.8), (np.array([0.5, 0.2, 1.0]), 0.35)  # towards them as the eye sees it, intensity
+LAMPS = (LIGHT, 0.8), (np.array([0.8, 0.1, 1.0]), 0.5)  # towards them as the eye sees it, intensity
 LINE = 2.0  # [pixels of the buffer] width
 
 

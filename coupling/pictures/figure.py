@@ -3,7 +3,10 @@ for."""
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, Sequence
 
+import numpy as np
+
 STYLES: Dict[str, dict] = {"run": dict(linewidth=2), "under": dict(linewidth=6, alpha=0.35),
+          "thin": dict(linewidth=0.7, alpha=0.45),
           "reference": dict(color="black", linewidth=1, linestyle=(0, (4, 3)), zorder=3)}
 MATRIX = {"right": ("tab:green", "o"), "inaccurate": ("tab:orange", "D"), "stopped": ("tab:blue", "s"),
           "wrong": ("tab:red", "X")}
@@ -13,15 +16,15 @@ def draw(path: Path, xlabel: str, panels: Mapping[str, Sequence[tuple]]) -> None
     """Save a picture with one panel above the other.
 
     panels: label of the vertical axis → curves (x, y, label, style), arrays of shape (n,). Styles: "run";
-    "under", a broad pale line that stays visible below another run, in the same colours; "reference", thin
-    and black.
+    "under", a broad pale line that stays visible below another run, in the same colours; "thin", a pale one
+    for what is rugged, in the same colours, too; "reference", thin and black. A label "" is not shown.
     """
     plt = pyplot()
     figure, axes = plt.subplots(len(panels), 1, sharex=True, figsize=(7, 3 * len(panels)), squeeze=False)
     for axis, (ylabel, curves) in zip(axes[:, 0], panels.items()):
         drawn = dict.fromkeys(STYLES, 0)
         for x, y, label, style in curves:
-            axis.plot(x, y, label=label, **{"color": f"C{drawn[style]}", **STYLES[style]})
+            axis.plot(x, y, label=label or None, **{"color": f"C{drawn[style]}", **STYLES[style]})
             drawn[style] += 1
         axis.set_ylabel(ylabel)
         axis.grid(alpha=0.3)
@@ -94,6 +97,19 @@ def draw_matrix(path: Path, rows: Sequence[tuple]) -> None:
     figure.tight_layout()
     figure.savefig(path, dpi=110)
     plt.close(figure)
+
+
+def mean_over(time: np.ndarray, window: np.ndarray, force: np.ndarray, span: float) -> np.ndarray:
+    """Mean over the last ``span`` [s] of a force that is constant in each window and zero before the first.
+
+    time: ends of the windows [s], window: their lengths [s], force: any unit, shape (n,) all; so is what
+    comes back.
+
+    >>> mean_over(np.array([1.0, 2.0, 3.0]), np.ones(3), np.array([4.0, 6.0, 0.0]), 2.0).tolist()
+    [2.0, 5.0, 3.0]
+    """
+    ends, impulse = np.append(time[0] - window[0], time), np.append(0.0, np.cumsum(force * window))
+    return (impulse[1:] - np.interp(time - span, ends, impulse)) / span
 
 
 def front(times: Sequence[float], errors: Sequence[float]) -> List[int]:

@@ -12,6 +12,7 @@ from .perspective import GREY, edges_of, radius_of_points
 from .sights import Sight
 from .space import draw_on, view_of
 
+COLOURED = 0.99  # part of the points in space with colours of their own, as few have by far the most
 Pair = Tuple[np.ndarray, np.ndarray]  # places and what is there: cells, elements or radii
 
 
@@ -26,12 +27,13 @@ def draw(path: Path, solid: np.ndarray, grid: Pair, wall: Pair, things: Sight, v
     """
     plt = pyplot()
     figure, axes = plt.subplots(figsize=(10, 4), layout="constrained" if solid.shape[1] == 3 else None)
+    extend = "neither"
     if solid.shape[1] == 3:
-        points = _space(axes, solid, grid, wall, things, (values, look))
+        extend, points = "both", _space(axes, solid, grid, wall, things, (values, look))
     else:
         points = _plane(axes, 100 * solid, (100 * grid[0], grid[1]), (100 * wall[0], wall[1]), things, values)
     axes.set_title(texts[0], loc="right", fontsize="medium")
-    figure.colorbar(points, ax=axes, label=texts[1], shrink=0.7, pad=0.02)
+    figure.colorbar(points, ax=axes, label=texts[1], shrink=0.7, pad=0.02, extend=extend)
     figure.savefig(path, dpi=150, bbox_inches="tight")
     plt.close(figure)
 
@@ -55,7 +57,8 @@ def _plane(axes: Any, solid: np.ndarray, grid: Pair, wall: Pair, things: Sight, 
 def _space(axes: Any, solid: np.ndarray, grid: Pair, wall: Pair, things: Sight, seen: tuple) -> Any:
     """The same in perspective; returns what the colour bar is for."""
     values, look = seen
-    view, colours = view_of([solid], [things], *look), ramp("coolwarm", *[np.abs(values).max() or 1.0] * 2)
+    limit = np.quantile(np.abs(values), COLOURED) or 1.0
+    view, colours = view_of([solid], [things], *look), ramp("coolwarm", limit, limit)
     canvas = new_canvas(view.camera(1400))
     draw_on(canvas, view, (solid, radius_of_points(solid), colours.to_rgba(values)[:, :3]), things)
     canvas.lines(*edges_of(view.low, view.high), GREY)

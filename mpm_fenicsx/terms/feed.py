@@ -30,47 +30,54 @@ class Feed:
         self._gravity = gravity
         self.width = inflow.width or term.thickness
         self.flow = inflow.hydrograph(self.width)
-        self.spacings = 2.0 * half_widths(term.body, term.points.V0).mean(axis=0)[list(inflow.axes)]
-        self.length = inflow.length or COLUMN * h[inflow.axes[0]]
+        self._axes = inflow.axes
+        half = half_widths(term.body, term.points.V0).mean(axis=0)
+        self.spacings = 2.0 * np.sqrt(self._axes**2 @ half**2)
+        self._reach = abs(self._axes) @ h  # of a cell, along the axes of the inlet
+        self.length = inflow.length or COLUMN * self._reach[0]
         area = self.flow.discharge / np.where(self.flow.speed > 0.0, self.flow.speed, np.inf)
         self._deepest = float(area.max() / self.width)
 
     # ---------------------------------------------------------------- where it is
 
-    def box(self):
-        """Lower and upper corner of what may hold points of the column [m]."""
-        inflow = self.inflow
-        low, high = inflow.at.copy(), inflow.at.copy()
-        (low if inflow.sign > 0 else high)[inflow.axes[0]] -= inflow.sign * self.length
-        high[inflow.axes[1]] += self._deepest
-        for axis in inflow.axes[2:]:
-            low[axis], high[axis] = low[axis] - 0.5 * self.width, high[axis] + 0.5 * self.width
-        return low, high
+    def extent(self):
+        """From where to where points of the column may be along the axes of the inlet [m], shape (D,)
+        both."""
+        D, half = len(self.inflow.at), 0.5 * self.width
+        return np.array([-self.length, 0.0, -half][:D]), np.array([0.0, self._deepest, half][:D])
+
+    def _seen(self, x):
+        """Places x [m], shape (n, D), from the inlet along its axes."""
+        return (x - self.inflow.at) @ self._axes.T
 
     def check_inside(self, box, origin):
         """ValueError where the column is not inside the ``box`` of the grid; origin: see ``frame``."""
-        (low, high), inflow = self.box(), self.inflow
-        slack = ROUND * self._h
+        inflow, slack = self.inflow, ROUND * self._h
+        corners = np.stack(np.meshgrid(*zip(*self.extent()), indexing="ij"), axis=-1).reshape(
+            -1, len(inflow.at)) @ self._axes + inflow.at
+        low, high = corners.min(axis=0), corners.max(axis=0)
         for axis in range(len(inflow.at)):
             if box.lower[axis] - slack[axis] <= low[axis] and high[axis] <= box.upper[axis] + slack[axis]:
                 continue
             ends = f"from {low[axis] + origin[axis]:.6g} to {high[axis] + origin[axis]:.6g} m"
             grid = f"{box.lower[axis] + origin[axis]:.6g} to {box.upper[axis] + origin[axis]:.6g} m"
             what = ("its points come from a column upstream", "it is deep", "it is wide")[
-                inflow.axes.index(axis)]
+                np.argmax(abs(self._axes[:, axis]))]
             raise ValueError(f"{inflow.name} does not fit into the grid: along {'xyz'[axis]} {what} {ends}, "
                              f"and the grid covers {grid}, move the inlet or enlarge the grid")
 
     def support(self):
-        """What holds the nodes that points of the column reach, from the plane upstream."""
-        (low, high), along = self.box(), self.inflow.axes[0]
-        reach = (1.0 - ROUND) * self._h
-        low, high = low - reach, high + reach
-        (high if self.inflow.sign > 0 else low)[along] = self.inflow.at[along] + (
-            self.inflow.sign * ROUND * self._h[along])
-        way = np.eye(len(low))[along] * self.inflow.sign
-        return Support(lambda x: ((x >= low) & (x <= high)).all(axis=1), "xyz"[:len(low)],
-                       lambda time: way * self._place(time), self.inflow.name)
+        """What holds the nodes that points of the column reach, those of all cells that reach behind the
+        plane: of a plane along nodes none beyond it."""
+        low, high = self.extent()
+        low, high = low - (1.0 - ROUND) * self._reach, high + (1.0 - ROUND) * self._reach
+
+        def where(x):
+            seen = self._seen(x)
+            return ((seen >= low) & (seen <= high)).all(axis=1)
+
+        return Support(where, "xyz"[:len(low)], lambda time: self._axes[0] * self._place(time),
+                       self.inflow.name)
 
     def _place(self, time):
         """Of the column [m]: after the end it goes on until its last layer has left the plane's cells."""
@@ -98,41 +105,52 @@ class Feed:
             return None
         counts = [1, max(1, round(depth / s[1])), *(max(1, round(self.width / width)) for width in s[2:])]
         sizes = np.array([end - begin, depth, self.width])[:len(s)]
-        D, axes = len(s), list(inflow.axes)
+        D = len(s)
         places = np.stack(np.meshgrid(*[(np.arange(n) + 0.5) / n for n in counts], indexing="ij"),
                           axis=-1).reshape(-1, D) * sizes
-        places[:, 0] = inflow.sign * (flow.travelled(time) - 0.5 * (begin + end))
+        places[:, 0] = flow.travelled(time) - 0.5 * (begin + end)
         if D == 3:
             places[:, 2] -= 0.5 * self.width
-        x, half, velocity = np.empty_like(places), np.empty_like(places), np.zeros(D)
-        x[:, axes], half[:, axes] = places, 0.5 * sizes / counts
-        velocity[axes[0]] = inflow.sign * np.interp(time, flow.times, flow.speed)
-        cloud = Cloud(x + inflow.at, np.full(len(x), volume / len(x) / self.term.thickness), half)
+        half = np.tile(self._turned(0.5 * sizes / counts), (len(places), 1))
+        velocity = self._axes[0] * np.interp(time, flow.times, flow.speed)
+        cloud = Cloud(places @ self._axes + inflow.at,
+                      np.full(len(places), volume / len(places) / self.term.thickness), half)
         points = self._make(self._body(cloud, velocity, depth), first).points
         points.add(half=half)
-        points.a[:] = 0.0
-        points.a[:, axes[0]] = inflow.sign * flow.acceleration(time)
+        points.a[:] = self._axes[0] * flow.acceleration(time)
         return points
+
+    def _turned(self, half):
+        """Half-widths along the axes of the grid of points whose ones along those of the inlet are ``half``
+        [m], shape (D,): of the ellipsoid in it, with the volume kept."""
+        found = np.sqrt(half**2 @ self._axes**2)
+        return found * (half.prod() / found.prod()) ** (1.0 / len(half))
 
     def _body(self, cloud, velocity, depth):
         """The body of a layer, with the stress of its depth."""
         record, stress = self.term.body, self.inflow.stress
         if "plastic" not in (record.law.state.names or ()):
             stress = None
-        elif stress is None and self.inflow.axes[1] == 1 and self._gravity[1] < 0.0:
-            stress = at_rest(self.inflow.at[1] + depth, record.rho, self._gravity,
-                             *ratio(self.inflow, record))
+        elif stress is None and self._axes[1] @ self._gravity < 0.0:
+            stress = self._at_rest(depth, record)
         return replace(record, shape=cloud, cells=None, points=None, cell=None, velocity=tuple(velocity),
                        stress=stress)
 
+    def _at_rest(self, depth, record):
+        """``at_rest`` of a layer as deep as that [m], along the axes of the inlet, as tensors along those of
+        the grid."""
+        turned, D = np.eye(3), len(self._axes)
+        turned[:D, :D] = self._axes
+        along = at_rest(depth, record.rho, self._axes @ self._gravity, *ratio(self.inflow, record))
+        return lambda x: np.einsum("ki,nkl,lj->nij", turned, along(self._seen(x)), turned)
+
     def upstream(self, first):
         """Volume of this rank's points from number ``first`` on that has not come through the plane [m^3]."""
-        p, (low, high), along = self.term.points, self.box(), self.inflow.axes[0]
-        past = self.inflow.sign * (p.x[:, along] - self.inflow.at[along]) / self.spacings[0]
-        (low if self.inflow.sign > 0 else high)[along] = -self.inflow.sign * np.inf
-        (high if self.inflow.sign > 0 else low)[along] += self.inflow.sign * self.spacings[0]
-        here = (p.gid >= first) & ((p.x >= low - self._h) & (p.x <= high + self._h)).all(axis=1)
-        return float(p.V0[here] @ np.clip(0.5 - past[here], 0.0, 1.0))
+        p, (low, high) = self.term.points, self.extent()
+        seen = self._seen(p.x)
+        low[0], high[0] = -np.inf, self.spacings[0]
+        here = (p.gid >= first) & ((seen >= low - self._reach) & (seen <= high + self._reach)).all(axis=1)
+        return float(p.V0[here] @ np.clip(0.5 - seen[here, 0] / self.spacings[0], 0.0, 1.0))
 
 
 def ratio(inflow, record):

@@ -5,8 +5,12 @@ linear [N s] and angular about zero [N m s]. For each side, and for both togethe
 
     momentum - momentum at the start = sum of the impulses from outside,
 
-where "interface" is outside for one side, and sums to zero over both. The errors of this identity are
-relative to the largest number in it so far, a momentum or the impulse of a name since the start.
+where "interface" is outside for one side. Over both it sums to zero with the row "exchange", what the scheme
+of the coupling itself makes: the grains push a wall that goes before or after the interface, at the ends of
+``Window.arms``, and what they answer beyond the force on the solid is ``owed`` to it. It is computed from
+these arms and forces, not from the books of the sides: one of them that takes the force elsewhere does not
+close. The errors of this identity are relative to the largest number in it so far, a momentum or the impulse
+of a name since the start.
 """
 import re
 from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Tuple
@@ -15,10 +19,10 @@ import numpy as np
 
 from .departures import left
 from .limit import say
-from .momentum import AXES, Momentum
+from .momentum import AXES, Momentum, turning
 
 # no regions: nothing is pushed there
-SCHEME = "gravity", "base", "body force", "interface", "arms", "inflow", "outflow", "numerical"
+SCHEME = "gravity", "base", "body force", "interface", "arms", "exchange", "inflow", "outflow", "numerical"
 SIDES = "solid", "grains"
 MATTER = {"solid": "soil", "grains": "rock"}
 WARN = 1e-8  # error from which a run says that its books do not close
@@ -104,12 +108,13 @@ class Books:
     def __init__(self, solid: Any, grains: Any, of_grains: Optional[Momentum] = None) -> None:
         self._sides = open_books(solid, grains, of_grains)
         self.columns: Dict[str, Tuple[str, str]] = {}
-        self._scale, self._told, self._repeats = [0.0, 0.0], False, False
+        self._scale, self._told = [0.0, 0.0], False
         if not self._sides:
             return
         sides, found = [*self._sides.values()], regions(solid, grains)
         self._booked = np.array([side.booked for side in sides])
         self._dim = 2 if self._booked.shape[1] == 3 else 3
+        self._both, self._exchange = len(sides) == len(SIDES), np.zeros(self._booked.shape[1])
         self._put_together(sides, found)
         given = self._given()
         sums = self._matrix @ given
@@ -128,9 +133,10 @@ class Books:
             keys = [key for key, one in zip(found, some) if one]
             self.columns |= means_of(MATTER[name], keys, self._dim)
         self.columns |= {f"impulse_{key}_{axis}": ("N s", "impulse of soil and rock on it since the start")
-                         for key in found for axis in AXES[:self._dim]} | ERRORS
+                         for key in found for axis in AXES[:self._dim]}
+        self.columns |= (exchange_columns(self._dim) if self._both else {}) | ERRORS
         exchanged = [name == "interface" for side in sides for name in side.names]
-        between = [exchanged] if len(sides) == len(SIDES) else []
+        between = [exchanged] if self._both else []
         self._means = sum(map(len, means))
         self._ends = self._means + len(whole)
         self._matrix = np.vstack([*means, whole, of_side, *between])
@@ -148,9 +154,12 @@ class Books:
         if not self._sides:
             return {}
         given, n, m = self._given(), self._means, self._ends
+        if self._both:
+            self._exchange = self._exchange + exchange(window, self._dim)
         sums = self._matrix @ given
         mean, self._before = (sums[:n] - self._before) / window.dt, sums[:n]
         return dict(zip(self.columns, [*mean.ravel().tolist(), *sums[n:m, :self._dim].ravel().tolist(),
+                                       *self._exchange[:len(self._exchange) * self._both].tolist(),
                                        *self._errors(window, given, sums[m:])]))
 
     def _errors(self, window: Any, given: np.ndarray, sums: np.ndarray) -> List[float]:
@@ -158,15 +167,15 @@ class Books:
         side, and of the interface."""
         momenta, k, linear = self._momenta(window), len(self._sides), slice(self._dim)
         rest = np.where(self._booked, momenta - self._base - sums[:k], 0.0)
-        open_ends = np.concatenate([rest, sums[k:]])
+        open_ends = np.concatenate([rest, sums[k:] + self._exchange])
         largest = np.abs(np.concatenate([given, momenta])).max(axis=0).tolist()
         parts = linear, slice(self._dim, None)
         self._scale = [max(size, *largest[part]) for size, part in zip(self._scale, parts)]
         scale = [size or 1.0 for size in self._scale]
-        self._repeats |= getattr(window, "iterations", 1) > 1  # then both sides agree to its tolerance
-        for where, error in zip((*self._sides, *["interface"] * (not self._repeats)),
-                                np.abs(open_ends[:, linear]).max(axis=1).tolist()):
-            self._warn(where, error / scale[0], window)
+        for part, size in zip(parts, scale):
+            for where, error in zip((*self._sides, "interface"),
+                                    np.abs(open_ends[:, part]).max(axis=1).tolist()):
+                self._warn(where, error / size, window)
         unexplained = np.abs(open_ends.sum(axis=0)).tolist()
         return [max(unexplained[part]) / size for part, size in zip(parts, scale)]
 
@@ -181,14 +190,38 @@ class Books:
 
     def get_state(self) -> Dict[str, Any]:
         """Everything that decides the entries to come, as name → numbers."""
-        return {"scale": np.array(self._scale), "told": self._told, "repeats": self._repeats}
+        return {"scale": np.array(self._scale), "told": self._told,
+                **({"exchange": self._exchange.copy()} if self._sides else {})}
 
     def set_state(self, state: Dict[str, Any]) -> None:
         """Go on from there, with both sides as they are then."""
         self._scale, self._told = state["scale"].tolist(), state["told"]
-        self._repeats = bool(state["repeats"])
         if self._sides:
+            self._exchange = np.array(state["exchange"])
             self._before = (self._matrix @ self._given())[:self._means]
+
+
+def exchange(window: Any, dim: int) -> np.ndarray:
+    """What the interface gives both sides together in a ``window``, negative: linear [N s], then angular
+    about zero [N m s], see above. shape (3,) in a plane, else (6,)."""
+    row = np.zeros(3 if dim == 2 else 6)
+    arms, owed = getattr(window, "arms", None), getattr(window, "owed", None)
+    if arms is not None:
+        row[dim:] += turning(arms, window.wall_force)
+    if owed is not None:
+        row[:dim] += owed.sum(axis=0)
+        row[dim:] += turning(window.x - 0.5 * window.moved, owed)
+    return window.dt * row
+
+
+def exchange_columns(dim: int) -> Dict[str, Tuple[str, str]]:
+    """Of the row "exchange", name → (unit, meaning)."""
+    what = "of the exchange itself since the start, which"
+    return {**{f"impulse_exchange_{axis}": ("N s", f"impulse along {axis} {what} the solid is still to get")
+               for axis in AXES[:dim]},
+            **{f"angular_exchange_{axis}": (
+                "N m s", f"impulse about {axis} {what} acts at other places on both sides")
+               for axis in AXES[-1 if dim == 2 else 0:]}}
 
 
 def means_of(matter: str, keys: Iterable[str], dim: int) -> Dict[str, Tuple[str, str]]:

@@ -29,8 +29,8 @@ LINEAR = {"grains": "impulse of the interface on the particles along {} since th
           "solid": "impulse of the interface on the solid's grid nodes along {} since the start"}
 ANGULAR = {"grains": "impulse about the {} axis of the interface on the particles since the start: their "
                      "change of angular momentum less gravity's share",
-           "solid": "the same on the solid; the sum with that of the grains falls with the square of the "
-                    "window"}
+           "solid": "the same on the solid; the sum with that of the grains is what angular_exchange "
+                    "tells"}
 
 SUMS = "impulse", "angular", "work_wall", "work_solid", "scale"  # since the start
 MADE = 0.25  # energy out of nothing, relative to the largest so far, beyond which a closed system is stopped

@@ -92,7 +92,8 @@ class Iterated(Coupled):
         self._next = IterationState(residual, self._relax.get_state(), self._wall_force)
         return Window(number, time, dt, force=force, moved=moved, v_start=self._v, particles=particles,
                       seconds=clock.seconds, change=self._change, substeps=steps, iterations=repeated + 1,
-                      indentation_energy=indentation_energy(self._mapping, after["wall_force"]), **after)
+                      indentation_energy=indentation_energy(self._mapping, after["wall_force"]),
+                      owed=residual - self._state.residual, **after)
 
     def _compute(self, number: int, time: float, dt: float, steps: int, force: np.ndarray,
                  clock: Clock) -> Tuple[np.ndarray, Dict[str, Any]]:
@@ -109,7 +110,8 @@ class Iterated(Coupled):
         wall_force = self._wall_force = self._grains.advance(steps, inner, wall_v)
         check_finite(number, time, force_on_the_wall=wall_force)
         clock.lap("DEM")
-        return moved, dict(wall_x=wall_x, wall_v=wall_v, wall_force=wall_force, x=x, v=v)
+        arms = self._arms((inner, wall_v, wall_force), dt, x - 0.5 * moved)
+        return moved, dict(wall_x=wall_x, wall_v=wall_v, wall_force=wall_force, x=x, v=v, arms=arms)
 
     def _complaint(self, number: int, time: float, off: float, scale: float) -> str:
         most = 2 * self._scheme.iterate

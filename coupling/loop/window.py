@@ -1,7 +1,7 @@
 """One coupling window: of a solid alone, and weakly coupled (algorithm 1 of the paper, with several DEM
 steps)."""
 from time import perf_counter
-from typing import Any, Dict, NamedTuple, Optional
+from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -28,7 +28,10 @@ class Window(NamedTuple):
     accuracy asked for; ``acceleration`` of the interface's mean velocity from window to window [m/s^2], shape
     (n, dim), with weak coupling; ``wall_force_before`` [N]: in the window before; ``indentation_energy``:
     elastic energy of the indentation that both partitions hold [J], where a map subtracts it from the motion,
-    see ``spread``: ``wall_x`` is the wall without that; ``state``: what the loop goes on from besides.
+    see ``spread``: ``wall_x`` is the wall without that; ``arms`` [m], shape (m, dim): mean place of each wall
+    node in the window less that of the interface's points which get its force, None where there is none;
+    ``owed`` [N], (n, dim): by how much the force that the grains answered exceeds ``force``, None with weak
+    coupling; ``state``: what the loop goes on from besides.
 
     >>> one = np.ones((1, 2))
     >>> window = Window(1, 1e-3, 1e-3, *3 * [one], 5.0 * one, *4 * [one], particles=one, seconds={})
@@ -58,6 +61,8 @@ class Window(NamedTuple):
     acceleration: Optional[np.ndarray] = None
     wall_force_before: Optional[np.ndarray] = None
     indentation_energy: float = 0.0
+    arms: Optional[np.ndarray] = None
+    owed: Optional[np.ndarray] = None
     state: Any = None
 
 
@@ -134,6 +139,13 @@ class Coupled:
         self.trend = self.trend and self.trend.after(window.force, window.dt)
         self._change, self._x, self._v = None, window.x, window.v
 
+    def _arms(self, wall: Tuple[np.ndarray, np.ndarray, np.ndarray], dt: float,
+              middle: np.ndarray) -> Optional[np.ndarray]:
+        """See ``Window``. wall: its places at the start [m], velocities and forces in the window, shape (m,
+        dim); middle: mean place of the interface's points in it [m], (n, dim)."""
+        x, v, force = wall
+        return x + 0.5 * dt * v - self._mapping.mean_places(middle) if force.any() else None
+
     def error(self, window: Window) -> float:
         """Of the extrapolated force in a ``window`` that is not accepted yet, see ``Trend``."""
         return self.trend.error(window.force, window.dt) if self.trend else 0.0
@@ -160,7 +172,8 @@ class Weak(Coupled):
         clock = Clock()
         wall_x, wall_v = self._mapping.motion(self._x, self._coming(dt))
         clock.lap("mapping")
-        wall_force = self._grains.advance(steps, self._without_indentation(wall_x), wall_v)
+        inner = self._without_indentation(wall_x)
+        wall_force = self._grains.advance(steps, inner, wall_v)
         particles = self._grains.particles()
         check_finite(number, time, force_on_the_wall=wall_force, position_of_a_particle=particles["x"],
                      velocity_of_a_particle=particles["v"])
@@ -175,7 +188,8 @@ class Weak(Coupled):
         return Window(number, time, dt, wall_x, wall_v, wall_force, force, moved, x, v, self._v, particles,
                       clock.seconds, self._change, steps, acceleration=self._acceleration(moved, dt),
                       wall_force_before=None if self._last is None else self._last.wall_force,
-                      indentation_energy=indentation_energy(self._mapping, wall_force))
+                      indentation_energy=indentation_energy(self._mapping, wall_force),
+                      arms=self._arms((inner, wall_v, wall_force), dt, x - 0.5 * moved))
 
     def accept(self, window: Window) -> None:
         """See ``Coupled``."""

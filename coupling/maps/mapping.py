@@ -85,6 +85,11 @@ class Mapping:
         """Forces on the interface points [N] from those on the wall nodes: same sum, same work."""
         return wall_force if self.is_copy else self._whole(self._transpose @ wall_force, self._solid_bounds)
 
+    def mean_places(self, x: np.ndarray) -> np.ndarray:
+        """Of the interface at x [m], shape (n, dim), at each wall node, with its weights, (m, dim): there the
+        forces on wall nodes have the moment that ``force`` has at x."""
+        return x if self.is_copy else self._whole(self._rows @ x, self._wall_bounds)
+
     def indentation(self, wall_force: np.ndarray) -> np.ndarray:
         """Displacement of the wall nodes [m] that is not to be passed on to the wall, shape (m, dim): none
         here."""

@@ -20,9 +20,10 @@ held unknown is the force of its support. At the others, nodes without mass amon
 "numerical".
 
 Angular momentum: moments of the same forces, about zero, at the places of the nodes where the rule of time
-takes the forces: at the end of the step, or in its middle. Springs count at their particles. What else turns
-the points is "numerical": the way from points to grid and back, consistent inertia, and with Newmark's method
-the rule of time, see ``midpoint``.
+takes the forces: at the end of the step, or in its middle. Springs count at their particles, and so does the
+interface. Its particles may hang on nodes that do not surround them (eq. 14): what these turn more than the
+forces at the places of the particles is "arms". What else turns the points is "numerical": the way from
+points to grid and back, consistent inertia, and with Newmark's method the rule of time, see ``midpoint``.
 """
 from typing import Any, Dict, List, NamedTuple, Optional
 
@@ -33,7 +34,7 @@ from ..points.moments import add_weight, add_wrenches, moment, wrench
 from ..terms import midpoint
 
 GRAVITY, BODY, INTERFACE, NUMERICAL = "gravity", "body force", "interface", "numerical"
-BASE, INFLOW, OUTFLOW = "base", "inflow", "outflow"
+BASE, INFLOW, OUTFLOW, ARMS = "base", "inflow", "outflow", "arms"
 
 
 class Forces(NamedTuple):
@@ -120,6 +121,16 @@ class Impulses:
         self._add_load(grid, load, grid.active_cells.places, nodal, change, jump)
         self._add_supports(holder, grid.active_cells.places, -nodal, jump)
         self._last += total(self._comm, jump)
+        if getattr(load, "names", None) is None:  # it may have other particles than those of its last forces
+            whole = load.wrench_at_particles(grid, grid.active_cells.places, load.last_force())
+            self._to_arms(self._last, total(self._comm, whole))
+
+    def _to_arms(self, rows: np.ndarray, whole: np.ndarray) -> None:
+        """Of what the interface turns by its nodes, what it does not by its particles, ``whole``."""
+        turned = slice(self._dim, None)
+        rest = rows[self._row[INTERFACE], turned] - whole[turned]
+        rows[self._row[INTERFACE], turned] -= rest
+        rows[self._row[ARMS], turned] += rest
 
     def step(self, grid: Any, problem: Any, found: Any, increment: Any) -> None:
         """A step is done, and all points have moved. found: what the step knows of it, a ``Forces``."""
@@ -184,7 +195,9 @@ class Impulses:
         its particles here."""
         names, n = getattr(load, "names", None), grid.active_cells.owned
         if names is None:
-            rows[self._row[INTERFACE]] += wrench(places[:n], nodal[:n])
+            found = wrench(places[:n], nodal[:n])
+            rows[self._row[INTERFACE]] += found
+            self._to_arms(rows, load.wrench_at_particles(grid, places, force))
             return
         found, names = load.wrenches(grid, places, force), names[load.points.gid]
         for name in np.unique(names):
@@ -231,7 +244,8 @@ def make_impulses(model: Any, scene: Any) -> Impulses:
     """Of a ``model`` of the ``scene`` at its start, for all that acts on it."""
     springs = [name for term in (*model.penalties, *model._contacts) for name in term.held()]
     names = [*springs, *(str(load.name) for load in scene.loads)]
-    there = {BODY: model._bodies[0].has_body_force, INTERFACE: scene.interface is not None,
+    touched = scene.interface is not None
+    there = {BODY: model._bodies[0].has_body_force, INTERFACE: touched, ARMS: touched,
              BASE: scene.base is not None, OUTFLOW: model._outflow.active, INFLOW: len(model._feeds) > 0}
     names += [name for name, some in there.items() if some]
     impulses = Impulses(model.comm, model.origin, names, model.supports.names)

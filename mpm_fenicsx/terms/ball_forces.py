@@ -57,6 +57,12 @@ class BallForces(PointForces):
         rows[:, :force.shape[1]] *= shares[:, None]
         return rows
 
+    def _own(self, grid, ahead):
+        found = [(body.points.x[at], *body.interpolate(at, ahead))
+                 for body, (_, at) in zip(self._bodies, self._surface.own)]
+        x, carried, share = (np.concatenate(parts) for parts in zip(*found))
+        return x - carried, share
+
     def force_cells(self):
         """See ``PointForces``."""
         return np.concatenate([body.points.force_cell[at] for body, (_, at) in

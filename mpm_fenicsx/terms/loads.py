@@ -9,7 +9,7 @@ import numpy as np
 
 from ..collective import somewhere, total
 from ..errors import MPMError
-from ..points.moments import wrenches
+from ..points.moments import wrench, wrenches
 from ..points.points import Points
 from ..points.surface import everywhere, normal_areas, to_particles
 
@@ -102,6 +102,18 @@ class PointForces:
         rows = wrenches(self._carried(grid, places), force)
         rows[:, :force.shape[1]] *= self._N.sum(axis=1, keepdims=True)
         return rows
+
+    def wrench_at_particles(self, grid, places, force):
+        """The sum of ``wrenches`` if the ``force`` acted where this rank's particles are while the nodes are
+        at their ``places`` in the step: before they have moved, or after."""
+        ahead = (1.0 / grid.rule.PLACE - 1.0) * (places - grid.active_cells.places)
+        x, share = self._own(grid, ahead)
+        return wrench(x, share[:, None] * force)
+
+    def _own(self, grid, ahead):
+        """Places [m], shape (n, D), that the particles had while the nodes had to go ``ahead`` [m], (nodes,
+        D), still, and the sum of their basis, (n,)."""
+        return self.points.x - self._carried(grid, ahead), self._N.sum(axis=1)
 
     def _carried(self, grid, u):
         """What the nodes' u, shape (nodes, D), as displacement or place [m], is at the particles, (n, D)."""

@@ -33,7 +33,7 @@ class MapWatch:
         self._ground = Ground(maps.terrain)
         self.raster: Raster = raster_over(self._ground, maps.cell)
         self._dim, bodies = len(self.raster.lower) + 1, self._bodies()
-        self._time, self._due = solid.time, False
+        self._time, self._due, self._goes_on = solid.time, False, False
         self._times: List[float] = []
         self.flow = FlowMap(self.raster, bodies, maps, solid.time, comm)
         self.places = Places(maps, self.flow.dry, comm)
@@ -89,8 +89,11 @@ class MapWatch:
     def due(self) -> Dict[str, Callable[[Path], None]]:
         """Files to be written now: name → function that does so, on rank 0."""
         due, self._due = self._due, False
-        if not due:
-            return {}
+        goes_on, self._goes_on = self._goes_on, False
+        until_now = self._until_now() if due or goes_on else {}  # a run that dies leaves them as they are
+        return {**until_now, **self._map_of_now()} if due else until_now
+
+    def _map_of_now(self) -> Dict[str, Callable[[Path], None]]:
         number, depth = len(self._times) - 1, self.flow.depth
         if self._dim == 3:
             values = np.where(depth > 0.0, depth, np.nan)
@@ -101,14 +104,21 @@ class MapWatch:
 
     def pictures(self) -> Dict[str, Callable[[Path], None]]:
         """Files of the end."""
-        files: Dict[str, Callable[[Path], None]] = {"map.png": self._draw}
+        files = {**self._until_now(), "map.png": self._draw}
+        if self.rocks is not None:
+            files["rocks.csv"] = self._rocks_csv
+        return files
+
+    def _until_now(self) -> Dict[str, Callable[[Path], None]]:
+        """Files of all that has been until now, written anew with each map."""
+        files: Dict[str, Callable[[Path], None]] = {}
         if self._dim == 3:
             files |= {f"{name}.asc": partial(self._largest_grid, name=name) for name in self._names}
             files["terrain.asc"] = lambda path: self._grid(path, self.ground)
         else:
             files["profile_max.csv"] = self._largest_table
         if self.rocks is not None:
-            files |= {"rocks.csv": self._rocks_csv, "rocks_largest.csv": self.rocks.write_largest}
+            files |= {"rocks.csv": self.rocks.write_path, "rocks_largest.csv": self.rocks.write_largest}
         return files
 
     def entries(self, history: Any) -> Dict[str, Any]:
@@ -129,6 +139,7 @@ class MapWatch:
         self._energy[:], self._times, self._due = state["energy"], [float(t) for t in state["times"]], False
         if self.rocks is not None:
             self.rocks.set_state(state["rocks"])
+        self._goes_on = True
         self.flow.look(self._bodies(), self._solid.time)  # a run may end here
 
     # ---------------------------------------------------------------- files, on rank 0

@@ -1,4 +1,5 @@
 """The files that grow with a run: history.csv and the ParaView series, among its results."""
+import os
 import time
 from pathlib import Path
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence
@@ -84,13 +85,17 @@ class Files:
         self._pieces.add(time, parts)
 
     def write(self, due: Dict[str, Callable]) -> None:
-        """Files of this time: name → function that writes it at a path, on rank 0. Collective."""
+        """Files of this time: name → function that writes it at a path, on rank 0. One that is there already
+        is whole at any moment. Collective."""
         def on_disk() -> None:
             for name, write in due.items():
                 path = self.results.path(labelled(name, self._names.label))
+                part = path.with_name(path.name + ".part")
                 with writing(path):
-                    write(path)
-                self.written.append(path.name)
+                    write(part)
+                    os.replace(part, path)
+                if path.name not in (*self.written, *self._names.at_end):
+                    self.written.append(path.name)
 
         if due:
             on_first(self._comm, on_disk)

@@ -1,6 +1,8 @@
 """Maps of a flow: sums over rasters, files, gauges, lines, rocks; on any ranks and after a restart."""
 import json
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace as Toy
 
@@ -317,6 +319,33 @@ def test_a_run_that_goes_on_leaves_the_same(straight, tmp_path):
         for path in [*straight.glob("*.asc"), straight / "rocks.csv", straight / "rocks_largest.csv",
                      straight / "history.csv"]:
             assert (restart / path.name).read_bytes() == path.read_bytes(), path.name
+
+
+DIES = """
+import os, sys
+from coupling.hazard.watch import MapWatch
+from tests.coupling import slope_case
+
+look = MapWatch.__call__
+MapWatch.__call__ = lambda self, window: os._exit(9) if window.number == 46 else look(self, window)
+slope_case.main(out=sys.argv[1], t_end=0.06, every=0.01, checkpoint=25)
+"""
+
+
+def test_a_run_that_dies_leaves_what_was_until_then(tmp_path):
+    """Of a process that is killed: paths of rocks and maxima until the last map; its run goes on."""
+    done = subprocess.run([sys.executable, "-c", DIES, tmp_path], cwd=CASE.parents[2], capture_output=True)
+    assert done.returncode == 9, done.stderr
+    rocks, largest = read(tmp_path / "rocks.csv"), read(tmp_path / "rocks_largest.csv")
+    assert rocks["time"].tolist() == pytest.approx(np.repeat([0.0, 0.01, 0.02, 0.03, 0.04], 2))
+    assert largest["speed"][1] == pytest.approx(rocks["speed"][-1], rel=1e-12)
+    assert np.nanmax(read_grid(tmp_path / "speed_max.asc")[1]) > 0.1 and not (tmp_path / "map.png").exists()
+    from tests.coupling import slope_case
+
+    slope_case.main(restart=tmp_path, out=tmp_path)
+    again = read(tmp_path / "rocks.csv")
+    assert again["time"].tolist() == pytest.approx(np.repeat(np.arange(7) * 0.01, 2))
+    np.testing.assert_array_equal(again["speed"][:10], rocks["speed"])
 
 
 @pytest.mark.mpi

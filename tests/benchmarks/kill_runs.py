@@ -26,7 +26,7 @@ from coupling.records import manifest  # noqa: E402
 from coupling.records.history import read  # noqa: E402
 
 # every second or third window has a checkpoint, so that many kills hit one
-BEAM = ("beam_impact", "cells=31,7 body=60,4 points=3 segments=30 dt=1e-6 substeps=20 t_end=2e-4 "
+BEAM = ("beam_impact", "cells=31,7 body=60,4 points=3 segments=30 dt=1e-6 substeps=20 t_end=1e-4 "
         "paraview=20 checkpoint=2 ")
 BLOCKS = ("granular_blocks", "h=0.02 dt=1e-3 substeps=50 t_end=0.12 at=0.12 box=0.3,0.4 restitution=0.3 "
           "paraview=10 checkpoint=3 ")

@@ -210,7 +210,7 @@ def test_an_option_that_petsc_cannot_take_is_one_sentence(words):
                                   "type foo)")
 
 
-def test_help_is_the_manual_and_a_wrong_key_a_status():
+def test_help_is_the_manual():
     done = script("--help")
     lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
     assert done.returncode == 0 and done.stderr == ""
@@ -219,8 +219,6 @@ def test_help_is_the_manual_and_a_wrong_key_a_status():
                  "dem=reference back end; compare runs both; one of reference, liggghts, compare",
                  "preset=paper cells=62,13 body=120,8 points=4 segments=60 dt=5e-08 substeps=1 t_end=0.0004"):
         assert line in lines
-    done = script("raduis=1")
-    assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1
 
 
 def test_every_key_has_a_meaning(case):
@@ -229,7 +227,8 @@ def test_every_key_has_a_meaning(case):
 
 
 def test_progress_bar_is_for_terminals_only(words):
-    """Nothing on stderr of a pipe; on a terminal simulated time and time to go."""
+    """Simulated time and time to go; that a pipe gets nothing is seen wherever ``script`` shows what it
+    got."""
     pty, fcntl, termios, struct = (pytest.importorskip(name) for name in ("pty", "fcntl", "termios",
                                                                           "struct"))
     primary, secondary = pty.openpty()
@@ -241,4 +240,3 @@ def test_progress_bar_is_for_terminals_only(words):
     os.close(primary)
     assert process.returncode == 0 and out.count("\n") == 6
     assert "t = 1." in shown and "e-04 s" in shown and "to go" in shown and "%|" in shown
-    assert script(*words("t_end=4e-6")).stderr == ""

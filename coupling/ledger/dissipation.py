@@ -3,13 +3,13 @@
 Of the solid, with its energy E = kinetic + strain + potential + springs and the work W of interface, loads,
 body forces and of supports and walls that move,
 
-    E(start) + W = E + what has left + friction + plastic + numerical;
+    E(start) + W = E + what has left + friction + hits + plastic + stress + numerical;
 
 plastic is what the laws of the points say that they have taken, zero where no law flows. The balance on the
 grid (``MPM.works``), whose kinetic energy is that of the nodes, gives it a second time,
 
-    work from outside - friction - change of (kinetic of the nodes + strain + potential + springs)
-        = plastic + stress;
+    work from outside - friction - hits
+        - change of (kinetic of the nodes + strain + potential + springs) = plastic + stress;
 
 stress is the error of the stress in time (forces act with the mean of a step, flow with its end), of
 accelerations that points carry, of F-bar's mean, and with consistent inertia what lumped masses misjudge. Of
@@ -28,6 +28,8 @@ from .exchange import without_potential
 COLUMNS = {
     "energy_springs": ("J", "energy in the springs of walls and contacts of the solid"),
     "energy_friction": ("J", "energy that friction of the solid with walls and of its bodies has taken"),
+    "energy_hits": ("J", "energy that springs of walls and contacts of the solid have taken besides: of what "
+                         "hits them, and goes round edges"),
     "energy_plastic": ("J", "energy that plastic flow has taken, as the laws of the points say"),
     "energy_stress": ("J", "energy that errors of the stress in time and of F-bar's mean have taken: what "
                            "the balance on the grid has lost besides"),
@@ -72,12 +74,13 @@ class Dissipation:
         energy = self._solid.energy() if ledger is None else ledger.energies["solid"]
         whole, on_grid, works = self._of_solid(energy)
         friction = works["friction"]
-        on_nodes = self._start[1] - on_grid - friction if self._solid.flows else 0.0
+        hits = works["hits"]
+        on_nodes = self._start[1] - on_grid - friction - hits if self._solid.flows else 0.0
         plastic = self._plastic(works, on_nodes)
-        lost = self._start[0] - whole - float(left(self._solid, "energy")) - friction - on_nodes
+        lost = self._start[0] - whole - float(left(self._solid, "energy")) - friction - hits - on_nodes
         there = energy["kinetic"] + energy["strain"] + abs(works["springs"])
-        found = {"energy_springs": works["springs"], "energy_friction": friction, "energy_plastic": plastic,
-                 "energy_stress": on_nodes - plastic}
+        found = {"energy_springs": works["springs"], "energy_friction": friction, "energy_hits": hits,
+                 "energy_plastic": plastic, "energy_stress": on_nodes - plastic}
         if ledger is not None:
             of_grains = ledger.energies["grains"]
             gone = sum(of_grains.values()) + float(left(self._grains, "energy"))

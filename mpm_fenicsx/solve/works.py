@@ -4,7 +4,8 @@ A force does the work of its mean over the step along the displacement of what i
 in the potential energy, which is linear. On the grid, with u = dt/2 (v + v'), the change of kinetic energy is
 the work of all forces, inner ones too, so that
 
-    work from outside - friction - change of (kinetic energy of the nodes + strain + potential + springs)
+    work from outside - friction - hits
+        - change of (kinetic energy of the nodes + strain + potential + springs)
 
 is what plastic flow has taken, up to the error of the stress in time and of F-bar's mean. What the laws say
 that it has taken (``plastic_work`` of their states) is known apart from that. Kinetic energy that the
@@ -18,8 +19,8 @@ import numpy as np
 from ..collective import total
 from ..compiled import compiled
 
-KINDS = ("loads", "body force", "base", "interface", "supports", "walls", "friction", "nodes", "left",
-         "plastic")
+KINDS = ("loads", "body force", "base", "interface", "supports", "walls", "friction", "hits", "nodes",
+         "left", "plastic")
 
 
 @compiled
@@ -39,9 +40,9 @@ def work_of_nodes(force, holder, u, mass, before, after):
 
 class Works:
     """Sums since the start [J] by kind: work of loads, body force, motion of the base and interface, of
-    supports and walls that move, what friction has taken, the change of the nodes' kinetic energy over the
-    steps, strain and potential energy of what has left less that of what has come, and what plastic flow had
-    taken from it. Collective."""
+    supports and walls that move, what friction and hits have taken (see ``springs.spend``), the change of the
+    nodes' kinetic energy over the steps, strain and potential energy of what has left less that of what has
+    come, and what plastic flow had taken from it. Collective."""
 
     def __init__(self, comm: Any) -> None:
         self._comm, self._sums = comm, np.zeros(len(KINDS))
@@ -63,12 +64,12 @@ class Works:
         """A step is done. found: see ``impulses.Forces``."""
         u, v = increment.u[:len(found.holder)], grid.rule.velocity(grid, increment)
         held, nodes = work_of_nodes(found.imbalance, found.holder, u, grid.mass, grid.v, v)
-        walls, friction = map(sum, zip((0.0, 0.0), *(term.spent for term, _ in found.springs)))
+        of_springs = map(sum, zip((0.0, 0.0, 0.0), *(term.spent for term, _ in found.springs)))
         self._sums[:-2] += total(self._comm, [
             sum(load.work(u) for load in problem.loads),
             0.0 if found.body is None else np.vdot(found.body[:len(u)], u),
             0.0 if problem.frame_pull is None else mean_pull(grid, problem) @ (grid.mass[:len(u)] @ u),
-            problem.interface.work(u), held, walls, friction, nodes])
+            problem.interface.work(u), held, *of_springs, nodes])
 
     @property
     def of_base(self) -> float:

@@ -142,7 +142,7 @@ class SurfaceContact:
         pressed, stiffness = np.sum(force * normal, axis=1), p.wall_stiffness[feet.point, number]
         pressed, self._sticks = (np.full_like(pressed, STICKS) if self._sticks else pressed), False
         rough = np.concatenate([friction[e] for friction, e in zip(self._friction, at)])
-        limit, self._smooth = np.where(pressed > 0.0, rough, 0.0), (rough == 0.0)[:, None]
+        limit, self._smooth = np.where(pressed > 0.0, rough, 0.0), rough == 0.0
         rubs = np.isfinite(limit)
         limit[rubs] *= pressed[rubs] / stiffness[rubs]
         self._springs = Springs(base, normal, stiffness, limit, np.ones(len(limit), bool),
@@ -217,10 +217,7 @@ class SurfaceContact:
         moved = np.zeros_like(force)
         self._follow(self._basis, 1.0, increment.u, moved)
         wall = self._wall_moved
-        before = p.wall_force[self._index]
-        # what is along a smooth wall has pushed on another face, from which the point has come round an edge
-        before -= self._smooth * (before - np.sum(before * springs.normal, axis=1)[:, None] * springs.normal)
-        self.spent = spend(springs, before, force, moved - wall, wall)
+        self.spent = spend(springs, p.wall_force[self._index], force, moved - wall, wall, self._smooth)
         moved += self._slip
         gap = np.where(status[:, None] % CLOSED == STICK, moved, -force / springs.stiffness[:, None])
         p.wall_gap[self._index] = gap - np.sum(gap * springs.normal, axis=1)[:, None] * springs.normal

@@ -1,7 +1,7 @@
 """Pictures in perspective by PyVista, off screen, with the camera and the lamp of ``perspective``.
 
-Spheres are computed pixel by pixel by the graphics driver (``vtkOpenGLSphereMapper``), so that a body of 10^6
-points costs no triangles. PyVista is loaded only when something is drawn.
+Spheres are computed pixel by pixel by the graphics driver (``vtkOpenGLSphereMapper``), without triangles,
+which take many times as long where there is no card. PyVista is loaded only when something is drawn.
 """
 import warnings
 from functools import lru_cache

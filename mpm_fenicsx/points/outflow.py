@@ -9,10 +9,11 @@ import numpy as np
 
 from mpm_dem_store import Table
 
-from ..collective import somewhere, total
+from ..collective import somewhere
 from ..errors import MPMError
 from ..scene.bodies import AXES, Grid
 from .columns import columns, from_columns
+from .passed import Passed
 from .points import Points
 
 WAYS = ("stop", "hold", "remove")
@@ -44,15 +45,12 @@ class Outflow:
         self._ways, self._grid, self._box, self._comm, self._gravity = ways, grid, grid.box, comm, gravity
         self.active = inside or bool((ways != "stop").any())
         self.held, self.books = [], ()  # whose ``leave`` is told of a body and its points that leave
-        self._sums = np.zeros(4 + len(ways))  # count, mass, energy, volume, momentum
+        self._passed = Passed(gravity, comm)
 
     @property
     def removed(self):
-        """"count", "mass" [kg], "volume" at rest [m^3], "momentum" [kg m/s], shape (dim,), and "energy"
-        [J]."""
-        count, mass, energy, volume = self._sums[:4].tolist()
-        return {"count": int(count), "mass": mass, "volume": volume, "momentum": self._sums[4:].copy(),
-                "energy": energy}
+        """See ``Passed.by_name``."""
+        return self._passed.by_name()
 
     def _way(self, points):
         """What happens to each point that is outside the grid, shape (n,): by the side beyond which it is
@@ -84,12 +82,9 @@ class Outflow:
 
     def add_up(self, body, chosen):
         """Add the ``chosen`` points to the sums of what has left."""
-        p = body.points
-        energy, momentum = sum(body.energies(self._gravity, chosen)), p.mass[chosen] @ p.v[chosen]
+        self._passed.add(body, chosen)
         for book in self.books:
             book.leave(body, chosen, self._gravity)
-        self._sums += total(self._comm, [len(chosen), p.mass[chosen].sum(), energy, p.V0[chosen].sum(),
-                                         *momentum])
 
     def _hold(self, points, held, mask):
         """Add the points of the ``mask`` to those ``held``, on the edge and at rest."""
@@ -128,7 +123,7 @@ class Outflow:
         material has left they are switched off, too. Returns the first that has lost its material otherwise,
         or -1. Collective."""
         lost = ~points.off & (N.sum(axis=1) == 0.0)
-        if self._sums[0] and somewhere(self._comm, lost.any())[0]:
+        if self._passed.count and somewhere(self._comm, lost.any())[0]:
             switch_off(points, np.flatnonzero(lost))
             lost[:] = False
         N[points.off] = 0.0
@@ -136,18 +131,18 @@ class Outflow:
 
     def check_left(self, count, time):
         """MPMError when of ``count`` points none is left."""
-        if count <= self._sums[0]:
+        if count <= self._passed.count:
             raise MPMError(f"all {count} material points have left the grid at t = {time:.6g} s: enlarge it, "
                            "or end the run earlier")
 
     def get_checkpoint(self):
         """The same as numbers, and a ``Table`` of those held of each body."""
-        return {"removed": self._sums.copy(),
+        return {"removed": self._passed.values.copy(),
                 "held": {str(n): Table(columns(points), points.gid) for n, points in enumerate(self.held)}}
 
     def set_checkpoint(self, tree):
         """Go back to what ``get_checkpoint`` gave; who is held is shared out as it comes."""
-        self._sums = tree["removed"].copy()
+        self._passed.values = tree["removed"].copy()
         for n, points in enumerate(self.held):
             points.restore(from_columns(points, tree["held"][str(n)].fields))
 
@@ -155,12 +150,12 @@ class Outflow:
         """As name → array copy."""
         held = {f"held{n or ''}.{name}": values for n, points in enumerate(self.held)
                 for name, values in points.copy().items()}
-        return {"removed": self._sums.copy(), **held} if self.active else {}
+        return {"removed": self._passed.values.copy(), **held} if self.active else {}
 
     def set_state(self, state):
         """Go back to what ``get_state`` gave."""
         if self.active:
-            self._sums = state["removed"].copy()
+            self._passed.values = state["removed"].copy()
             for n, points in enumerate(self.held):
                 points.restore({name: state[f"held{n or ''}.{name}"] for name in points.names})
 

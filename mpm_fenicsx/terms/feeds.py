@@ -4,6 +4,7 @@ import re
 import numpy as np
 
 from ..collective import total
+from ..points.passed import Passed
 from .feed import Feed
 
 
@@ -24,7 +25,7 @@ class Feeds:
         self.first = sum(len(body.points) for body in bodies)  # number of the first new point
         self._feeds = [Feed(one, bodies[one.body], make, cell, gravity) for one in inflows]
         self._gravity, self._comm, self.books = gravity, comm, ()
-        self._sums = np.zeros(4 + len(cell))  # count, mass, energy, volume, momentum
+        self._passed = Passed(gravity, comm)
 
     def __len__(self):
         return len(self._feeds)
@@ -35,15 +36,12 @@ class Feeds:
     @property
     def count(self):
         """Points that have come."""
-        return int(self._sums[0])
+        return self._passed.count
 
     @property
     def entered(self):
-        """"count", "mass" [kg], "volume" at rest [m^3], "momentum" [kg m/s], shape (D,), and "energy"
-        [J]."""
-        count, mass, energy, volume = self._sums[:4].tolist()
-        return {"count": int(count), "mass": mass, "volume": volume, "momentum": self._sums[4:].copy(),
-                "energy": energy}
+        """See ``Passed.by_name``."""
+        return self._passed.by_name()
 
     def supports(self):
         """What holds the columns."""
@@ -62,18 +60,16 @@ class Feeds:
 
     def _add(self, body, layer, background):
         """Those of the ``layer`` in this rank's cells become points of the ``body``."""
-        count, there = len(layer), len(body.points)
+        there = len(body.points)
         rank, number = background.search.assign(layer.x, body.field)
         mine = rank == background.comm.rank
         layer.take(mine)
         layer.cell[:] = background.search.local(number[mine])
         body.points.append(layer)
-        chosen, p = np.arange(there, len(body.points)), body.points
-        energy, momentum = sum(body.energies(self._gravity, chosen)), p.mass[chosen] @ p.v[chosen]
+        chosen = np.arange(there, len(body.points))
+        self._passed.add(body, chosen)
         for book in self.books:
             book.enter(body, chosen, self._gravity)
-        sums = p.mass[chosen].sum(), energy, p.V0[chosen].sum(), *momentum
-        self._sums += [count, *total(self._comm, sums)]
 
     def volume(self, feed):
         """What has come through the plane of the ``feed`` since the start [m^3]."""
@@ -89,11 +85,11 @@ class Feeds:
     def get_state(self):
         """As name → array copy."""
         made = [feed.made for feed in self._feeds]
-        return {"entered": np.concatenate([made, self._sums])} if made else {}
+        return {"entered": np.concatenate([made, self._passed.values])} if made else {}
 
     def set_state(self, state):
         """Go back to what ``get_state`` gave."""
         if self._feeds:
-            made, self._sums = np.split(np.array(state["entered"]), [len(self._feeds)])
+            made, self._passed.values = np.split(np.array(state["entered"]), [len(self._feeds)])
             for feed, number in zip(self._feeds, made):
                 feed.made = int(number)

@@ -14,7 +14,7 @@ from .automatic import choose_window, keep_window
 from .checkpoint import Checkpoints, Parts, Stopped, contradictions, find, found
 from .durations import read_every, seconds
 from .hazard.maps import Maps
-from .inside import check_inside
+from .inside import check_apart, check_inside
 from .loop.couple import check_end, couple
 from .maps.mapping import Mapping, copy, linear, same
 from .observing import Observers
@@ -214,6 +214,7 @@ def with_balls(scene: Any, solid: Any) -> Any:
     radius = getattr(solid, "ball_radius", None)
     if radius is not None:
         check_inside(scene, solid)
+    check_apart(scene, solid)
     if radius is None or scene.wall.radius is not None:
         return scene
     wall = scene.wall

@@ -1,6 +1,7 @@
 """Compile the LIGGGHTS shim, if LIGGGHTS is there: without it the package is complete but for
 dem=liggghts."""
 import os
+import shutil
 import subprocess
 import zlib
 from pathlib import Path
@@ -18,15 +19,17 @@ MODELS = {"surface": "surface_model_default.h", "normal": "normal_model_hertz.h"
 
 
 def mpi_flags(what):
-    """Words that mpicxx adds: ``what`` is "compile" or "link"."""
-    return subprocess.run(["mpicxx", f"--showme:{what}"], check=True, capture_output=True,
+    """Words that mpicxx adds, ``what`` as Open MPI names them; of the MPI that LIGGGHTS was built with, as
+    another one may come first on the path, like that of a wheel."""
+    compiler = shutil.which("mpicxx.openmpi") or "mpicxx"
+    return subprocess.run([compiler, f"--showme:{what}"], check=True, capture_output=True,
                           text=True).stdout.split()
 
 
 def shim():
     """The extension that speaks with LIGGGHTS, or none where something for it is missing."""
     try:
-        compile_flags, link_flags = mpi_flags("compile"), mpi_flags("link")
+        include, link_flags = mpi_flags("incdirs"), mpi_flags("link")
     except (OSError, subprocess.CalledProcessError):
         return without("mpicxx of Open MPI is missing (apt install libopenmpi-dev)")
     if not Path(HEADERS, "lammps.h").exists():
@@ -34,9 +37,11 @@ def shim():
     # library.py recognises an old shim by it
     source = zlib.crc32(b"".join(Path(name).read_bytes() for name in SHIM))
     return [Extension("dem_liggghts.liggghts.libdemshim", [f"{FOLDER}/shim.cpp"], depends=SHIM,
-                      libraries=["liggghts"], optional=True, define_macros=[("SHIM_SOURCE", f"{source}u")],
-                      extra_link_args=link_flags, extra_compile_args=["-std=c++14", "-O2", "-g0", "-isystem",
-                                                                      HEADERS, *compile_flags])]
+                      libraries=["liggghts"], optional=True,
+                      include_dirs=include,  # before those of the environment, which may have another mpi.h
+                      define_macros=[("SHIM_SOURCE", f"{source}u")],
+                      extra_link_args=link_flags,
+                      extra_compile_args=["-std=c++14", "-O2", "-g0", "-isystem", HEADERS])]
 
 
 def without(reason):

@@ -3,6 +3,7 @@ quadrature."""
 import sys
 
 import petsc4py
+from mpi4py import MPI  # noqa: F401 - first: where MPI is a wheel, PETSc finds it through mpi4py
 
 import mpm_dem_checks as check
 
@@ -13,6 +14,11 @@ for option, value in zip(sys.argv, sys.argv[1:]):
         except ValueError as error:
             sys.exit(f"error: {error}")
 petsc4py.init(sys.argv)  # before dolfinx is imported: afterwards PETSc no longer listens to the command line
+
+from petsc4py import PETSc  # noqa: E402
+
+if not PETSc.Options().hasName("options_left"):
+    PETSc.Options()["options_left"] = "no"  # `unused_options` says it; PETSc from 3.21 on would say it, too
 
 import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
 

@@ -10,6 +10,10 @@ import pytest
 
 from dem_liggghts import open_dem
 
+OPEN_MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",  # as ./dev sets them
+            "OMPI_MCA_rmaps_base_oversubscribe": "1",  # Open MPI 4
+            "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe"}  # Open MPI 5; other MPIs know none of these
+
 
 @pytest.fixture(params=["reference", "liggghts"])
 def dem(request):
@@ -87,15 +91,13 @@ def start_ranks(start_process):
     # side.
     env = {name: value for name, value in os.environ.items()
            if not name.startswith(("OMPI_", "PMIX_", "PMI_"))}
-    env.update(PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1")
+    env.update(PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1", **OPEN_MPI)
     # More ranks and tests than cores: one that waits lets others compute, and none is tied to a core. Else
     # half of the time goes into waiting, and ranks of tests side by side crowd on the first core.
     env.update(OMPI_MCA_mpi_yield_when_idle="1", OMPI_MCA_hwloc_base_binding_policy="none")
 
     def start(n, *words):
-        command = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(n), sys.executable,
-                   *map(str, words)]
-        return start_process(command, env)
+        return start_process(["mpirun", "-n", str(n), sys.executable, *map(str, words)], env)
 
     return start
 

@@ -4,7 +4,6 @@ from dataclasses import replace
 from typing import Any, Callable, Dict
 
 import numpy as np
-from mpi4py import MPI
 
 from .. import quaternion
 from ..common.booking import WallBooks
@@ -24,7 +23,7 @@ from ..scene.tables import cluster_table, sphere_table, wall_table
 from ..search.elements import at_rest
 from .buffers import CHANGING, constant_rows, copied, gathered, initial_rows, sorted_by_tag
 from .instance import Instance, pointer
-from .library import SHIM, LiggghtsError, load
+from .library import SHIM, LiggghtsError, load, ranks_of
 from .resting import Resting
 from .script import commands, pull_of_now
 
@@ -34,7 +33,7 @@ STATE = ["origin", "particles", "bodies", "wall", "wall_elements", "wall_force",
 
 class LiggghtsDEM(Resting):
     """The protocol of `protocol.DEM` for ``scene``, time step ``dt`` [s], on the ranks of the mpi4py
-    communicator ``comm`` (default: all).
+    communicator ``comm`` (default: all), see `library.ranks_of`.
 
     Raises MissingLiggghts when LIGGGHTS or the shim is not installed, LiggghtsError with LIGGGHTS' own text,
     ValueError for a negative Poisson's ratio. An instance that raised LiggghtsError is lost; the process and
@@ -44,7 +43,8 @@ class LiggghtsDEM(Resting):
     kind = "DEM liggghts"
 
     def __init__(self, scene: SceneData, dt: float, comm: Any = None):
-        self.scene, self.dt, self.comm = scene, float(dt), comm or MPI.COMM_WORLD
+        library = load(SHIM)
+        self.scene, self.dt, self.comm = scene, float(dt), ranks_of(library, comm)
         self._fingerprint, self.origin = fingerprint(scene, self.dt), find_origin(scene)
         self._inside = translated(scene, -self.origin)
         self._steps, self._nodes, self._chunks = 0, self._inside.wall.nodes, Chunks(self.comm)
@@ -52,7 +52,7 @@ class LiggghtsDEM(Resting):
         self._constant = constant_rows(self._clusters, self._spheres)
         self._outflow, self._books = Outflow(scene, self._spheres.cluster), WallBooks(scene)
         script = commands(self._inside, self.dt)
-        self._instance = Instance(load(SHIM), self.comm)
+        self._instance = Instance(library, self.comm)
         for line in script:
             self._instance.command(line)
         s = self._spheres
@@ -123,7 +123,7 @@ class LiggghtsDEM(Resting):
         if self.comm.size == 1:
             return array
         total = np.empty_like(array)
-        self.comm.Reduce(array, total, MPI.SUM)
+        self.comm.Reduce(array, total)
         self.comm.Bcast(total)
         return total
 

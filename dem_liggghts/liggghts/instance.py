@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from .library import ARGUMENTS, Comm, LiggghtsError, check_sizes, quiet
+from .library import ARGUMENTS, LiggghtsError, check_sizes, quiet
 
 
 def pointer(array: np.ndarray) -> int:
@@ -22,8 +22,8 @@ class Instance:
         arguments = (ctypes.c_char_p * (len(ARGUMENTS) + 1))(*(a.encode() for a in ARGUMENTS), None)
         handle = ctypes.c_void_p()
         with quiet():
-            self._check(library.dem_open(len(ARGUMENTS), arguments, Comm.from_address(MPI._addressof(comm)),
-                                         ctypes.byref(handle)))
+            own = MPI._addressof(comm) if library.shares_mpi else None
+            self._check(library.dem_open(len(ARGUMENTS), arguments, own, ctypes.byref(handle)))
         if not library.dem_same_layout(handle):
             raise LiggghtsError("the shim was compiled for another version of LIGGGHTS than the one "
                                 "installed: reinstall this package, or use dem=reference")

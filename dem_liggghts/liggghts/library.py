@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 
-from mpi4py import MPI
+from mpi4py import MPI  # before the library: it starts the MPI that LIGGGHTS may share
 
 import mpm_dem_checks as check
 
@@ -16,9 +16,11 @@ SOURCE = Path(__file__).with_name("shim")  # there when the package is used from
 # with "-screen none" it may crash
 ARGUMENTS = ("liggghts", "-screen", "/dev/null", "-log", "none", "-nocite")
 
-Comm = ctypes.c_void_p if MPI._sizeof(MPI.Comm) == ctypes.sizeof(ctypes.c_void_p) else ctypes.c_int
+# The library finds names in itself and in its own MPI first, not in another MPI of this process.
+OWN_NAMES_FIRST = os.RTLD_NOW | os.RTLD_LOCAL | os.RTLD_DEEPBIND
+
 _SIGNATURES = {
-    "dem_open": (ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), Comm, ctypes.POINTER(ctypes.c_void_p)),
+    "dem_open": (ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.c_void_p, ctypes.POINTER(ctypes.c_void_p)),
     "dem_close": (ctypes.c_void_p,),
     "dem_command": (ctypes.c_void_p, ctypes.c_char_p),
     "dem_same_layout": (ctypes.c_void_p,),
@@ -69,7 +71,7 @@ def load(path):
     """The shim at ``path``. It must come into the process before libliggghts, whose error handling it
     replaces: it brings the library along. Raises MissingLiggghts."""
     try:
-        library = ctypes.CDLL(str(path))
+        library = ctypes.CDLL(str(path), mode=OWN_NAMES_FIRST)
     except OSError as error:
         raise MissingLiggghts(
             "LIGGGHTS is not available: install it with `apt install liggghts libliggghts-dev "
@@ -82,7 +84,15 @@ def load(path):
                               "compile it, or use dem=reference, which works without")
     for name, arguments in _SIGNATURES.items():
         getattr(library, name).argtypes = arguments
+    library.shares_mpi = bool(library.dem_shares_mpi())  # asked before LIGGGHTS starts an MPI of its own
     return library
+
+
+def ranks_of(library, comm=None):
+    """Communicator of one instance of LIGGGHTS: ``comm`` (default: all ranks), or this rank alone where
+    LIGGGHTS was built with another MPI than mpi4py. Then every rank runs the whole scene, and all do the same
+    to the last bit."""
+    return (comm or MPI.COMM_WORLD) if library.shares_mpi else MPI.COMM_SELF
 
 
 @contextmanager

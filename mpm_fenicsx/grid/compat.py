@@ -1,10 +1,12 @@
 """The only file with names of dolfinx, and with those of PETSc that differ between versions.
 
-Written for dolfinx 0.5 and petsc4py 3.18.
+Run with dolfinx 0.5 and 0.11, which come with petsc4py 3.18 and 3.25; the branches between them follow the
+changes of dolfinx' interface.
 """
 import ctypes
 from typing import NamedTuple
 
+import dolfinx
 import numpy as np
 import ufl
 from dolfinx import geometry
@@ -20,8 +22,11 @@ _petsc.SNESSetLagJacobian.argtypes = [_handle, _int]
 _petsc.SNESGetLineSearch.argtypes = [_handle, ctypes.POINTER(_handle)]
 _petsc.SNESLineSearchSetType.argtypes = [_handle, ctypes.c_char_p]
 _petsc.SNESLineSearchSetTolerances.argtypes = [_handle, *[ctypes.c_double] * 5, _int]
+_petsc.MatSolverTypeGet.argtypes = [ctypes.c_char_p, ctypes.c_char_p, ctypes.c_int, *[_pointer] * 3]
 _petsc.PetscOptionsUsed.argtypes = [_handle, ctypes.c_char_p, ctypes.POINTER(ctypes.c_int)]
 _INSERT = 1  # INSERT_VALUES
+_FACTORS = {"lu": 1, "cholesky": 2}  # MatFactorType
+_VERSION = tuple(int(number) for number in dolfinx.__version__.split(".")[:2])
 _messages = [ctypes.c_double.in_dll(_petsc, f"petsc_{kind}_ct") for kind in ("send", "isend")]
 _bytes = [ctypes.c_double.in_dll(_petsc, f"petsc_{kind}_len") for kind in ("send", "isend")]
 
@@ -63,6 +68,14 @@ def option_used(name):
     return bool(used.value)
 
 
+def factorises(package, kind, matrix_type="seqaij"):
+    """Whether PETSc was built with the ``package`` for the factorisation ``kind``, "lu" or "cholesky"."""
+    found, fits, make = ctypes.c_int(), ctypes.c_int(), _handle()
+    _check(_petsc.MatSolverTypeGet(package.encode(), matrix_type.encode(), _FACTORS[kind],
+                                   ctypes.byref(found), ctypes.byref(fits), ctypes.byref(make)))
+    return bool(make.value)
+
+
 def sent():
     """Messages and bytes that PETSc itself has sent from this rank so far (external solvers do not count)."""
     return sum(c.value for c in _messages), sum(c.value for c in _bytes)
@@ -72,14 +85,20 @@ def create_mesh(comm, cells, x, cell, owners):
     """Distributed mesh of this rank's slice of ``cells`` (global vertex numbers, shape (n, K)) and of the
     vertices ``x`` (shape (m, D)). ``owners``: for each cell of the slice the ranks that get it, the owner
     first, ghosts after. Collective."""
-    domain = ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1, dim=x.shape[1]))
     offsets = np.cumsum([0] + [len(o) for o in owners]).astype(np.int32)
     data = np.fromiter((r for o in owners for r in o), np.int32, offsets[-1])
 
     def partitioner(*_):
         return AdjacencyList_int32(data, offsets)
 
-    return dmesh.create_mesh(comm, cells, x, domain, dmesh.GhostMode.shared_facet, partitioner)
+    if _VERSION < (0, 7):
+        domain = ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1, dim=x.shape[1]))
+        return dmesh.create_mesh(comm, cells, x, domain, dmesh.GhostMode.shared_facet, partitioner)
+    from basix.ufl import element  # not in the basix of dolfinx 0.5
+
+    domain = ufl.Mesh(element("Lagrange", cell, 1, shape=(x.shape[1],)))
+    name = "domain" if _VERSION < (0, 8) else "e"  # by names, as from 0.10 on the domain comes before x
+    return dmesh.create_mesh(comm, cells, x=x, partitioner=partitioner, **{name: domain})
 
 
 class Numbering(NamedTuple):
@@ -120,7 +139,11 @@ def node_positions(mesh):
 
 def nodes_of_cells(mesh, nodes_per_cell):
     """Node numbers of owned and ghost cells, shape (n, nodes_per_cell)."""
-    return np.asarray(mesh.geometry.dofmap.array, np.int32).reshape(-1, nodes_per_cell)
+    if _VERSION >= (0, 11):
+        dofmap = mesh.geometry.dofmaps[0]
+    else:
+        dofmap = mesh.geometry.dofmap
+    return np.asarray(getattr(dofmap, "array", dofmap), np.int32).reshape(-1, nodes_per_cell)
 
 
 def original_cells(mesh):
@@ -147,10 +170,12 @@ def cells_behind_facets(mesh, cell_count):
 
 def cell_tree(mesh, cells, padding):
     """Bounding-box tree over the local ``cells`` of the mesh, with boxes larger by ``padding`` [m]."""
-    return geometry.BoundingBoxTree(mesh, mesh.topology.dim, np.asarray(cells, np.int32), padding=padding)
+    make = geometry.BoundingBoxTree if _VERSION < (0, 7) else geometry.bb_tree
+    return make(mesh, mesh.topology.dim, entities=np.asarray(cells, np.int32), padding=padding)
 
 
 def candidates(tree, x):
     """Pairs (point, cell) whose boxes meet, two arrays; x: points [m], shape (n, D)."""
-    found = geometry.compute_collisions(tree, np.column_stack([x, np.zeros((len(x), 3 - x.shape[1]))]))
+    collide = geometry.compute_collisions if _VERSION < (0, 7) else geometry.compute_collisions_points
+    found = collide(tree, np.column_stack([x, np.zeros((len(x), 3 - x.shape[1]))]))
     return np.repeat(np.arange(len(x)), np.diff(found.offsets)), found.array

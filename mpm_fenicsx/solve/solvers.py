@@ -17,6 +17,7 @@ Iterative ones stop at -mpm_ksp_rtol 1e-8. On several ranks direct solves system
 unknowns whole on each rank (-mpm_pc_type redundant). docs/solvers.md says which one does what."""
 from petsc4py import PETSc
 
+from ..grid import compat
 from ..scene.numerics import SOLVERS
 
 FACTORISATIONS = ("cholesky", "lu")
@@ -84,6 +85,8 @@ def _factorise(ksp, options, kind, symmetric):
     if kind == "direct":
         kind, small = "cholesky" if symmetric else "lu", size <= REDUNDANT_UP_TO
     package = {"cholesky": "cholmod", "lu": "umfpack"}[kind]
+    if not compat.factorises(package, kind):  # a PETSc without SuiteSparse
+        package = "mumps"
     ksp.setType("preonly")
     if comm.size > 1 and small:
         pc.setType("redundant")

@@ -17,7 +17,7 @@ import sys
 
 import numpy as np
 
-MPIRUN = ["mpirun", "--allow-run-as-root", "--oversubscribe"]
+MPIRUN = ["mpirun"]  # ./dev run sets what Open MPI wants to know of root and of more ranks than cores
 
 
 def scene(points):

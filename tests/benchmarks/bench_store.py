@@ -17,7 +17,7 @@ from time import perf_counter
 
 import numpy as np
 
-MPIRUN = ["mpirun", "--allow-run-as-root", "--oversubscribe"]
+MPIRUN = ["mpirun"]  # ./dev run sets what Open MPI wants to know of root and of more ranks than cores
 SHAPES = {"x": (3,), "v": (3,), "a": (3,), "u": (3,), "F": (3, 3), "affine": (3, 3), "stress": (6,),
           "back_stress": (6,), "plastic": (), "volume": (), "mass": (), "density": (), "pressure": (),
           "damage": ()}  # each of 8 bytes; two of 4 bytes, and the number, come with them

@@ -1,5 +1,6 @@
 """The granular column: pinned numbers, bounds of the physics, variants, files, bad input."""
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -67,7 +68,7 @@ def test_variants(collapse, keys, front):
 def test_soil_alone_loads_no_dem():
     code = "import sys, column_collapse; print(*[m for m in sys.modules if m.startswith('dem_liggghts')])"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True,
-                          env={"PYTHONPATH": f"{ROOT}:{ROOT / 'cases'}", "PATH": "/usr/bin:/bin"})
+                          env={**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT / 'cases'}"})
     assert done.stdout.strip() == ""
 
 

@@ -1,6 +1,7 @@
 """Adhesion: a stress times the area of the overlap, the law of LIGGGHTS' `cohesion sjkr` (both back ends)."""
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, contact_energy
 
@@ -31,7 +32,7 @@ def test_pull_off_from_a_wall(dem, sheet, dim):
     assert -min(force) == pytest.approx(largest, rel=0.02)
     assert overlaps[np.argmin(force)] == pytest.approx(depth, rel=0.05)
     inside = np.array(nodes) + (0.5 * R + depth) * up
-    work = np.trapz(np.r_[0.0, exact[overlaps <= depth * 1.001]],
+    work = trapezoid(np.r_[0.0, exact[overlaps <= depth * 1.001]],
                     np.r_[0.0, overlaps[overlaps <= depth * 1.001]])
     assert contact_energy(scene, scene.spheres.x, inside) == pytest.approx(work, rel=0.01)
 

@@ -198,10 +198,20 @@ const char *dem_last_error() { return last_error.c_str(); }
 
 unsigned dem_source() { return SHIM_SOURCE; }  // checksum of the source this was compiled from
 
-int dem_open(int argc, char **argv, MPI_Comm comm, void **out)
+// Is the MPI that LIGGGHTS was built with the one of this process, which runs already?
+int dem_shares_mpi()
+{
+    int runs;
+    MPI_Initialized(&runs);
+    return runs;
+}
+
+// comm: where the communicator is stored; null: this rank alone, on an MPI of LIGGGHTS' own.
+int dem_open(int argc, char **argv, const MPI_Comm *comm, void **out)
 {
     return guarded([&] {
-        LAMMPS *lmp = new LAMMPS(argc, argv, comm);
+        if (!comm && !dem_shares_mpi()) MPI_Init(nullptr, nullptr);
+        LAMMPS *lmp = new LAMMPS(argc, argv, comm ? *comm : MPI_COMM_SELF);
         say_it_nowhere(lmp);
         LIGGGHTS::ContactModels::register_models();
         fix_styles(lmp->modify)["neighbor/bins"] = &FixBins::create;

@@ -15,9 +15,12 @@ SIDES = "soil", "rock"  # which push structures: the solid, the grains
 
 class Pieces:
     """Parts of ``ParaView.add`` at one time after the other. Forces on structures are means since the time
-    before: sums of them lose nothing between two files. ground: a terrain, or None. Collective."""
+    before: sums of them lose nothing between two files. ground: a terrain, or None; shaken:
+    what stands still is shown at each time. Collective."""
 
-    def __init__(self, solid: RecordedSolid, grains: Optional[RecordedGrains], ground: Any = None) -> None:
+    def __init__(self, solid: RecordedSolid, grains: Optional[RecordedGrains], ground: Any = None,
+                 shaken: bool = False) -> None:
+        self._shaken = shaken
         self._ground = ground if hasattr(ground, "elements") else None
         self._solid, self._grains, self._structures = solid, grains, structures(solid, grains)
         self._walls_shown, self._time = False, solid.time
@@ -40,7 +43,7 @@ class Pieces:
         if self._ground is not None and not self._walls_shown:
             x, elements = (np.asarray(part) for part in (self._ground.x, self._ground.elements))
             parts["terrain"] = x, {KIND[x.shape[1]]: elements}, {"height": x[:, -1]}
-        self._walls_shown = True
+        self._walls_shown = not self._shaken
         return parts
 
     def _on_structures(self, time: float) -> Piece:

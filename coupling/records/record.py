@@ -13,6 +13,7 @@ from ..protocols import RecordedGrains, RecordedSolid
 from ..scheme import Steps
 from ..started import IMPORTED
 from . import report
+from .base import BaseMotion
 from .columns import RecordedColumns
 from .files import Files, Names
 from .history import History
@@ -66,7 +67,8 @@ class Record:
         self._complete, self._begun, self._pictures = False, False, plan.pictures
         self._resolution: Dict[str, Any] = {}
         self._figure, self._report = f"{plan.case}{suffix}.png", f"report{suffix}.json"
-        self._pieces = Pieces(solid, grains, plan.ground) if plan.output.paraview else None
+        self._base = BaseMotion(solid, grains)
+        self._pieces = Pieces(solid, grains, plan.ground, self._base.moves) if plan.output.paraview else None
         self._resumed: Optional[Resumed] = None
         self._restarts: Tuple[dict, ...] = ()
 
@@ -86,6 +88,7 @@ class Record:
         """What the record goes on from, as plain data, that of rank 0. Collective."""
         return {"columns": self._columns.get_state(), "seconds": self._timing.sums(),
                 "restarts": self._restarts, "pieces": self._pieces and self._pieces.get_state(),
+                "base": self._base.get_state(),
                 **self._files.get_state()}
 
     def resume(self, state: Dict[str, Any], last: Window, source: Path) -> None:
@@ -94,6 +97,7 @@ class Record:
         self._columns.set_state(state["columns"], last)
         if self._pieces and state.get("pieces"):
             self._pieces.set_state(state["pieces"])
+        self._base.set_state(state["base"])
         self._resumed = Resumed(state, source)
         self._restarts = (*state["restarts"], {"window": last.number, "time": last.time,
                                                "ranks": MPI.COMM_WORLD.size})
@@ -135,6 +139,7 @@ class Record:
         """Record a window."""
         self._files.add(self._columns(window))
         self._columns.check(window.time)
+        self._base.follow(window.time)
         self._files.start()
         for due in self._plan.due:
             self._files.write(due())
@@ -154,6 +159,7 @@ class Record:
             return
         parts, more = self.solid.snapshot(), self._pieces(time, window)  # both collective
         parts.update(more if self._first else {})
+        self._base.show(parts)
         self._files.add_pieces(time, parts)
 
     def __exit__(self, kind: Optional[type], error: Optional[BaseException], trace: Any) -> None:

@@ -2,6 +2,7 @@
 import shutil
 from types import SimpleNamespace
 
+import meshio
 import numpy as np
 import pytest
 
@@ -156,3 +157,31 @@ def test_series_and_pictures_go_on_after_a_restart(tmp_path, backend):
     assert {"rocks_00006.vtu", "structures_00006.vtu", "strike_flow.gif"} <= set(names)
     for name in names:
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes(), name
+
+
+def test_a_ground_that_shakes_is_shown_where_it_is(backend, tmp_path):
+    """All series of a scene in its frame say how far it has gone, at each time, also after a restart."""
+    def base(t):
+        return 3.0 + 6.0 * t, -2.0 * np.cos(9.0 * t)
+
+    def run(t_end, **more):
+        box, pull = Box((0.0, 0.0), (0.1, 0.1)), (0.0, -9.81)
+        top, rubber = Interface.top(box, (4,)), Material(1e6, 0.3)
+        bed = Structure.plane("bed", (0, 0), "+y", Box((-0.05, -0.01), (0.25, 0.2)), friction=0.3)
+        solid = MPM(Grid(Box((-0.05, -0.05), (0.25, 0.2)), (12, 10)), Body(box, (4, 4), 2, linear(
+            1e6, 0.3), 1000.0), [], top, structures=[bed], gravity=pull, inertia="lumped", base=base)
+        floor = Wall([(0.15, 0.0), (0.2, 0.0)], [(0, 1)], material="floor")
+        grains = Scene(Spheres([[0.17, 0.05]], [[0.0, 0.0]], 0.01, 2500.0), Wall(top.x, top.elements), rubber,
+                       rubber, gravity=pull, base=base, walls=[floor], materials={"floor": rubber},
+                       interactions={("spheres", "floor"): Interaction()})
+        Run("shaken", solid, grains, Scheme(dt=1e-3, t_end=t_end, substeps=100, dem=backend),
+            Output(tmp_path, paraview=10, **more)).go()
+
+    run(0.02, checkpoint="end")
+    run(0.03, restart=tmp_path)
+    for name in ("points", "particles", "structures", "walls", "interface"):
+        for number, t in ((0, 0.0), (1, 0.01), (3, 0.03)):
+            file = meshio.read(tmp_path / f"{name}_{number:05d}.vtu")
+            away = 1.5 * t**2 + t**3, 2.0 / 81.0 * (np.cos(9.0 * t) - 1.0)
+            shown = file.point_data["base_displacement"]
+            assert shown[:, :2] == pytest.approx(np.tile(away, (len(file.points), 1)), rel=1e-6, abs=1e-15)

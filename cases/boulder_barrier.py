@@ -64,7 +64,8 @@ def main(
     body = Body(whole, reference.counts(whole, h), 2, soil.material(dim), soil.rho, f_bar=True,
                 friction=friction, thickness=width).without([balls, *rocks], gap=0.25 * h)
 
-    end = room.upper[0] if barrier == "rigid" else foot  # an elastic barrier goes through the bed's plane
+    # an elastic barrier goes through the bed's plane, which ends before it, so that it does not rub there
+    end = room.upper[0] if barrier == "rigid" else foot - 0.1 * h
     structures = reference.chute(Box(room.lower, (end, *room.upper[1:])), width, h, bed)
     front = reference.room(dim, (foot, -h, 0.0), (foot + thickness, height, width))
     wall = Structure.box("barrier", front, (1, cells, 1)[:dim], friction=friction)

@@ -165,11 +165,23 @@ def options():
 
 
 @pytest.fixture
-def make_mpm():
-    """``make_mpm(**changes)``: a soft block of 2 m x 1 m, two grid cells away from the edges of its grid
-    (cells of 0.5 m), with loads on its upper edge; keywords replace arguments of Grid, Body or MPM."""
+def start():
+    """``start(grid, bodies, …)``: an ``MPM``, closed at the end of the test."""
     opened = []
 
+    def make(*args, **more):
+        opened.append(MPM(*args, **more))
+        return opened[-1]
+
+    yield make
+    for solid in opened:
+        solid.close()
+
+
+@pytest.fixture
+def make_mpm(start):
+    """``make_mpm(**changes)``: a soft block of 2 m x 1 m, two grid cells away from the edges of its grid
+    (cells of 0.5 m), with loads on its upper edge; keywords replace arguments of Grid, Body or MPM."""
     def make(cell="quadrilateral", box=((0.0, 0.0), (2.0, 1.0)), h=0.5, margin=2, law=SOFT, rho=1.0,
              body_cells=None, points=None, stress_state=None, thickness=1.0, velocity=0.0, segments=4,
              grid=None, shift=0.1, f_bar=False, **others):
@@ -180,9 +192,6 @@ def make_mpm():
         body = Body(box, body_cells or Grid.counts(box.size, h), points or POINTS[cell], law,
                     rho, stress_state, thickness, cell, velocity, f_bar)
         others.setdefault("interface", Interface.top(box, segments, shift) if box.dim == 2 else None)
-        opened.append(MPM(grid, body, **others))
-        return opened[-1]
+        return start(grid, body, **others)
 
-    yield make
-    for solid in opened:
-        solid.close()
+    return make

@@ -24,18 +24,6 @@ def block(cell, lower, upper, law=SOFT, rho=1.0, **more):
     return Body(box, (round(2 * (upper - lower)), 2, 2)[:D], POINTS[cell], law, rho, cell=cell, **more)
 
 
-@pytest.fixture
-def start():
-    opened = []
-
-    def make(*args, **more):
-        opened.append(MPM(*args, **more))
-        return opened[-1]
-    yield make
-    for solid in opened:
-        solid.close()
-
-
 def whole(solid, field):
     return np.concatenate([getattr(part.points, field) for part in solid.bodies])
 

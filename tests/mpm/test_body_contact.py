@@ -5,18 +5,6 @@ import pytest
 from mpm_fenicsx import MPM, Body, Box, Grid, Interface, Support, linear
 
 
-@pytest.fixture
-def start():
-    opened = []
-
-    def make(*args, **more):
-        opened.append(MPM(*args, **more))
-        return opened[-1]
-    yield make
-    for solid in opened:
-        solid.close()
-
-
 def velocity(body):
     """Mean of the points of a body [m/s]."""
     p = body.points

@@ -21,18 +21,6 @@ SOIL = LAWS["mohr_coulomb"](2e5, 0.3, 30.0, 0.0, 0.0)
 GRAVITY = np.array([0.0, -9.81])
 
 
-@pytest.fixture
-def start():
-    opened = []
-
-    def make(*args, **more):
-        opened.append(MPM(*args, **more))
-        return opened[-1]
-    yield make
-    for solid in opened:
-        solid.close()
-
-
 def scene(E, low=0.05, high=0.2, **more):
     """Soil that flies against a plate on a foot, whose two force cells meet at a height of 0.0875 m."""
     soil = Body(Box((0.05, low), (0.3, high)), (10, round((high - low) / 0.025)), 2, SOIL, 1500.0,

@@ -334,8 +334,7 @@ sys.path[:0] = sys.argv[2:4]
 from mpi4py import MPI
 import conftest, test_penalty
 from mpm_fenicsx import MPM
-make = conftest.make_mpm.__wrapped__()
-solid = test_penalty.busy(next(make))
+solid = test_penalty.busy(conftest.make_mpm.__wrapped__(MPM))
 sums = 0.0
 for _ in range(20):
     solid.advance(2e-3)

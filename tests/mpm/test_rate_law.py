@@ -1,70 +1,24 @@
-"""A law of one's own that depends on the rate of deformation: what ``laws.law`` promises is enough to write
-one.
-
-Kelvin–Voigt without lateral strain: P = E (F - 1) + eta dF/dt. Under stress the strain creeps with the time
-constant eta / E; held, the viscous part of the stress is gone at once.
-"""
-from typing import NamedTuple
-
+"""A law of one's own that depends on the rate of deformation: creep, relaxation, its tangent."""
 import numpy as np
 import pytest
 
-from mpm_fenicsx import MPM, Body, Box, Grid, Interface, Support
-from mpm_fenicsx.laws import Law
+from mpm_fenicsx import Body, Box, Grid, Interface, Support
+from tests.mpm.kelvin_voigt import D, kelvin_voigt
 
-D = 2  # fixed by specialise
 E, ETA, RHO, DT, RATE = 1e6, 1e5, 1e-3, 1e-3, 50.0  # [Pa], [Pa s], [kg/m^3], [s], [Pa/s]
-
-
-class Params(NamedTuple):
-    E: float  # [Pa]
-    eta: float  # [Pa s]
-
-
-def stress(p, F, F33, dt, old, new, P):
-    for i in range(D):
-        for j in range(D):
-            strain = F[i, j] - (1.0 if i == j else 0.0)
-            rate = (strain - old.strain[i, j]) / dt if dt > 0.0 else 0.0
-            new.strain[i, j] = strain
-            P[i * D + j] = p.E * strain + p.eta * rate
-    P[D * D] = p.E * (F33 - 1.0)
-
-
-def tangent(p, F, F33, dt, old, new, P, A):
-    stress(p, F, F33, dt, old, new, P)
-    A[:] = 0.0
-    for i in range(D * D):
-        A[i, i] = p.E + (p.eta / dt if dt > 0.0 else 0.0)
-    A[D * D, D * D] = p.E
-
-
-def energy(p, F, F33, old):
-    square = 0.0
-    for i in range(D):
-        for j in range(D):
-            square += (F[i, j] - (1.0 if i == j else 0.0)) ** 2
-    return 0.5 * p.E * square
-
-
-KELVIN_VOIGT = Law("kelvin_voigt", Params(E, ETA), np.dtype([("strain", float, (D, D))]), stress, tangent,
-                   energy)
+KELVIN_VOIGT = kelvin_voigt(E, ETA)
 
 
 @pytest.fixture
-def make_bar():
+def make_bar(start):
     """``make_bar()``: one element, 1 m x 1 m, held at the left, with boundary particles on the right."""
-    opened = []
-
     def make():
         box, line = Box((0.0, 0.0), (1.0, 1.0)), Interface.line((1.0, 0.0), (1.0, 1.0), 1)
         hold = [Support(lambda x: x[:, 0] < 0.1, "x"), Support(lambda x: x[:, 1] > -1.0, "y")]
-        opened.append(MPM(Grid(Box((0.0, 0.0), (1.2, 1.2)), (1, 1)), Body(box, (1, 1), 2, KELVIN_VOIGT, RHO),
-                          hold, line))
-        return opened[-1]
-    yield make
-    for solid in opened:
-        solid.close()
+        return start(Grid(Box((0.0, 0.0), (1.2, 1.2)), (1, 1)), Body(box, (1, 1), 2, KELVIN_VOIGT, RHO), hold,
+                     line)
+
+    return make
 
 
 def creep(solid, dt, t_end):

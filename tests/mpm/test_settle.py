@@ -1,6 +1,4 @@
 """Load steps without inertia: equilibrium, rest afterwards, and what is said where there is none."""
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 
@@ -23,7 +21,7 @@ from mpm_fenicsx import (
     mohr_coulomb,
     neo_hooke,
 )
-from mpm_fenicsx.laws import Law
+from tests.mpm.kelvin_voigt import kelvin_voigt
 
 RHO, G, E = 1000.0, 10.0, 1e6
 BOX = Box((0.0, 0.0), (1.0, 1.0))
@@ -241,41 +239,9 @@ def test_a_hinge_holds(make_block):
     assert speed_after(solid) < 1e-6
 
 
-class Viscous(NamedTuple):
-    E: float
-    eta: float
-
-
-D = 2  # fixed by specialise
-
-
-def stress(p, F, F33, dt, old, new, P):
-    for i in range(D):
-        for j in range(D):
-            strain = F[i, j] - (1.0 if i == j else 0.0)
-            rate = (strain - old.strain[i, j]) / dt if dt > 0.0 else 0.0
-            new.strain[i, j] = strain
-            P[i * D + j] = p.E * strain + p.eta * rate
-    P[D * D] = p.E * (F33 - 1.0)
-
-
-def tangent(p, F, F33, dt, old, new, P, A):
-    stress(p, F, F33, dt, old, new, P)
-    A[:] = 0.0
-    for i in range(D * D):
-        A[i, i] = p.E + (p.eta / dt if dt > 0.0 else 0.0)
-    A[D * D, D * D] = p.E
-
-
-def energy(p, F, F33, old):
-    return 0.0
-
-
 def test_a_rate_dependent_law_is_told_that_no_time_passes(make_block):
     """It settles to the stress without rates, at once, whatever its viscosity."""
-    make = lambda eta: Law("viscous", Viscous(E, eta), np.dtype([("strain", float, (2, 2))]), stress,
-                           tangent, energy)
-    still, thick = make_block(make(0.0)), make_block(make(1e9))
+    still, thick = make_block(kelvin_voigt(E, 0.0)), make_block(kelvin_voigt(E, 1e9))
     for solid in (still, thick):
         solid.settle(3)
     np.testing.assert_allclose(thick.points.x, still.points.x, rtol=0, atol=1e-12)

@@ -39,6 +39,37 @@ def test_blocks_ride_on_sand_down_a_flume(flume, tmp_path):
     assert (tmp_path / "flume.png").exists()
 
 
+def test_sand_slides_down_the_flume_and_strikes_the_cube(flume, tmp_path):
+    """Coarse: arrivals are those of sliding without friction; the cube feels at least what comes; no energy
+    is lost on the way, a smooth bed takes none, and the impact is mostly plastic."""
+    history = flume.main(h=1.0, dt=0.02, t_end=5.4, blocks=False, losses=True, out=tmp_path)["solid"]
+    errors = json.loads((tmp_path / "report.json").read_text())["errors"]
+    for place in ("40", "60", "79.95"):
+        assert abs(errors[f"solid_arrival_{place}_sliding"]) < 0.01
+    assert errors["solid_arrival_20_hdro"] == pytest.approx(0.063, abs=0.01)
+    assert history["momentum_error"].max() < 1e-10 and abs(history["energy_friction"]).max() == 0.0
+    last, before = len(history["time"]) - 1, int(np.argmax(history["depth_79.95"] > 0.02))
+    assert 0 < before < last and abs(history["balance_error"][before - 1]) < 0.005
+    assert -0.06 < history["balance_error"][last] < 0.0
+    assert errors["solid_peak_jet"] > 0.0 < history["impulse_cube_1_x"][last]
+
+
+def test_the_flow_that_comes_to_the_cube_is_brought_there(flume):
+    """Of a stream with the same speed and thrust all the time nothing but the time of travel changes; means
+    keep the impulse."""
+    of = flume.reference
+    t = np.linspace(0.01, 4.0, 400)
+    there = (t > 1.0) & (t < 2.0)
+    rows = {"time": t, "window": np.full(400, 0.01), "speed_75": np.where(there, 20.0, 0.0),
+            "thrust_75": np.where(there, 1e5, 0.0)}
+    jet, g = of.jet(rows), of.GRAVITY[0]
+    faster = np.sqrt(20.0**2 + 10.0 * g)
+    assert jet.max() == pytest.approx(1e5 * (faster / 20.0) ** 2, rel=1e-9)
+    late = t[np.argmax(jet > 0.0)] - 1.01
+    assert late == pytest.approx((faster - 20.0) / g, abs=0.011)
+    assert of.smooth(rows, jet).sum() == pytest.approx(jet.sum(), rel=1e-9)
+
+
 @pytest.mark.mpi
 @pytest.mark.validation
 def test_ranks_agree_in_the_valley(run_ranks, tmp_path):

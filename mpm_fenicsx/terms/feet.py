@@ -5,7 +5,7 @@ import numpy as np
 
 from ..compiled import specialise
 from ..points.bins import Bins, bin_of
-from .flanks import Seen, is_other, next_flank, share_slots
+from .flanks import Seen, is_other, next_flank, share_slots, too_far
 from .springs import CLOSED, Answer, Springs, spring_matrix
 from .stencil_form import find_offsets
 from .wall_surfaces import WallElements, nearest
@@ -119,7 +119,8 @@ def foot_finder(dim, most):
     size = dict(D=dim, S=most)
     reach = specialise(reach_of, D=dim)
     add = specialise(add_foot, D=dim, reach_of=reach)
-    another = specialise(next_flank, **size, is_other=specialise(is_other, S=most))
+    another = specialise(next_flank, **size, is_other=specialise(is_other, S=most),
+                         too_far=specialise(too_far, D=dim))
     return specialise(find_feet, **size, reach_of=reach, add_foot=add, nearest=specialise(nearest, D=dim),
                       next_flank=another, share_slots=specialise(share_slots, S=most))
 

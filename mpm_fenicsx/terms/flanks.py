@@ -87,6 +87,23 @@ def is_other(p, x, e, count, elements: WallElements, held, seen: Seen):
     return True
 
 
+def too_far(p, x, corner, normal, best):
+    """Whether an element cannot look at point p, or not from nearer than the root of ``best``, by its plane
+    and the distance of its first ``corner``, (D, D): cheaper than its nearest place."""
+    ahead, away, size = 0.0, 0.0, 0.0
+    for i in range(D):
+        r = x[p, i] - corner[0, i]
+        ahead += r * normal[i]
+        away += r * r
+    for a in range(1, D):
+        edge = 0.0
+        for i in range(D):
+            edge += (corner[a, i] - corner[0, i]) ** 2
+        size = max(size, edge)
+    within = abs(ahead) / ALIKE + np.sqrt(size)
+    return ahead * ahead >= best * (1.0 - TIE) or away > within * within * (1.0 + TIE)
+
+
 def next_flank(p, x, bins: Bins, elements: WallElements, count, held, seen: Seen):
     """Put the nearest element of another flank than the first ``count`` that are ``seen`` of point p there,
     with its place. Returns whether there is one. x (n, D) [m]; held: see ``is_other``."""
@@ -97,8 +114,11 @@ def next_flank(p, x, bins: Bins, elements: WallElements, count, held, seen: Seen
     for item in range(start[b], start[b + 1]):
         e, other = items[item], True
         for k in range(count):
-            other = other and dot(normal[seen.element[k]], normal[e]) <= ALIKE
-        if not other:
+            agree = 0.0
+            for i in range(D):
+                agree += normal[seen.element[k], i] * normal[e, i]
+            other = other and agree <= ALIKE
+        if not other or too_far(p, x, corners[e], normal[e], best):
             continue
         closest(x[p], corners[e], D, weight, seen.work)
         for i in range(D):

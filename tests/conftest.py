@@ -92,9 +92,8 @@ def start_ranks(start_process):
     env = {name: value for name, value in os.environ.items()
            if not name.startswith(("OMPI_", "PMIX_", "PMI_"))}
     env.update(PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1", **OPEN_MPI)
-    # More ranks and tests than cores: one that waits lets others compute, and none is tied to a core. Else
-    # half of the time goes into waiting, and ranks of tests side by side crowd on the first core.
-    env.update(OMPI_MCA_mpi_yield_when_idle="1", OMPI_MCA_hwloc_base_binding_policy="none")
+    # Not tied to cores: else ranks of tests side by side crowd on the first one.
+    env.update(OMPI_MCA_hwloc_base_binding_policy="none")
 
     def start(n, *words):
         return start_process(["mpirun", "-n", str(n), sys.executable, *map(str, words)], env)

@@ -31,6 +31,8 @@ def examples(package, name):
 @pytest.mark.parametrize("package, name", [pair for pair in public() if examples(*pair)])
 def test_examples(package, name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    if np.lib.NumpyVersion(np.__version__) >= "2.0.0":
+        np.set_printoptions(legacy="1.25")  # 1.0 and not np.float64(1.0), as the examples show it
     said, runner = [], doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS)
     for test in examples(package, name):
         runner.run(test, out=said.append)

@@ -45,6 +45,8 @@ def check(name, symmetric):
     """ValueError unless there is a preset of that name and it suits the tangent."""
     if name not in SOLVERS:
         raise ValueError(f"solver={name} does not exist: choose one of {', '.join(SOLVERS)}")
+    if name == "hypre" and not PETSc.Sys.hasExternalPackage("hypre"):
+        raise ValueError("solver=hypre: this PETSc was built without hypre: take gamg, or a PETSc that has it")
     if not symmetric and name in ("cholesky", "cg"):
         other = {"cholesky": "lu", "cg": "gmres"}[name]
         raise ValueError(f"solver={name} needs a symmetric tangent, which laws with friction do not have: "

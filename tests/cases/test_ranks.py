@@ -53,7 +53,7 @@ def test_ranks_agree(beam, pieces, joined, backend):
     folders = one, two = beam(1, keys), beam(2, keys)
     check_the_same(one, two, pieces, joined, 2)
     check_pieces(one, two, pieces, joined, (0.0, 5e-5, 1e-4))
-    for folder, solver in zip(folders, ("cholesky (cholmod)", "redundant")):
+    for folder, solver in zip(folders, ("cholesky (", "redundant")):
         report = json.loads((folder / "report.json").read_text())
         assert report["solver"].startswith("newtonls, preonly, ") and solver in report["solver"]
         assert "unknowns" in report["solver"] and report["rebalances"] == []

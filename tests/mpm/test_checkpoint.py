@@ -1,6 +1,7 @@
 """A run goes on from a file: bit for bit on as many ranks, to round-off on others."""
 import numpy as np
 import pytest
+from petsc4py import PETSc
 
 import mpm_dem_store as store
 from mpm_fenicsx import (
@@ -187,7 +188,8 @@ def test_a_surface_made_anew_goes_on(tmp_path):
     other.close()
 
 
-@pytest.mark.parametrize("solver", ["cg", "gamg", "hypre"])
+@pytest.mark.parametrize("solver", ["cg", "gamg", pytest.param("hypre", marks=pytest.mark.skipif(
+    not PETSc.Sys.hasExternalPackage("hypre"), reason="this PETSc has no hypre"))])
 def test_a_preconditioner_goes_on(solver, tmp_path):
     """Multigrid too, which remembers earlier matrices."""
     stated = dict(SCENES["settled"], law=BENDS, numerics=Numerics(solver=solver))

@@ -30,7 +30,7 @@ def inside(background, x, cell):
     """Whether each point lies in its cell, by reference coordinates."""
     corner = background.maps.corner[cell]
     edges = np.swapaxes(corner[:, 1:3] - corner[:, :1], 1, 2)
-    xi = np.linalg.solve(edges, x - corner[:, 0])
+    xi = np.linalg.solve(edges, (x - corner[:, 0])[..., None])[..., 0]
     upper = 1 - xi.sum(axis=1) if background.cells.shape[1] == 3 else 1 - xi.max(axis=1)
     return (xi.min(axis=1) > -1e-10) & (upper > -1e-10)
 

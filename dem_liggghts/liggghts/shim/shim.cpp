@@ -7,8 +7,10 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -206,11 +208,29 @@ int dem_shares_mpi()
     return runs;
 }
 
+// Names in the environment of this process.
+static std::set<std::string> variables()
+{
+    std::set<std::string> names;
+    for (char **entry = environ; *entry; ++entry) names.insert(std::string(*entry, strcspn(*entry, "=")));
+    return names;
+}
+
+// MPI of LIGGGHTS' own. What it puts into the environment would tell the other MPI, in child processes of this
+// one, of a launcher that it does not know.
+static void start_own_mpi()
+{
+    const std::set<std::string> before = variables();
+    MPI_Init(nullptr, nullptr);
+    for (const std::string &name : variables())
+        if (!before.count(name)) unsetenv(name.c_str());
+}
+
 // comm: where the communicator is stored; null: this rank alone, on an MPI of LIGGGHTS' own.
 int dem_open(int argc, char **argv, const MPI_Comm *comm, void **out)
 {
     return guarded([&] {
-        if (!comm && !dem_shares_mpi()) MPI_Init(nullptr, nullptr);
+        if (!comm && !dem_shares_mpi()) start_own_mpi();
         LAMMPS *lmp = new LAMMPS(argc, argv, comm ? *comm : MPI_COMM_SELF);
         say_it_nowhere(lmp);
         LIGGGHTS::ContactModels::register_models();

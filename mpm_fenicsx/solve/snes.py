@@ -4,9 +4,7 @@ Defaults are set on the objects before ``setFromOptions``, so the command line a
 1e-6, -mpm_snes_stol 0, -mpm_snes_max_it 25, line search bt, and a linear solver of ``solvers``.
 
 ``tangents`` decides in which iterations there is a new tangent. A step that fails is tried again, see
-``RUNGS``."""
-from typing import NamedTuple
-
+``rungs``."""
 import numpy as np
 from petsc4py import PETSc
 
@@ -17,25 +15,7 @@ from . import options, solvers
 from .divergence import ANY_SIGN, NOT_POSITIVE, SINGULAR, ZERO_PIVOT, diverged
 from .options import PREFIX
 from .options import unused as unused_options  # noqa: F401 - known by this name
-
-
-class Rung(NamedTuple):
-    """One attempt at a step: with ``new_tangents`` in every iteration, ``from_rest`` instead of from the
-    predicted displacement, with ``full_steps`` instead of a line search; ``news``: what the attempt before
-    did not have."""
-
-    news: str
-    new_tangents: bool
-    from_rest: bool
-    full_steps: bool
-
-
-RUNGS = (  # one after the other until one succeeds; what the user's options decide is left out
-    Rung("", False, False, False),
-    Rung("new tangents", True, False, False),  # a body that turns leaves the kept one behind
-    Rung("a start from rest", True, True, False),
-    # a nearly empty cell lets the line search stall on a residual that no point feels
-    Rung("full Newton steps", True, True, True))
+from .rungs import RUNGS
 
 
 def _first_line(error):
@@ -225,14 +205,15 @@ class Newton:
         return self._trial_at(self.u), iterations
 
     def _go_to(self, rung):
-        """Set what the user's options have not decided; returns whether the rung's news are not among
-        these."""
+        """Set what the user's options have not decided; returns whether the attempt differs from the one
+        before: the rung's news are not among these, nor had every iteration a new tangent anyhow."""
         self._tangents.in_every_iteration(rung.new_tangents)
         if not self._tangents.by_user:
             compat.set_lag_jacobian(self.snes, self._tangents.lag)
         if not self._user_search:
             compat.set_line_search(self.snes, *(self._other_search if rung.full_steps else self._search))
-        return {1: not self._tangents.by_user, 3: not self._user_search}.get(RUNGS.index(rung), True)
+        anew = self._tangents.kept_one and not self._tangents.by_user
+        return {1: anew, 3: not self._user_search}.get(RUNGS.index(rung), True)
 
     def _run(self, guess, when):
         """Reason and number of iterations of one attempt."""

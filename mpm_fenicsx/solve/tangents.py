@@ -34,7 +34,7 @@ class Tangent(NamedTuple):
 
 class Tangents:
     """The policy for the matrix of one set of active cells. ``now``: the ``Tangent`` in it; ``count``: those
-    made so far.
+    made so far; ``kept_one``: whether an iteration of this step has gone without a new one.
 
     plastic: the tangent changes with the load, so every iteration may get a new one, and with ``anew`` it
     does; watched: penalties may ask for a new one in any iteration. The user decides instead with
@@ -45,6 +45,7 @@ class Tangents:
         self._patience, self._enough, self._useful = PATIENCE[dim], ENOUGH[dim], USEFUL[dim]
         self.by_user = PETSc.Options(PREFIX).hasName("snes_lag_jacobian")
         self.now, self.count = Tangent(), 0
+        self.kept_one = True
         self._holds = False  # the matrix is a tangent of the equations as they are
         self._always = self._fresh = False  # fresh: the last iteration had a tangent of its own
         self._dt = self._goal = self._residual = self._first_left = 0.0
@@ -60,7 +61,7 @@ class Tangents:
     def start(self, dt: float) -> bool:
         """A step of ``dt`` [s] is to be solved; returns whether a tangent has to be made before the first
         iteration."""
-        self._dt, self._first_left = dt, 0.0
+        self._dt, self._first_left, self.kept_one = dt, 0.0, self.lag == KEEP
         first_iteration_makes_one = self.plastic and not self.by_user and self.now.dt > 0.0
         return not first_iteration_makes_one and (not self._holds or self.now.dt != dt)
 
@@ -82,6 +83,7 @@ class Tangents:
         will_do = self._will_do(snes)  # whatever is wanted: it keeps an eye on the residual
         wanted = self.by_user or self._always or switched or (self.plastic and not will_do)
         self._fresh, self._residual = wanted, snes.getFunctionNorm()
+        self.kept_one |= not wanted
         return wanted
 
     def _will_do(self, snes: PETSc.SNES) -> bool:

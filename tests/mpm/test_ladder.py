@@ -94,7 +94,9 @@ def test_the_end_of_the_ladder_says_what_was_tried_and_what_remains(options, ine
     solid = scene("column", inertia=inertia)
     other = ', or inertia="lumped"' if inertia != "lumped" else ""
     parts = "; nor did 2, 4 or 8 shorter steps in its place" if adapt is None else ""
-    with pytest.raises(MPMDivergedError, match=r"step 1, t = .*; new tangents, a start from rest, full "
+    # a repeated step has a tangent at the guess, the first one that of the bodies as they are
+    news = "new tangents, " if adapt is None else ""
+    with pytest.raises(MPMDivergedError, match=rf"step 1, t = .*\); {news}a start from rest, full "
                        rf"Newton steps did not help{parts}: .*-mpm_snes_max_it 100{other}; {tried}"
                        rf"{remains}"):
         march(solid, Steps(4e-2, 8e-2, adapt))

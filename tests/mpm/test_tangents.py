@@ -67,6 +67,17 @@ def test_a_tangent_that_is_of_use_goes_on_to_the_next_step_in_space():
     assert not tangents.start(2.0) and asked(tangents, 1e6) == [True]  # another dt
 
 
+def test_it_is_known_whether_an_iteration_kept_its_tangent():
+    """Else an attempt with a new one in every iteration would repeat the one before."""
+    tangents = begin(2)
+    asked(tangents, 1e6, 1e5)
+    assert tangents.kept_one  # in the first iteration
+    tangents.drop()
+    tangents.start(1.0)
+    assert asked(tangents, 1e6, 9e5, 8e5) == 3 * [True] and not tangents.kept_one
+    assert begin(2, plastic=False).kept_one  # where Newton's method never asks
+
+
 def test_load_steps_and_users_have_their_way(options):
     assert asked(begin(3, plastic=False, anew=True), 1e3, 1.0) == [True, True]
     options(snes_lag_jacobian=1)

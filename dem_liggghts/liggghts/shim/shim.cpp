@@ -4,6 +4,7 @@
 // its own, in models.h; the wall is in wall.h, rigid bodies are in bodies.h and their rotation in rotation.h. All arrays
 // are contiguous doubles in SI units, of nodes with dim components each. Calls return 0, or 1 with the text in dem_last_error(), or 2 when a particle or a node is NaN or infinite.
 #include <mpi.h>
+#include <unistd.h>  // environ
 
 #include <cmath>
 #include <cstdio>

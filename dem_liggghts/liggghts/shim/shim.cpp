@@ -16,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include <unistd.h>
+
 #include "atom_vec.h"
 #include "bins.h"
 #include "bodies.h"

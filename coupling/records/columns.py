@@ -67,8 +67,8 @@ class RecordedColumns:
 
     def check(self, time: float) -> None:
         """``exchange.UnstableError`` when a closed system has gained energy until ``time`` [s]."""
-        if self._closed:
-            exchange.check_closed(self._last, time)
+        if self._closed and self.ledger:
+            exchange.check_closed(self._last, time, self.ledger.share)
 
     def means(self, windows: int) -> Dict[str, float]:
         """Entries of report.json, over so many windows."""

@@ -134,6 +134,7 @@ def test_rows_of_the_matrix(tmp_path):
 
 def test_a_closed_system_that_gains_energy_is_stopped():
     exchange.check_closed({"interface_error": 0.2, "energy_error": -0.9}, 1.0)
+    exchange.check_closed({"interface_error": 0.0, "energy_error": 0.5}, 1.0, share=0.1)  # it lies still
     for made in ({"interface_error": 0.3, "energy_error": 0.1},
                  {"interface_error": 0.0, "energy_error": 0.3}):
         with pytest.raises(exchange.UnstableError, match="gained energy until t = 2 s, .*30%.*iterate=20"):

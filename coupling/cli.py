@@ -21,8 +21,8 @@ from .signals import SIGNALS
 from .started import IMPORTED
 from .words import UsageError, checked, convert, once, typed
 
-__all__ = ["Case", "EXPECTED", "SIGNALS", "UsageError", "case", "checked", "convert", "manual", "once",
-           "parse", "run", "typed"]
+__all__ = ["Case", "EXPECTED", "SIGNALS", "UsageError", "case", "checked", "convert", "described", "manual",
+           "once", "parse", "run", "typed"]
 
 # anything else is a bug
 EXPECTED = (ValueError, RuntimeError, ImportError, ArithmeticError, OSError, MemoryError)
@@ -209,10 +209,17 @@ def manual(main: typing.Callable) -> str:
     return "\n".join(lines)
 
 
-def _line(name: str, key: Key) -> str:
-    """One key of the manual."""
+def described(key: Key) -> typing.Tuple[str, str]:
+    """What a manual says of a key: its default, as a word of the command line, and its meaning with the
+    choices."""
     kind, meaning = key.kind, key.meaning
     kind = typing.get_args(kind)[0] if typing.get_origin(kind) is typing.Union else kind
     if typing.get_origin(kind) is typing.Literal:
         meaning += f"; one of {', '.join(map(str, typing.get_args(kind)))}"
-    return f"  {f'{name}={typed(key.default) if key.default is not REQUIRED else chr(8230)}':26} {meaning}"
+    return typed(key.default) if key.default is not REQUIRED else "…", meaning
+
+
+def _line(name: str, key: Key) -> str:
+    """One key of the manual."""
+    default, meaning = described(key)
+    return f"  {f'{name}={default}':26} {meaning}"

@@ -1,0 +1,58 @@
+"""Pages of the site, for MkDocs: the Markdown files where they lie in the repository, so that their links
+lead where they lead on the repository's page, what they link to, and pages made from the code."""
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from latex2mathml.converter import convert
+from mkdocs.structure.files import File, Files
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("coupling", "mpm_fenicsx", "dem_liggghts")
+LINK = re.compile(r"\]\(([^)#\s]+)|src=\"([^\"]+)\"")
+FORMULA = re.compile(r"<(span|div) class=\"arithmatex\">\\([(\[])(.*?)\\[)\]]</\1>", re.S)
+
+
+def on_files(files, config):
+    """In place of the folder that MkDocs has read: the repository's pages and all that they show."""
+    docs = Path(config.docs_dir)
+    kept = [file for file in files if file.abs_src_path is None
+            or docs not in Path(file.abs_src_path).parents]  # of the theme
+    pages = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted(docs.glob("*.md"))]
+    shown = {ROOT / "docs/site/style.css"}.union(*map(_linked, pages))
+    paths = [path.relative_to(ROOT).as_posix() for path in [*pages, *sorted(shown - set(pages))]]
+    kept += [File(path, str(ROOT), config.site_dir, config.use_directory_urls) for path in paths]
+    made = {**_keys(), **{f"api/{name}.md": _api(name) for name in PACKAGES}}
+    return Files(kept + [File.generated(config, path, content=text) for path, text in made.items()])
+
+
+def _linked(page):
+    """Files that a page links to or shows."""
+    targets = [one or other for one, other in LINK.findall(page.read_text(encoding="utf-8"))]
+    return {path for target in targets if "://" not in target
+            and (path := (page.parent / target).resolve()).is_file()}
+
+
+def _keys():
+    """The pages of keys. In a process of its own: the cases start MPI, and PETSc reads the command line."""
+    done = subprocess.run([sys.executable, ROOT / "docs/site/keys.py"], check=True, capture_output=True,
+                          text=True)
+    return json.loads(done.stdout)
+
+
+def _api(package):
+    return f"# {package}\n\n`from {package} import …`\n\n::: {package}\n"
+
+
+def on_page_content(html, **_):
+    """Formulas become MathML, which browsers draw by themselves: no script, no network."""
+    return FORMULA.sub(_mathml, html)
+
+
+def _mathml(found):
+    tag, bracket, formula = found.groups()
+    formula = formula.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
+    display = "block" if bracket == "[" else "inline"
+    return f"<{tag} class=\"formula\">{convert(formula, display=display)}</{tag}>"

@@ -1,0 +1,76 @@
+"""The keys of the cases as pages of the site, from what ``--help`` prints: path → Markdown, as JSON.
+
+    python docs/site/keys.py
+"""
+import importlib
+import inspect
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Dict, List, Tuple
+
+ROOT = Path(__file__).resolve().parents[2]
+CASES = sorted(path.stem for path in (ROOT / "cases").glob("*.py"))
+UNIT = re.compile(r"\s*\[([^\]]+)\]")
+SOURCE = re.compile(r"(?<![\w/])(docs/\w+\.md)")
+USUAL = {"scheme": "Windows, steps and the scheme of coupling", "numerics": "Numerics of the soil or solid",
+         "output": "What the run leaves"}
+
+
+def row(name: str, default: str, meaning: str) -> str:
+    """A key as a row of its table; the unit is what stands in brackets in its meaning."""
+    unit = UNIT.search(meaning)
+    meaning = UNIT.sub("", meaning, count=1).lstrip("; ") if unit else meaning
+    meaning = SOURCE.sub(r"[\1](../\1)", meaning.replace("|", "\\|").replace("<", "&lt;"))
+    words = (f"`{name}`", f"`{default}`", unit.group(1) if unit else "", meaning)
+    return f"| {' | '.join(words)} |"
+
+
+def tables(case) -> List[str]:
+    """One table for the keys of the case itself, one for each group that it shares with others."""
+    from coupling.cli import described
+
+    groups: Dict[str, list] = {"": []}
+    for name, key in case.keys.items():
+        groups.setdefault("" if key.argument == name else key.argument, []).append(row(name, *described(key)))
+    lines = []
+    for argument, rows in groups.items():
+        title = USUAL.get(argument, f"Of the {argument}") if argument else "Of the case itself"
+        lines += ["", f"## {title}", "", "| key | default | unit | meaning |", "| --- | --- | --- | --- |", *rows]
+    return lines if groups[""] else lines[6:]
+
+
+def presets(case) -> List[str]:
+    """The named sets of keys."""
+    from coupling.cli import typed
+
+    if not case.presets:
+        return []
+    rows = [f"| `preset={name}` | `{' '.join(f'{key}={typed(value)}' for key, value in keys.items())}` |"
+            for name, keys in case.presets.items()]
+    return ["", "## Presets", "", "| | stands for |", "| --- | --- |", *rows]
+
+
+def page(name: str) -> Tuple[str, str]:
+    """Path and text of the page of a case: what it is, how it is called, its keys."""
+    module = importlib.import_module(name)
+    sentence, _, usage = inspect.getdoc(module).partition("\n\n")
+    text = [f"# {name}", "", " ".join(sentence.split()), "", usage, "", inspect.getdoc(module.main), "",
+            "An unknown key, or a value out of its range, is refused with a sentence. Options with a dash are "
+            "PETSc's. How a case is run, and what it leaves: [running a case](../docs/running.md)."]
+    return f"cases/{name}.md", "\n".join([*text, *tables(module.main), *presets(module.main), ""])
+
+
+def pages() -> Dict[str, str]:
+    """All of them, and the page that lists them: the table of README."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    table = re.search(r"^## Cases\n(.*?)^## ", readme, re.M | re.S).group(1)
+    table = re.sub(r"src=\"|\]\((?=\w)", lambda found: found.group() + "../", table)
+    table = re.sub(r"`cases/(\w+)\.py`", r"[`\1`](\1.md)", table)
+    return {"cases/index.md": f"# Cases\n{table}", **dict(map(page, CASES))}
+
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(ROOT), str(ROOT / "cases")]
+    json.dump(pages(), sys.stdout)

@@ -14,6 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 CASES = sorted(path.stem for path in (ROOT / "cases").glob("*.py"))
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
 SOURCE = re.compile(r"(?<![\w/])(docs/\w+\.md)")
+HEAD = "| key | default | unit | meaning |", "| --- | --- | --- | --- |"
 USUAL = {"scheme": "Windows, steps and the scheme of coupling", "numerics": "Numerics of the soil or solid",
          "output": "What the run leaves"}
 
@@ -33,12 +34,14 @@ def tables(case) -> List[str]:
 
     groups: Dict[str, list] = {"": []}
     for name, key in case.keys.items():
-        groups.setdefault("" if key.argument == name else key.argument, []).append(row(name, *described(key)))
+        group = "" if key.argument == name else key.argument
+        groups.setdefault(group, []).append(row(name, *described(key)))
     lines = []
     for argument, rows in groups.items():
         title = USUAL.get(argument, f"Of the {argument}") if argument else "Of the case itself"
-        lines += ["", f"## {title}", "", "| key | default | unit | meaning |", "| --- | --- | --- | --- |", *rows]
-    return lines if groups[""] else lines[6:]
+        if rows:
+            lines += ["", f"## {title}", "", *HEAD, *rows]
+    return lines
 
 
 def presets(case) -> List[str]:
@@ -47,8 +50,9 @@ def presets(case) -> List[str]:
 
     if not case.presets:
         return []
-    rows = [f"| `preset={name}` | `{' '.join(f'{key}={typed(value)}' for key, value in keys.items())}` |"
-            for name, keys in case.presets.items()]
+    words = {name: " ".join(f"{key}={typed(value)}" for key, value in keys.items())
+             for name, keys in case.presets.items()}
+    rows = [f"| `preset={name}` | `{given}` |" for name, given in words.items()]
     return ["", "## Presets", "", "| | stands for |", "| --- | --- |", *rows]
 
 

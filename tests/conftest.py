@@ -12,7 +12,8 @@ from dem_liggghts import open_dem
 
 OPEN_MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",  # as ./dev sets them
             "OMPI_MCA_rmaps_base_oversubscribe": "1",  # Open MPI 4
-            "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe"}  # Open MPI 5; other MPIs know none of these
+            # Open MPI 5; other MPIs know none of these
+            "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe"}
 
 
 @pytest.fixture(params=["reference", "liggghts"])

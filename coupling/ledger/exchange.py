@@ -112,7 +112,8 @@ class Ledger:
         grains, solid = self._energies()
         gone = float(left(self._grains, "energy") + left(self._solid, "energy"))
         gone -= shaken(self._grains) + shaken(self._solid)
-        self._scale, self._whole = max(self._scale, self._largest()), max(self._whole, abs(grains), abs(solid))
+        self._scale = max(self._scale, self._largest())
+        self._whole = max(self._whole, abs(grains), abs(solid))
         scale = self._scale or 1.0  # nothing has moved yet
         return {**self._impulses(window), "work_wall": self._work_wall,
                 "work_solid": self._work_solid, "energy_grains": grains, "energy_solid": solid,

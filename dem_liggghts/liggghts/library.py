@@ -20,7 +20,8 @@ ARGUMENTS = ("liggghts", "-screen", "/dev/null", "-log", "none", "-nocite")
 OWN_NAMES_FIRST = os.RTLD_NOW | os.RTLD_LOCAL | os.RTLD_DEEPBIND
 
 _SIGNATURES = {
-    "dem_open": (ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.c_void_p, ctypes.POINTER(ctypes.c_void_p)),
+    "dem_open": (ctypes.c_int, ctypes.POINTER(ctypes.c_char_p), ctypes.c_void_p,
+                 ctypes.POINTER(ctypes.c_void_p)),
     "dem_close": (ctypes.c_void_p,),
     "dem_command": (ctypes.c_void_p, ctypes.c_char_p),
     "dem_same_layout": (ctypes.c_void_p,),

@@ -46,7 +46,7 @@ def check(name, symmetric):
     if name not in SOLVERS:
         raise ValueError(f"solver={name} does not exist: choose one of {', '.join(SOLVERS)}")
     if name == "hypre" and not PETSc.Sys.hasExternalPackage("hypre"):
-        raise ValueError("solver=hypre: this PETSc was built without hypre: take gamg, or a PETSc that has it")
+        raise ValueError("solver=hypre: this PETSc was built without hypre: take gamg")
     if not symmetric and name in ("cholesky", "cg"):
         other = {"cholesky": "lu", "cg": "gmres"}[name]
         raise ValueError(f"solver={name} needs a symmetric tangent, which laws with friction do not have: "

@@ -26,7 +26,8 @@ def writable(folder):
 
 def folders():
     """Of this project's packages and cases, with those inside them: there lie compiled functions."""
-    inner = [path.parent for name in (*PACKAGES, "cases") for path in (ROOT / name).glob("*/__init__.py")]
+    scripts = "cases", "mpm_dem_cases"  # in the source tree, installed
+    inner = [path.parent for name in (*PACKAGES, *scripts) for path in (ROOT / name).glob("*/__init__.py")]
     return [*(ROOT / name for name in PACKAGES), *inner]
 
 

@@ -4,15 +4,20 @@ import json
 import re
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
-from latex2mathml.converter import convert
 from mkdocs.structure.files import File, Files
+from mkdocs.utils import get_relative_url
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("coupling", "mpm_fenicsx", "dem_liggghts")
 LINK = re.compile(r"\]\(([^)#\s]+)|src=\"([^\"]+)\"")
-FORMULA = re.compile(r"<(span|div) class=\"arithmatex\">\\([(\[])(.*?)\\[)\]]</\1>", re.S)
+MATHJAX = "assets/mathjax/tex-svg.js"  # all in one file: draws formulas without fonts and without a network
+SCRIPT = """<script>MathJax = {tex: {inlineMath: [["\\\\(", "\\\\)"]], displayMath: [["\\\\[", "\\\\]"]]},
+options: {ignoreHtmlClass: ".*", processHtmlClass: "arithmatex"}}</script>
+<script async src="%s"></script>
+</head>"""
 
 
 def on_files(files, config):
@@ -24,6 +29,8 @@ def on_files(files, config):
     shown = {ROOT / "docs/site/style.css"}.union(*map(_linked, pages))
     paths = [path.relative_to(ROOT).as_posix() for path in [*pages, *sorted(shown - set(pages))]]
     kept += [File(path, str(ROOT), config.site_dir, config.use_directory_urls) for path in paths]
+    mathjax = Path(find_spec("mathjax").origin).parent / "static/mathjax/es5/tex-svg.js"
+    kept.append(File.generated(config, MATHJAX, abs_src_path=str(mathjax)))
     made = {**_keys(), **{f"api/{name}.md": _api(name) for name in PACKAGES}}
     return Files(kept + [File.generated(config, path, content=text) for path, text in made.items()])
 
@@ -46,13 +53,8 @@ def _api(package):
     return f"# {package}\n\n`from {package} import …`\n\n::: {package}\n"
 
 
-def on_page_content(html, **_):
-    """Formulas become MathML, which browsers draw by themselves: no script, no network."""
-    return FORMULA.sub(_mathml, html)
-
-
-def _mathml(found):
-    tag, bracket, formula = found.groups()
-    formula = formula.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
-    display = "block" if bracket == "[" else "inline"
-    return f"<{tag} class=\"formula\">{convert(formula, display=display)}</{tag}>"
+def on_post_page(output, page, config):
+    """The script that draws formulas, where there are some."""
+    if "class=\"arithmatex\"" not in output:
+        return output
+    return output.replace("</head>", SCRIPT % get_relative_url(MATHJAX, page.url), 1)

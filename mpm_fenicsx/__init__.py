@@ -23,6 +23,7 @@ if not PETSc.Options().hasName("options_left"):
 import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
 
 from .errors import MPMDivergedError, MPMError  # noqa: E402
+from .grid.given import from_dolfinx  # noqa: E402
 from .laws import LAWS, drucker_prager, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
 from .laws.soil import Soil  # noqa: E402
 from .mpm import MPM  # noqa: E402
@@ -47,7 +48,7 @@ from .settling import Settled  # noqa: E402
 __all__ = [  # a scene; how it is computed; laws; points; what is read off; errors
     "Balls", "Body", "Box", "Cloud", "Grid", "GridWall", "Inflow", "Interface", "Load", "Mesh", "Outflow",
     "Penalty", "Raster", "Resampling", "SimplySupportedBeam", "Structure", "Support", "Terrain", "at_rest",
-    "fall_room", "flow_grid", "level_floor", "read_cloud", "read_mesh",
+    "fall_room", "flow_grid", "from_dolfinx", "level_floor", "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS", "Settled",
     "LAWS", "Soil", "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "von_mises",
     "of_points", "seed",

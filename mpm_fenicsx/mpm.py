@@ -7,14 +7,12 @@ from mpi4py import MPI
 
 import mpm_dem_checks as check
 
-from .output import snapshots
-from .output.resolution import resolution
-from .output.scales import Scales, contact_scales, fastest
+from .grid.given import as_grid
 from .output.states import check_state, while_open
 from .points.ball_surface import BallChange, BallSurface, read_particles
 from .points.boundary_particles import near_mass
 from .points.outline import OutlineChange
-from .restarting import Restarting
+from .readings import Readings
 from .scene.balls import Balls
 from .scene.bodies import Body, Grid, Support
 from .scene.conditions import GridWall, Load, Penalty
@@ -30,8 +28,9 @@ from .solve.problem import Problem
 from .terms.ghost import Facets
 
 
-class MPM(Restarting):
-    """One body, or a list of several, on a background grid.
+class MPM(Readings):
+    """One body, or a list of several, on a background grid: a ``Grid``, a ``Mesh`` or a dolfinx.mesh.Mesh,
+    see ``from_dolfinx``.
 
     supports: ``Support`` records; interface: ``Interface`` of boundary particles that carry the forces given
     to ``advance`` and follow the motion, or ``Balls``, the points themselves; gravity: [m/s^2], shape (dim,);
@@ -84,7 +83,7 @@ class MPM(Restarting):
 
     rebalance_every = 50  # steps between two looks at the imbalance
 
-    def __init__(self, grid: Union[Grid, Mesh],  # noqa: PLR0913 - its arguments state a scene
+    def __init__(self, grid: Union[Grid, Mesh, Any],  # noqa: PLR0913 - its arguments state a scene
                  body: Union[Body, Sequence[Body]], supports: Sequence[Support] = (),
                  interface: Union[Interface, Balls, None] = None, *,
                  gravity: Optional[Sequence[float]] = None, inertia: str = "consistent",
@@ -96,8 +95,9 @@ class MPM(Restarting):
                  basis: Optional[str] = None, comm: MPI.Comm = MPI.COMM_WORLD):
         if basis is not None:
             numerics = replace(check.record("numerics", numerics, Numerics), basis=basis)
-        super().__init__(SolidScene(grid, body, supports, interface, gravity, inertia, loads, penalties,
-                                    body_force, outflow, bonded, numerics, structures, openings, base), comm)
+        super().__init__(SolidScene(as_grid(grid), body, supports, interface, gravity, inertia, loads,
+                                    penalties, body_force, outflow, bonded, numerics, structures, openings,
+                                    base), comm)
         self.iterations, self.rebalances, self.closed = 0, [], False
         self.phases, self._doubt = dict.fromkeys(PHASES, 0.0), Doubt()
         self._located, self.step, self._facets = False, None, None  # located: points are in their cells
@@ -228,33 +228,3 @@ class MPM(Restarting):
         if not self.closed:
             self.step.destroy()
         self.closed = True
-
-    # ---------------------------------------------------------------- of the last step, and of the whole
-
-    def window_mass(self) -> np.ndarray:
-        """See ``PointForces.window_mass``, of all boundary particles, the same on every rank."""
-        return self._surface.gather_values(self.step.window_mass())
-
-    def snapshot(self) -> dict:
-        """This rank's piece of what ParaView shows, see ``snapshots``."""
-        return snapshots.snapshot(self)
-
-    @while_open
-    def describe(self) -> dict:
-        """Solver and imbalance, for the report: see ``snapshots``."""
-        return snapshots.describe(self)
-
-    @while_open
-    def resolution(self) -> dict:
-        """Sizes of the cells, points in them and explicit limit, see ``resolution``."""
-        return resolution(self)
-
-    @while_open
-    def contact_scales(self) -> Scales:
-        """Sizes of the points and of their motion, see ``scales.contact_scales``."""
-        return contact_scales(self)
-
-    @while_open
-    def fastest(self) -> float:
-        """Largest speed of a material point now [m/s]."""
-        return fastest(self)

@@ -4,6 +4,7 @@ No function space is made: the mesh's geometry already has nodes, cells and thei
 compiler stays out of the start.
 """
 import zlib
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..scene.frame import shifted
 from ..scene.mesh import lattice
 from . import compat
 from .distribution import EMPTY_CELL, bisect, ghosts
+from .domain import Domain
 from .patches import patches
 from .search import LatticeSearch, WalkSearch
 
@@ -94,7 +96,7 @@ class Background:
         self.owner = np.tile(self._share_out(filling, patch), fields) if owner is None else owner
         self.copies = vertices, cells = _copies(self.whole, fields)
         self.patch = patch if patch is None else _repeat(patch, fields, patch.max() + 1)
-        self.mesh = self._distribute(vertices, cells)
+        self.mesh = self.distribute(vertices, cells)
         self._place = None
         self.cell_numbering = compat.cell_numbering(self.mesh)
         self.node_numbering = compat.node_numbering(self.mesh)
@@ -133,6 +135,11 @@ class Background:
         count = len(self.whole[1])
         return self._place[self.original_cell[cells] % count + field * count]
 
+    @cached_property
+    def domain(self):
+        """The grid for functions of FEniCSx, see ``Domain``. Collective."""
+        return Domain(self)
+
     @property
     def checksum(self):
         """Of the distribution: with the same one, numbers of this rank's cells and nodes are the same."""
@@ -148,11 +155,11 @@ class Background:
             count = self.comm.allreduce(np.bincount(nearest, minlength=len(centres)).astype(float))
         return count
 
-    def _distribute(self, vertices, cells):
+    def distribute(self, vertices, cells):
         """Every cell to its owner and, as a ghost, to all ranks that share one of its vertices."""
         comm, n, m = self.comm, len(cells), len(vertices)
         mine = slice(n * comm.rank // comm.size, n * (comm.rank + 1) // comm.size)
-        owners = ghosts(cells, m, self.owner, comm.size, mine)
+        owners = ghosts(cells, m, self.owner[:n], comm.size, mine)
         part = vertices[m * comm.rank // comm.size:m * (comm.rank + 1) // comm.size]
         return compat.create_mesh(comm, cells[mine].astype(np.int64), part, self.grid.cell, owners)
 

@@ -179,3 +179,62 @@ def candidates(tree, x):
     collide = geometry.compute_collisions if _VERSION < (0, 7) else geometry.compute_collisions_points
     found = collide(tree, np.column_stack([x, np.zeros((len(x), 3 - x.shape[1]))]))
     return np.repeat(np.arange(len(x)), np.diff(found.offsets)), found.array
+
+
+def is_mesh(thing):
+    """Whether it is a mesh of dolfinx."""
+    return isinstance(thing, dmesh.Mesh)
+
+
+def kinds_of_cells(mesh):
+    """Names of the kinds of cells that the mesh has, and the degree of their geometry."""
+    topology, geometry_ = mesh.topology, mesh.geometry
+    kinds = topology.entity_types[topology.dim] if hasattr(topology, "entity_types") else [topology.cell_type]
+    map_ = geometry_.cmaps[0] if _VERSION >= (0, 11) else geometry_.cmap
+    return [kind.name for kind in kinds], map_.degree
+
+
+def original_nodes(mesh):
+    """Numbers of owned and ghost nodes among those that the mesh was made of, shape (n,)."""
+    return np.asarray(mesh.geometry.input_global_indices)
+
+
+def cells_at_facets(mesh, facets, per_cell):
+    """A cell of this rank at each of the ``facets``, of which a cell has ``per_cell``, and the place of the
+    facet in it, shape (n,) each."""
+    topology, dim = mesh.topology, mesh.topology.dim
+    topology.create_connectivity(dim, dim - 1)
+    topology.create_connectivity(dim - 1, dim)
+    cells = topology.connectivity(dim - 1, dim)
+    cell = cells.array[cells.offsets[facets]]
+    of_cell = topology.connectivity(dim, dim - 1).array.reshape(-1, per_cell)[cell]
+    return cell, np.argmax(of_cell == facets[:, None], axis=1)
+
+
+def entities_owned(mesh, dim):
+    """Number of the entities of that dimension that this rank owns: the first of them. Collective."""
+    mesh.topology.create_entities(dim)
+    return mesh.topology.index_map(dim).size_local
+
+
+def linear_space(mesh, shape):
+    """Space of continuous linear (P1, Q1) functions with values of the ``shape``, () or (D,). Collective."""
+    from dolfinx import fem  # brings the form compiler, which few runs need
+
+    if _VERSION < (0, 7):
+        make = fem.VectorFunctionSpace if shape else fem.FunctionSpace
+        return make(mesh, ("Lagrange", 1), *shape)
+    return fem.functionspace(mesh, ("Lagrange", 1, shape) if shape else ("Lagrange", 1))
+
+
+def function_of(space, name, nodes, values):
+    """``dolfinx.fem.Function`` of a linear space with ``values`` at the nodes, shape (n, …), of which those
+    of owned nodes count; nodes: of the cells, shape (m, K). Collective."""
+    from dolfinx import fem
+
+    function = fem.Function(space, name=name)
+    dofs = space.dofmap.list
+    dofs = np.asarray(getattr(dofs, "array", dofs)).reshape(nodes.shape)
+    function.x.array.reshape(-1, *values.shape[1:])[dofs] = values[nodes]
+    function.x.scatter_forward()
+    return function

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..collective import total
 from ..scene.facets import corner_volumes
+from .functions import by_vertex
 
 AROUND = {"triangle": ("triangle", [0, 1, 2]), "quadrilateral": ("quad", [0, 1, 3, 2]),
           "tetrahedron": ("tetra", [0, 1, 2, 3]), "hexahedron": ("hexahedron", [0, 1, 3, 2, 4, 5, 7, 6])}
@@ -49,14 +50,8 @@ def _grid(mpm):
     nodes, corners = np.unique(own, return_inverse=True)
     mass, velocity = np.zeros(len(vertices)), np.zeros(vertices.shape)
     if mpm.steps and mpm.step.grid is not None:
-        active = background.vertex_of[mpm.step.active_cells.node] % len(vertices)
         grid = mpm.step.grid
-        if background.fields == 1:
-            mass[active], velocity[active] = grid.mass, grid.v
-        else:  # of all fields
-            np.add.at(mass, active, grid.mass)
-            np.add.at(velocity, active, grid.mass[:, None] * grid.v)
-            velocity /= np.where(mass > 0.0, mass, 1.0)[:, None]
+        mass, velocity = by_vertex(background, mpm.step.active_cells, grid.mass, grid.v)
     kind, order = AROUND[mpm.grid.cell]
     corners = corners.reshape(own.shape)[:, order]
     if kind in ("triangle", "tetra"):

@@ -23,8 +23,8 @@ class Step:
     ``active_cells``.
 
     phases: seconds per phase, added to. doubt: see ``options``. facets: ``ghost.Facets`` for the ghost
-    penalty on inertia, or None. After ``begin`` ``grid`` is the ``GridState`` of the step (None before).
-    Collective."""
+    penalty on inertia, or None. After ``begin`` ``grid`` is the ``GridState`` of the step, after ``finish``
+    ``finished`` are this and the ``Increment`` of its nodes (None before). Collective."""
 
     tolerance = 1e-6  # of the residual, relative to loads and inertia (-mpm_snes_atol replaces it)
     static = False  # whether it is a load step without inertia, see ``statics``
@@ -34,7 +34,7 @@ class Step:
         """filled: numbers of this rank's cells that hold points."""
         self.comm, self.dim, self.background = background.comm, background.dim, background
         self.kernels, self.filled, self.problem = kernels, filled, problem
-        self.clock, self.grid = Clock(background.comm, phases), None
+        self.clock, self.grid, self.finished = Clock(background.comm, phases), None, None
         records, penalties = [body.body for body in problem.bodies], problem.penalties
         symmetric = all(record.law.symmetric for record in records)
         self.active_cells = cells = ActiveCells(
@@ -210,7 +210,7 @@ class Step:
         back to rest."""
         forces = self._forces(trial, self.problem.rule.PLACE)
         trial.increment.a[~self.active] = 0.0
-        losses = self.problem.losses
+        self.finished, losses = (self.grid, trial.increment), self.problem.losses
         if losses.active:
             losses.solved(self.grid, trial.increment)
         for load in (self.problem.interface, *self.problem.loads):

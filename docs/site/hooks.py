@@ -11,7 +11,6 @@ from mkdocs.structure.files import File, Files
 from mkdocs.utils import get_relative_url
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("coupling", "mpm_fenicsx", "dem_liggghts")
 LINK = re.compile(r"\]\(([^)#\s]+)|src=\"([^\"]+)\"")
 MATHJAX = "assets/mathjax/tex-svg.js"  # all in one file: draws formulas without fonts and without a network
 SCRIPT = """<script>MathJax = {tex: {inlineMath: [["\\\\(", "\\\\)"]], displayMath: [["\\\\[", "\\\\]"]]},
@@ -31,8 +30,7 @@ def on_files(files, config):
     kept += [File(path, str(ROOT), config.site_dir, config.use_directory_urls) for path in paths]
     mathjax = Path(find_spec("mathjax").origin).parent / "static/mathjax/es5/tex-svg.js"
     kept.append(File.generated(config, MATHJAX, abs_src_path=str(mathjax)))
-    made = {**_keys(), **{f"api/{name}.md": _api(name) for name in PACKAGES}}
-    return Files(kept + [File.generated(config, path, content=text) for path, text in made.items()])
+    return Files(kept + [File.generated(config, path, content=text) for path, text in _made().items()])
 
 
 def _linked(page):
@@ -42,15 +40,10 @@ def _linked(page):
             and (path := (page.parent / target).resolve()).is_file()}
 
 
-def _keys():
-    """The pages of keys. In a process of its own: the cases start MPI, and PETSc reads the command line."""
-    done = subprocess.run([sys.executable, ROOT / "docs/site/keys.py"], check=True, capture_output=True,
-                          text=True)
+def _made():
+    """In a process of its own: the cases start MPI, and PETSc reads the command line."""
+    done = subprocess.run([sys.executable, ROOT / "docs/site/made.py"], check=True, stdout=subprocess.PIPE)
     return json.loads(done.stdout)
-
-
-def _api(package):
-    return f"# {package}\n\n`from {package} import …`\n\n::: {package}\n"
 
 
 def on_post_page(output, page, config):

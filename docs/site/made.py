@@ -1,6 +1,7 @@
-"""The keys of the cases as pages of the site, from what ``--help`` prints: path → Markdown, as JSON.
+"""Pages of the site that are made from the code: the keys of the cases, from what ``--help`` prints, and the
+public names of the packages. Prints path → Markdown as JSON.
 
-    python docs/site/keys.py
+    python docs/site/made.py
 """
 import importlib
 import inspect
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Dict, List, Tuple
 
 ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("coupling", "mpm_fenicsx", "dem_liggghts")
 CASES = sorted(path.stem for path in (ROOT / "cases").glob("*.py"))
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
 SOURCE = re.compile(r"(?<![\w/])(docs/\w+\.md)")
@@ -66,13 +68,29 @@ def page(name: str) -> Tuple[str, str]:
     return f"cases/{name}.md", "\n".join([*text, *tables(module.main), *presets(module.main), ""])
 
 
+def api(package: str) -> Tuple[str, str]:
+    """Path and text of the page of a package: each public name where it is defined, as griffe reads it."""
+    module = importlib.import_module(package)
+    places = []
+    for name in module.__all__:
+        thing = getattr(module, name)
+        if inspect.ismodule(thing):
+            places.append(thing.__name__)
+        elif inspect.isclass(thing) or inspect.isfunction(thing):
+            places.append(f"{thing.__module__}.{thing.__qualname__}")
+        else:
+            places.append(f"{package}.{name}")
+    text = [f"# {package}", inspect.getdoc(module), f"`from {package} import …`"]
+    return f"api/{package}.md", "\n\n".join([*text, *(f"::: {place}" for place in places), ""])
+
+
 def pages() -> Dict[str, str]:
-    """All of them, and the page that lists them: the table of README."""
+    """All of them, and the page that lists the cases: the table of README."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     table = re.search(r"^## Cases\n(.*?)^## ", readme, re.M | re.S).group(1)
     table = re.sub(r"src=\"|\]\((?=\w)", lambda found: found.group() + "../", table)
     table = re.sub(r"`cases/(\w+)\.py`", r"[`\1`](\1.md)", table)
-    return {"cases/index.md": f"# Cases\n{table}", **dict(map(page, CASES))}
+    return {"cases/index.md": f"# Cases\n{table}", **dict(map(page, CASES)), **dict(map(api, PACKAGES))}
 
 
 if __name__ == "__main__":

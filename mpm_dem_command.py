@@ -14,6 +14,7 @@ import re
 import runpy
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Dict, List, NamedTuple, NoReturn, Optional, Sequence
@@ -48,8 +49,8 @@ say("version", getattr({0}, "__version__", None) or importlib.metadata.version("
 MPI4PY = """
 import mpi4py, shutil, subprocess
 from mpi4py import MPI
-library = MPI.Get_library_version().splitlines()[0].rstrip("\\0")
-say("version", mpi4py.__version__ + ", " + ",".join(library.split(",")[:1]))
+library = " ".join(MPI.Get_library_version().splitlines()[0].split(",")[0].rstrip("\\0").split())
+say("version", mpi4py.__version__ + ", " + library)
 one_mpi()
 mpirun = shutil.which("mpirun")
 if mpirun is None:
@@ -66,7 +67,8 @@ petsc4py.init([])
 from petsc4py import PETSc
 say("version", petsc4py.__version__ + ", PETSc " + ".".join(map(str, PETSc.Sys.getVersion())))
 one_mpi()
-if PETSc.Vec().createMPI(2, comm=MPI.COMM_SELF).comm.size != 1:
+vector = PETSc.Vec().createMPI(2, comm=MPI.COMM_SELF)
+if vector.comm.size != 1:
     say("wrong", "PETSc does not understand a communicator of mpi4py")
 if PETSc.ScalarType(0).dtype.kind != "f":
     say("wrong", "this PETSc computes with complex numbers: install one with real numbers")
@@ -202,7 +204,9 @@ def stop(sentence: str, status: int) -> NoReturn:
     except (ImportError, RuntimeError):
         first = True
     if first:
-        print(f"error: {sentence}", file=sys.stderr)
+        print(f"error: {sentence}", file=sys.stderr, flush=True)
+    else:
+        time.sleep(0.5)  # as mpirun ends all when one has ended
     sys.exit(status)
 
 

@@ -73,6 +73,16 @@ def test_the_doctor_finds_what_does_not_fit(monkeypatch, capsys):
     assert "cases can run, with dem=reference; without LIGGGHTS" in capsys.readouterr().out
 
 
+def test_the_doctor_sees_two_mpi_libraries(tmp_path):
+    """Here a copy of the same."""
+    need_one = "from mpi4py import MPI\nimport ctypes, shutil\nlibrary, = loaded('/libmpi(ch|_abi)?[.]so')\n"
+    one = command.examined(command.Piece("mpi4py", need_one + "one_mpi()", ""))
+    assert one.works, one
+    more = f"place = shutil.copy(library, {str(tmp_path)!r})\nctypes.CDLL(place)\none_mpi()"
+    two = command.examined(command.Piece("mpi4py", need_one + more, ""))
+    assert two.wrong[0].startswith("two MPI libraries in one process") and f"{tmp_path}/" in two.wrong[0], two
+
+
 @pytest.fixture
 def installed(tmp_path):
     """``installed(*words)``: the command of an environment into which a copy of the project was installed,

@@ -24,6 +24,15 @@ def test_files_that_are_named_exist(page):
     assert not missing
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_images_have_alternative_texts(page):
+    text = page.read_text(encoding="utf-8")
+    shown = re.findall(r"!\[([^\]]*)\]\(([^)]*)\)", text)
+    shown += [("".join(re.findall(r"\balt=\"([^\"]*)\"", tag)), tag)
+              for tag in re.findall(r"<img\b[^>]*>", text)]
+    assert not [where for alternative, where in shown if len(alternative.split()) < 2]
+
+
 def test_readme_is_short_and_shows_the_scene_that_is_tested():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert len(readme.splitlines()) <= 120

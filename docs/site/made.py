@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Dict, List, Tuple
 
 ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 PACKAGES = ("coupling", "mpm_fenicsx", "dem_liggghts")
 CASES = sorted(path.stem for path in (ROOT / "cases").glob("*.py"))
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
@@ -62,9 +63,11 @@ def page(name: str) -> Tuple[str, str]:
     """Path and text of the page of a case: what it is, how it is called, its keys."""
     module = importlib.import_module(name)
     sentence, _, usage = inspect.getdoc(module).partition("\n\n")
-    text = [f"# {name}", "", " ".join(sentence.split()), "", usage, "", inspect.getdoc(module.main), "",
-            "An unknown key, or a value out of its range, is refused with a sentence. Options with a dash are "
-            "PETSc's. How a case is run, and what it leaves: [running a case](../docs/running.md)."]
+    results = re.search(rf"`cases/{name}\.py`.*\(\[results\]\((docs/[^)]+)\)\)", README)
+    text = [f"# {name}", "", " ".join(sentence.split()), "", usage, "", inspect.getdoc(module.main),
+            f"[Results](../{results.group(1)}).", "",
+            "An unknown key, or a value out of its range, is refused with a sentence. Options with a dash "
+            "are PETSc's. How a case is run, and what it leaves: [running a case](../docs/running.md)."]
     return f"cases/{name}.md", "\n".join([*text, *tables(module.main), *presets(module.main), ""])
 
 
@@ -86,11 +89,11 @@ def api(package: str) -> Tuple[str, str]:
 
 def pages() -> Dict[str, str]:
     """All of them, and the page that lists the cases: the table of README."""
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    table = re.search(r"^## Cases\n(.*?)^## ", readme, re.M | re.S).group(1)
+    table = re.search(r"^## Cases\n(.*?)^## ", README, re.M | re.S).group(1)
     table = re.sub(r"src=\"|\]\((?=\w)", lambda found: found.group() + "../", table)
     table = re.sub(r"`cases/(\w+)\.py`", r"[`\1`](\1.md)", table)
-    return {"cases/index.md": f"# Cases\n{table}", **dict(map(page, CASES)), **dict(map(api, PACKAGES))}
+    made = {"cases/index.md": f"# Cases\n{table}"}
+    return {**made, **dict(map(page, CASES)), **dict(map(api, PACKAGES))}
 
 
 if __name__ == "__main__":

@@ -150,6 +150,7 @@ def examined(piece: Piece) -> Finding:
     wrong = said["wrong"]
     if done.returncode:
         last = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
+        last = [re.sub(r"^[\w.]+: ", "", line) for line in last]  # without the kind of the error
         wrong = wrong + (last if done.returncode > 0 and last
                          else [f"ended by signal {-done.returncode}", *last])
     return Finding(", ".join(said["version"]), not wrong, wrong, said["note"])

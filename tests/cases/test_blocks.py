@@ -51,8 +51,8 @@ def test_back_ends_agree_beyond_the_impact(run, liggghts):
 
 
 @pytest.mark.parametrize("keys, message", [
-    (dict(at=0.05, contact="points"), r"cluster 1 \(its sphere \d+\) overlaps the wall by .* move it away"),
-    (dict(at=0.05), r"cluster 1 \(its sphere \d+\) at .* lies inside the body"),
+    (dict(at=0.05, contact="points"), r"cluster \d overlaps the material points of body 1 by .* move it away"),
+    (dict(at=0.05), r"cluster \d overlaps the material points of body 1 by .* Body.without"),
     (dict(blocks=0), "blocks is 0: give a whole number of at least 1"),
     (dict(phi=90.0), "phi is 90.0 degrees: the friction angle must be at least 0 and less than 90"),
     (dict(t_end=0.0505), "which is not a multiple of dt")])

@@ -10,7 +10,8 @@ of the coupling itself makes: the grains push a wall that goes before or after t
 ``Window.arms``, and what they answer beyond the force on the solid is ``owed`` to it. It is computed from
 these arms and forces, not from the books of the sides: one of them that takes the force elsewhere does not
 close. The errors of this identity are relative to the largest number in it so far, a momentum or the impulse
-of a name since the start.
+of a name since the start, and of the angular one not less than the largest linear number at the farthest
+particle.
 """
 import re
 from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Tuple
@@ -171,6 +172,7 @@ class Books:
         largest = np.abs(np.concatenate([given, momenta])).max(axis=0).tolist()
         parts = linear, slice(self._dim, None)
         self._scale = [max(size, *largest[part]) for size, part in zip(self._scale, parts)]
+        self._scale[1] = max(self._scale[1], farthest(window) * self._scale[0])
         scale = [size or 1.0 for size in self._scale]
         for part, size in zip(parts, scale):
             for where, error in zip((*self._sides, "interface"),
@@ -199,6 +201,13 @@ class Books:
         if self._sides:
             self._exchange = np.array(state["exchange"])
             self._before = (self._matrix @ self._given())[:self._means]
+
+
+def farthest(window: Any) -> float:
+    """Largest distance of a particle from zero along an axis [m]: times an impulse, the size of moments about
+    zero, which may themselves cancel, as over the middle of a symmetric scene."""
+    particles = getattr(window, "particles", None)
+    return 0.0 if particles is None else float(np.abs(particles["x"]).max(initial=0.0))
 
 
 def exchange(window: Any, dim: int) -> np.ndarray:

@@ -46,7 +46,7 @@ def test_the_beam_goes_on_bit_for_bit(restarted, case, coarse_keys, keys, backen
     for name in ("windows", "newton_mean", "coupling_mean", "retries", "errors", "points"):
         assert old[name] == new[name], name
     assert [entry["ranks"] for entry in new["restarts"]] == [1] and "restarts" not in old
-    assert 20 < new["restarts"][0]["window"] < new["windows"] and new["wall_s"] > old["window_s"]
+    assert 20 < new["restarts"][0]["window"] < new["windows"]
     assert old["checkpoints"]["count"] >= 4 > new["checkpoints"]["count"] >= 1
     assert old["checkpoints"]["bytes"] == (first / "checkpoint.h5").stat().st_size
     assert manifest.read(again).state == "complete"

@@ -51,7 +51,7 @@ def test_back_ends_agree_beyond_the_impact(run, liggghts):
 
 
 @pytest.mark.parametrize("keys, message", [
-    (dict(at=0.05, contact="points"), r"cluster \d overlaps the material points of body 1 by .* move it away"),
+    (dict(at=0.05, contact="points"), r"cluster \d overlaps the material points of body 1 by .* move it"),
     (dict(at=0.05), r"cluster \d overlaps the material points of body 1 by .* Body.without"),
     (dict(blocks=0), "blocks is 0: give a whole number of at least 1"),
     (dict(phi=90.0), "phi is 90.0 degrees: the friction angle must be at least 0 and less than 90"),

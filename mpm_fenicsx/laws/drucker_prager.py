@@ -52,7 +52,7 @@ def _trial(p, e1, e2, e3):
     return mean, q, (3.0 * p.lam + 2.0 * p.mu) * mean
 
 
-def return_map(p, hardening, e1, e2, e3):
+def return_map(p, hardening, dt, e1, e2, e3):
     """Kirchhoff stresses [Pa] and region of the trial strains e1 >= e2 >= e3, see ``hencky``."""
     mean, q, pressure = _trial(p, e1, e2, e3)
     excess = q + p.eta * pressure - p.xi
@@ -67,7 +67,7 @@ def return_map(p, hardening, e1, e2, e3):
     return p_new + scale * (e1 - mean), p_new + scale * (e2 - mean), p_new + scale * (e3 - mean), region
 
 
-def moduli(p, hardening, e1, e2, e3, region):
+def moduli(p, hardening, dt, e1, e2, e3, region):
     """Derivatives of the stresses by the trial strains [Pa], see ``hencky``."""
     _, q, _ = _trial(p, e1, e2, e3)
     mu2, bulk = 2.0 * p.mu, p.lam + 2.0 / 3.0 * p.mu

@@ -16,11 +16,14 @@ Soil that separates remembers the volumetric strain by which it has *opened* bey
 tension. The trial strain of the next step starts with that much, so that the soil closes before it pushes
 again: otherwise each opening would leave it larger than before.
 
-A law gives two functions of trial strains in descending order, e1 >= e2 >= e3, and of the plastic strain so
-far:
+A law gives two functions of trial strains in descending order, e1 >= e2 >= e3, of the plastic strain so far
+and of the length of the step, see ``law``:
 
-    return_map(p, hardening, e1, e2, e3) -> tau1, tau2, tau3, region
-    moduli(p, hardening, e1, e2, e3, region) -> dtau/de, a tuple of three rows
+    return_map(p, hardening, dt, e1, e2, e3) -> tau1, tau2, tau3, region
+    moduli(p, hardening, dt, e1, e2, e3, region) -> dtau/de, a tuple of three rows
+
+With dt = 0 a law that flows at a rate does not flow: the stress is that of the elastic strain, whatever the
+rate was at which it came about.
 
 region is ELASTIC, OPEN (separated) or a number of the law's own. The law's parameters include lam and mu
 [Pa].
@@ -162,7 +165,7 @@ def stress(p, F, F33, dt, old, new, P):
     e = (_log_strain(squares[0]) + ahead, _log_strain(squares[1]) + ahead, _log_strain(squares[2]) + ahead)
     rank = _rank(e) if D == 2 else 2
     ordered = _sorted(e, rank)
-    t1, t2, t3, region = return_map(p, old.plastic_strain, ordered[0], ordered[1], ordered[2])
+    t1, t2, t3, region = return_map(p, old.plastic_strain, dt, ordered[0], ordered[1], ordered[2])
     t = _unsorted((t1, t2, t3), rank)
     for a in range(D):
         for b in range(D):
@@ -187,7 +190,7 @@ def tangent(p, F, F33, dt, old, new, P, A):
     term w = (t_a - t_b) / (l_a - l_b); with P = tau F^-T, A in the axes n, m is a_abcd - t_a delta_ad
     delta_bc."""
     squares, n, m, e, rank, t, region = stress(p, F, F33, dt, old, new, P)
-    rows = moduli(p, old.plastic_strain, e[0], e[1], e[2], region)
+    rows = moduli(p, old.plastic_strain, dt, e[0], e[1], e[2], region)
     d = _unsorted((_unsorted(rows[0], rank), _unsorted(rows[1], rank), _unsorted(rows[2], rank)), rank)
     last = D * D
     for i in range(last + 1):

@@ -8,9 +8,9 @@ functions that ``specialise`` compiles for a dimension D:
     energy(p, F, F33, old) -> float           strain energy per undeformed volume [J/m^3]
 
 p: parameters (NamedTuple). F: deformation gradient at the end of the step, shape (D, D). F33: stretch across
-the plane of a plane scene, and 1 in space. dt: length of the step [s]; 0 where no time passes, for the stress
-of a state that is there already (F and ``old`` belong to the same time) and in load steps without inertia
-(they do not, but however fast F changes does not matter): rates are then zero. old, new: what the law
+the plane of a plane scene, and 1 in space. dt: length of the step [s]; 0 for the stress of a state that is
+there already (F and ``old`` belong to the same time: no rate is known, and none is needed); infinite in load
+steps without inertia (however fast F changes does not matter: rates, over dt, are zero). old, new: what the law
 remembers, at the start and at the end of the step: records with the fields of ``Law.state``, read and written
 by name (``new.plastic_strain``); zero at the start of a run. A law that depends on rates keeps there what it
 needs of the last step, such as F - 1. ``stress`` fills ``new`` and never changes ``old``; it may be called

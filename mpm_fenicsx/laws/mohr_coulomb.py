@@ -76,7 +76,7 @@ def _shear(p, e1, e2, e3, s1, s2, s3, excess):
     return x, N * x - p.S, N * x - p.S, EXTENSION_EDGE
 
 
-def return_map(p, hardening, e1, e2, e3):
+def return_map(p, hardening, dt, e1, e2, e3):
     """Kirchhoff stresses [Pa] and region of the trial strains e1 >= e2 >= e3, see ``hencky``."""
     pressure = p.lam * (e1 + e2 + e3)
     s1, s2, s3 = pressure + 2.0 * p.mu * e1, pressure + 2.0 * p.mu * e2, pressure + 2.0 * p.mu * e3
@@ -127,7 +127,7 @@ def _plane(p, f, g):
             (lam - x * G[2] * F[0], lam - x * G[2] * F[1], lam + mu2 - x * G[2] * F[2]))
 
 
-def moduli(p, hardening, e1, e2, e3, region):
+def moduli(p, hardening, dt, e1, e2, e3, region):
     """Derivatives of the stresses by the trial strains [Pa], see ``hencky``."""
     if region == ELASTIC:
         direct = p.lam + 2.0 * p.mu

@@ -39,7 +39,7 @@ def _left(p, hardening, e1, e2, e3):
     return 1.0 if excess <= 0.0 else 1.0 - 3.0 * p.mu * excess / ((3.0 * p.mu + p.H) * q)
 
 
-def return_map(p, hardening, e1, e2, e3):
+def return_map(p, hardening, dt, e1, e2, e3):
     """Kirchhoff stresses [Pa] and region of the trial strains e1 >= e2 >= e3, see ``hencky``."""
     mean, left = (e1 + e2 + e3) / 3.0, _left(p, hardening, e1, e2, e3)
     pressure, scale = (3.0 * p.lam + 2.0 * p.mu) * mean, 2.0 * p.mu * left
@@ -47,7 +47,7 @@ def return_map(p, hardening, e1, e2, e3):
             ELASTIC if left == 1.0 else FLOW)
 
 
-def moduli(p, hardening, e1, e2, e3, region):
+def moduli(p, hardening, dt, e1, e2, e3, region):
     """Derivatives of the stresses by the trial strains [Pa], see ``hencky``."""
     bulk, left = p.lam + 2.0 / 3.0 * p.mu, _left(p, hardening, e1, e2, e3)
     along = 1.0 if region == ELASTIC else p.H / (3.0 * p.mu + p.H)

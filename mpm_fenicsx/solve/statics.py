@@ -7,9 +7,9 @@ the start of the step that the loads do not explain,
     f(u) - after p(u) - (1 - after) / (1 - before) g = 0,     g = f(0) - before p(0).
 
 A body without stress at the start has g = 0, and its loads rise from zero. Stress that it has already, such
-as that of its weight, gives way to the loads at the same rate. No time passes: laws are told dt = 0, for
-which rates are zero, springs have no lead, and supports stay where they are. Loads that follow the surface
-are those of the end of the step, see ``following`` for their stiffness.
+as that of its weight, gives way to the loads at the same rate. No time passes: springs have no lead, supports
+stay where they are, and laws are told dt = inf, for which rates are zero. Loads that follow the surface are
+those of the end of the step, see ``following`` for their stiffness.
 
 The tangent is made anew in every iteration. Beside it, WEAK of a cell's stiffness holds each node: what
 nothing resists, and nothing pushes, stays where it is. It is not in the residual, so it does not carry.

@@ -14,7 +14,7 @@ from ..laws.algebra import determinant
 from .f_bar import StepGradients, by_mean_volume, deformed_gradients
 from .fields import Deformation, Patches, Quadrature
 from .newmark import Increment
-from .weakform import pull
+from .weakform import pull, time_of_law
 
 D, K = 2, 9
 CONSISTENT, FBAR = True, False
@@ -119,7 +119,7 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     F_old, F33_old, old_state = old
     F, F33, new_state = new
     volume, _, bulk, push, pull_sums = patches
-    dt, alpha, u = increment.dt, increment.alpha, increment.u
+    dt, alpha, u = time_of_law(increment.dt), increment.alpha, increment.u
     P, A = np.empty(D * D + 1), np.empty((D * D + 1, D * D + 1))
     half, B, y = np.empty((D, D, D, D)), np.empty((D, D, D, D)), np.empty((D, D * D))
     forth, back, g = found = StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))

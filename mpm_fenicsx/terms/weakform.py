@@ -36,6 +36,12 @@ CONSISTENT, FBAR = True, False
 point_stress = point_tangent = strain_energy = stress = None
 
 
+@inlined
+def time_of_law(dt):
+    """Length of the step for the law: a load step, dt = 0, is infinitely slow."""
+    return dt if dt > 0.0 else np.inf
+
+
 def residual(points: Quadrature, elements: PointElements, old: Deformation, new: Deformation,
              patches: Patches, params, increment: Increment, R):
     """Add internal and inertia forces [N] to R, shape (nodes, D), with FBAR all but the mean pressure's, for
@@ -44,7 +50,7 @@ def residual(points: Quadrature, elements: PointElements, old: Deformation, new:
     cells, patch, volume, bulk = elements.nodes, elements.patch, patches.volume, patches.bulk
     F_old, F33_old, old_state = old
     F, F33, new_state = new
-    dt, u, a = increment.dt, increment.u, increment.a
+    dt, u, a = time_of_law(increment.dt), increment.u, increment.a
     H = np.empty((D, D))
     P = np.empty(D * D + 1)
     A = np.empty((D * D + 1, D * D + 1))
@@ -120,7 +126,7 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     F_old, F33_old, old_state = old
     F, F33, new_state = new
     volume, _, bulk, push, pull_sums = patches
-    dt, alpha, u = increment.dt, increment.alpha, increment.u
+    dt, alpha, u = time_of_law(increment.dt), increment.alpha, increment.u
     P = np.empty(D * D + 1)
     A = np.empty((D * D + 1, D * D + 1))
     half = np.empty((D, D, D, D))

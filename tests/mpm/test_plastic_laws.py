@@ -23,6 +23,7 @@ from mpm_fenicsx.laws.mohr_coulomb import (
 )
 from mpm_fenicsx.laws.von_mises import FLOW
 
+DT = 0.1  # as of ``Element``
 MC = dict(E=1.0, nu=0.3, friction_angle=30.0, dilation_angle=10.0, cohesion=0.01)
 LAWS = {"pyramid": (mohr_coulomb(**MC), (ELASTIC, SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, OPEN)),
         "no dilation": (mohr_coulomb(1.0, 0.4, 22.0, 0.0, 0.01), (ELASTIC, SHEAR, COMPRESSION_EDGE,
@@ -54,9 +55,9 @@ def principal(law):
     parts = {name: specialise(part, D=2) for name, part in law.parts}
 
     def stress(e):
-        *t, region = parts["return_map"](law.params, 0.0, *e)
+        *t, region = parts["return_map"](law.params, 0.0, DT, *e)
         return np.array(t), region
-    return stress, lambda e, region: np.array(parts["moduli"](law.params, 0.0, *e, region))
+    return stress, lambda e, region: np.array(parts["moduli"](law.params, 0.0, DT, *e, region))
 
 
 def sorted_strains(seed, n=4000, size=0.04):

@@ -8,7 +8,7 @@ from .accounts import Accounts
 from .basis.smooth import Basis
 from .grid.background import Background, Needs, check_inside, whole_mesh
 from .grid.supports import Supports
-from .laws import ELASTIC_STATE
+from .laws import ELASTIC_STATE, check_together
 from .output.matter import Matter, matter
 from .output.states import fingerprint
 from .points.ball_surface import make_surface
@@ -63,6 +63,7 @@ class Model(Accounts):
         x = np.concatenate([body.points.x for body in self._bodies])
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)
         ways = read_ways(scene.outflow, self.dim)
+        check_together(body.law for body in scene.bodies)
         elastic = all(body.law.state == ELASTIC_STATE for body in scene.bodies)
         self._ladder = Ladder(comm, scene.inertia, elastic)
         self._losses = Losses(comm, self.origin, scene.numerics.losses)

@@ -2,14 +2,14 @@
 from typing import Callable, Dict
 
 from .drucker_prager import drucker_prager
-from .law import ELASTIC_STATE, Law, bound, kernels, lame
+from .law import ELASTIC_STATE, SHOWN, Law, bound, check_declared, check_together, kernels, lame
 from .linear import linear
 from .mohr_coulomb import mohr_coulomb
 from .neo_hooke import neo_hooke
 from .von_mises import von_mises
 
-__all__ = ["ELASTIC_STATE", "LAWS", "Law", "bound", "drucker_prager", "kernels", "lame", "linear",
-           "mohr_coulomb", "neo_hooke", "von_mises"]
+__all__ = ["ELASTIC_STATE", "LAWS", "Law", "SHOWN", "bound", "check_declared", "check_together",
+           "drucker_prager", "kernels", "lame", "linear", "mohr_coulomb", "neo_hooke", "von_mises"]
 
 LAWS: Dict[str, Callable[..., Law]] = {
     "linear": linear, "neo_hooke": neo_hooke, "mohr_coulomb": mohr_coulomb, "drucker_prager": drucker_prager,

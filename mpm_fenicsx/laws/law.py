@@ -12,16 +12,18 @@ the plane of a plane scene, and 1 in space. dt: length of the step [s]; 0 for th
 there already (F and ``old`` belong to the same time: no rate is known, and none is needed); infinite in load
 steps without inertia (however fast F changes does not matter: rates, over dt, are zero). old, new: what the law
 remembers, at the start and at the end of the step: records with the fields of ``Law.state``, read and written
-by name (``new.plastic_strain``); zero at the start of a run. A law that depends on rates keeps there what it
-needs of the last step, such as F - 1. ``stress`` fills ``new`` and never changes ``old``; it may be called
-any number of times in a step. P [Pa], shape (D*D + 1,): P[D*i + j] is P_ij, the last entry is P_33. A [Pa],
-shape (D*D + 1, D*D + 1), in the same order; it is the derivative at fixed dt and ``old``. Outside its domain
-a law fills NaN: the line search then backs off.
+by name (``new.plastic_strain``); zero at the start of a run. ParaView and checkpoints have them under these
+names, none of which may be among ``SHOWN``. A law that depends on rates keeps there what it needs of the last
+step, such as F^T F - 1, which a turn of the body does not change. ``stress`` fills ``new`` and never changes
+``old``; it may be called any number of times in a step. P [Pa], shape (D*D + 1,): P[D*i + j] is P_ij, the
+last entry is P_33. A [Pa], shape (D*D + 1, D*D + 1), in the same order; it is the derivative at fixed dt and
+``old``. Outside its domain a law fills NaN: the line search then backs off. ``checking.check_law`` tests all
+this.
 
 Every formula is written so that F33 covers two and three dimensions from one source. The name D and the names
 of ``Law.parts`` are constants there; ``tangent`` may call ``stress``.
 """
-from typing import Any, Callable, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -31,6 +33,8 @@ from ..compiled import specialise
 
 # An elastic law remembers nothing; numba refuses an empty record.
 ELASTIC_STATE = np.dtype([("unused", np.int8)])
+# What ParaView shows of points besides what their law remembers.
+SHOWN = ("x", "gid", "velocity", "acceleration", "mass", "F", "cauchy_stress", "force_cell", "body")
 
 
 class Law(NamedTuple):
@@ -62,6 +66,38 @@ def lame(E: float, nu: float) -> Tuple[float, float]:
     nu = check.between("nu", nu, -1, 0.5, rule="Poisson's ratio must lie between -1 and 0.5, both excluded",
                        ends="()")
     return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+
+
+def check_declared(law: Law) -> None:
+    """Raise ValueError unless parameters and state of the law have names, as kernels and files need them.
+
+    >>> check_declared(Law("rubber", (1.0,), ELASTIC_STATE, *3 * [lambda: None]))
+    Traceback (most recent call last):
+    ValueError: the parameters of the law rubber are (1.0,): give a NamedTuple of numbers
+    """
+    check.record("law of the body", law, Law)
+    if not (isinstance(law.params, tuple) and hasattr(law.params, "_fields")):
+        raise ValueError(f"the parameters of the law {law.name} are {check.shown(law.params)}: give a "
+                         "NamedTuple of numbers")
+    if not isinstance(law.state, np.dtype) or law.state.names is None:
+        raise ValueError(f"the state of the law {law.name} is {check.shown(law.state)}: give a numpy dtype "
+                         'with named fields, as np.dtype([("plastic_strain", float)]), or ELASTIC_STATE')
+    for name in law.state.names:
+        if name in SHOWN:
+            raise ValueError(f"the law {law.name} calls a part of its state {name!r}, as ParaView calls "
+                             "something else of each point: give it another name")
+
+
+def check_together(laws: Iterable[Law]) -> None:
+    """Raise ValueError where two laws of a scene give one name to parts of their states that differ in kind
+    or shape, which ParaView shows in one field."""
+    seen: Dict[str, Tuple[str, np.dtype]] = {}
+    for law in laws:
+        for name in law.state.names or ():
+            first, kind = seen.setdefault(name, (law.name, law.state[name]))
+            if kind != law.state[name]:
+                raise ValueError(f"the laws {first} and {law.name} both remember {name!r}, one as {kind}, "
+                                 f"one as {law.state[name]}: give one of them another name")
 
 
 def bound(law: Law, template: Callable, D: int, **others: Any) -> Callable:

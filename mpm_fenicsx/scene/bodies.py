@@ -6,7 +6,7 @@ import numpy as np
 
 import mpm_dem_checks as check
 
-from ..laws import Law
+from ..laws import Law, check_declared
 from .force_cells import check_force_cells
 from .hollow import without_rocks
 from .mesh import BYTES_PER_CELL, START_PER_CELL, Box, Mesh, cell_count, cell_of
@@ -147,7 +147,7 @@ class Body:
         elif not isinstance(self.shape, Cloud):
             raise ValueError("the shape of a body is a Box, a Mesh or a Cloud, not "
                              f"{check.shown(self.shape)}: give one")
-        check.record("law of the body", self.law, Law)
+        check_declared(self.law)
         put("rho", check.positive("rho", self.rho, "kg/m^3", "the density must be positive"))
         put("thickness", check.positive("thickness", self.thickness, "m", "it must be positive"))
         put("f_bar", check.truth("f_bar", self.f_bar))

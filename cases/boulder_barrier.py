@@ -7,7 +7,7 @@
 """
 from functools import partial
 from pathlib import Path
-from typing import Literal, Tuple
+from typing import Literal, Optional, Tuple
 
 import numpy as np
 
@@ -36,7 +36,7 @@ def main(
     clusters: int = 3,  # boulders in it, clusters made from convex surfaces; none in the plane
     boulder: float = 0.03,  # their mean radius [m]
     rho_rock: float = 2600.0,  # their density [kg/m^3]
-    rock_E: float = 1e8,  # their modulus in contacts [Pa]
+    rock_E: Optional[float] = None,  # their modulus in contacts [Pa]; none: 1e8, in the plane 5e8
     seed: int = 1,  # of their places
     soil: Soil = Soil(E=1e6, nu=0.3, rho=1600.0, phi=32.0),
     bed: float = 0.35,  # friction of the bed with soil and boulders [-]
@@ -52,7 +52,7 @@ def main(
     length, top, width = check.numbers("deposit", deposit, 3, "m", check.positive)
     whole, foot = reference.room(dim, (0.0, 0.0, 0.0), (length, top, width)), length + path
     room = reference.room(dim, (-2 * h, -2 * h, -h), (foot + 8 * h, top + height + 4 * h, width + h))
-    gravity, stone = reference.down(dim, slope), Material(rock_E, 0.25)
+    gravity, stone = reference.down(dim, slope), Material(rock_E or (1e8 if dim == 3 else 5e8), 0.25)
     volume = 4.0 / 3.0 * np.pi * boulder**3
     family = [Cluster.from_surface(*reference.pebble(seed + k), rho_rock, volume=volume, spheres=12)
               for k in range(clusters if dim == 3 else 0)]

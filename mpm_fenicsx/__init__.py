@@ -24,7 +24,16 @@ import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
 
 from .errors import MPMDivergedError, MPMError  # noqa: E402
 from .grid.given import from_dolfinx  # noqa: E402
-from .laws import LAWS, drucker_prager, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
+from .laws import (  # noqa: E402
+    LAWS,
+    drucker_prager,
+    herschel_bulkley,
+    linear,
+    mohr_coulomb,
+    mu_i,
+    neo_hooke,
+    von_mises,
+)
 from .laws.soil import Soil  # noqa: E402
 from .mpm import MPM  # noqa: E402
 from .output.gauges import FlowGauges  # noqa: E402
@@ -50,7 +59,8 @@ __all__ = [  # a scene; how it is computed; laws; points; what is read off; erro
     "Penalty", "Raster", "Resampling", "SimplySupportedBeam", "Structure", "Support", "Terrain", "at_rest",
     "fall_room", "flow_grid", "from_dolfinx", "level_floor", "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS", "Settled",
-    "LAWS", "Soil", "drucker_prager", "linear", "mohr_coulomb", "neo_hooke", "von_mises",
+    "LAWS", "Soil", "drucker_prager", "herschel_bulkley", "linear", "mohr_coulomb", "mu_i", "neo_hooke",
+    "von_mises",
     "of_points", "seed",
     "FlowGauges",
     "MPMDivergedError", "MPMError"]

@@ -2,15 +2,18 @@
 from typing import Callable, Dict
 
 from .drucker_prager import drucker_prager
+from .herschel_bulkley import herschel_bulkley
 from .law import ELASTIC_STATE, SHOWN, Law, bound, check_declared, check_together, kernels, lame
 from .linear import linear
 from .mohr_coulomb import mohr_coulomb
+from .mu_i import mu_i
 from .neo_hooke import neo_hooke
 from .von_mises import von_mises
 
 __all__ = ["ELASTIC_STATE", "LAWS", "Law", "SHOWN", "bound", "check_declared", "check_together",
-           "drucker_prager", "kernels", "lame", "linear", "mohr_coulomb", "neo_hooke", "von_mises"]
+           "drucker_prager", "herschel_bulkley", "kernels", "lame", "linear", "mohr_coulomb", "mu_i",
+           "neo_hooke", "von_mises"]
 
 LAWS: Dict[str, Callable[..., Law]] = {
     "linear": linear, "neo_hooke": neo_hooke, "mohr_coulomb": mohr_coulomb, "drucker_prager": drucker_prager,
-    "von_mises": von_mises}
+    "von_mises": von_mises, "mu_i": mu_i, "herschel_bulkley": herschel_bulkley}

@@ -10,15 +10,15 @@ functions that ``specialise`` compiles for a dimension D:
 p: parameters (NamedTuple). F: deformation gradient at the end of the step, shape (D, D). F33: stretch across
 the plane of a plane scene, and 1 in space. dt: length of the step [s]; 0 for the stress of a state that is
 there already (F and ``old`` belong to the same time: no rate is known, and none is needed); infinite in load
-steps without inertia (however fast F changes does not matter: rates, over dt, are zero). old, new: what the law
-remembers, at the start and at the end of the step: records with the fields of ``Law.state``, read and written
-by name (``new.plastic_strain``); zero at the start of a run. ParaView and checkpoints have them under these
-names, none of which may be among ``SHOWN``. A law that depends on rates keeps there what it needs of the last
-step, such as F^T F - 1, which a turn of the body does not change. ``stress`` fills ``new`` and never changes
-``old``; it may be called any number of times in a step. P [Pa], shape (D*D + 1,): P[D*i + j] is P_ij, the
-last entry is P_33. A [Pa], shape (D*D + 1, D*D + 1), in the same order; it is the derivative at fixed dt and
-``old``. Outside its domain a law fills NaN: the line search then backs off. ``checking.check_law`` tests all
-this.
+steps without inertia (however fast F changes does not matter: rates, over dt, are zero). old, new: what the
+law remembers, at the start and at the end of the step: records with the fields of ``Law.state``, read and
+written by name (``new.plastic_strain``); zero at the start of a run. ParaView and checkpoints have them under
+these names, none of which may be among ``SHOWN``. A law that depends on rates keeps there what it needs of
+the last step, such as F^T F - 1, which a turn of the body does not change. ``stress`` fills ``new`` and never
+changes ``old``; it may be called any number of times in a step. P [Pa], shape (D*D + 1,): P[D*i + j] is P_ij,
+the last entry is P_33. A [Pa], shape (D*D + 1, D*D + 1), in the same order; it is the derivative at fixed dt
+and ``old``. Outside its domain a law fills NaN: the line search then backs off. ``checking.check_law`` tests
+all this.
 
 Every formula is written so that F33 covers two and three dimensions from one source. The name D and the names
 of ``Law.parts`` are constants there; ``tangent`` may call ``stress``.

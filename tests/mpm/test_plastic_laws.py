@@ -7,7 +7,7 @@ from numba import njit
 from numba.core.runtime import _nrt_python, rtsys
 from scipy.optimize import nnls
 
-from mpm_fenicsx import drucker_prager, mohr_coulomb, von_mises
+from mpm_fenicsx import drucker_prager, herschel_bulkley, mohr_coulomb, mu_i, von_mises
 from mpm_fenicsx.compiled import specialise
 from mpm_fenicsx.laws import kernels
 from mpm_fenicsx.laws.drucker_prager import CONE
@@ -34,8 +34,13 @@ LAWS = {"pyramid": (mohr_coulomb(**MC), (ELASTIC, SHEAR, COMPRESSION_EDGE, EXTEN
                         (ELASTIC, SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, TENSION, TENSION_EDGE,
                          SHEAR_TENSION, CORNER, OPEN)), "cone": (drucker_prager(**MC), (ELASTIC, CONE, OPEN)),
         "cut cone": (drucker_prager(**MC, tension_cutoff=0.004, match="plane_strain"), (ELASTIC, CONE, OPEN)),
-        "metal": (von_mises(1.0, 0.3, 0.03), (ELASTIC, FLOW)), "hard metal": (von_mises(1.0, 0.3, 0.03, 0.2),
-                                                                              (ELASTIC, FLOW)),}
+        "metal": (von_mises(1.0, 0.3, 0.03), (ELASTIC, FLOW)),
+        "hard metal": (von_mises(1.0, 0.3, 0.03, 0.2), (ELASTIC, FLOW)),
+        "grains": (mu_i(1.0, 0.3, 0.38, 0.64, 0.28, 0.1, 1.0), (ELASTIC, FLOW, OPEN)),
+        "mud": (herschel_bulkley(0.8, 0.02, 0.01, 0.5, 0.4), (ELASTIC, FLOW, OPEN)),
+        "paste": (herschel_bulkley(0.8, 0.05, 0.01, 1.7, 0.4, 0.01), (ELASTIC, FLOW, OPEN)),
+        "Bingham": (herschel_bulkley(0.8, 0.02, 0.01, 1.0, 0.4), (ELASTIC, FLOW, OPEN)),
+        "Newton": (herschel_bulkley(0.8, 0.02, shear_modulus=0.4), (FLOW, OPEN))}
 IN_REGIONS = [pytest.param(law, region, dim, id=f"{name}-{region}-{dim}D") for name, (law, regions)
               in LAWS.items() for region in regions for dim in (2, 3)]
 
@@ -140,6 +145,9 @@ def test_all_regions_are_met_and_their_moduli_are_derivatives(name, taylor_rate)
 @pytest.mark.parametrize("seed", range(3))
 def test_tangent_is_the_derivative_in_every_region(element, law, region, dim, seed, taylor_rate):
     point, F, dF = led_to(element, law, dim, region, seed)
+    if not point.P(F).any():  # separated, and so around it
+        assert region == OPEN and not point.P(F + 2e-6 * dF).any() and not point.A(F).any()
+        return
     rate = taylor_rate(lambda h: point.P(F + h * dF), np.einsum("ijkl,kl", point.A(F), dF), h=2e-6)
     assert rate == pytest.approx(2.0, abs=0.05)
 
@@ -204,6 +212,7 @@ def test_stress_at_the_end_of_a_step_is_found_again_from_its_state(element, plas
     for _ in range(20):
         point, F = element(plastic_law, dim), np.eye(dim) + random.normal(0, 0.03, (dim, dim))
         tau = point.step(F)
+        point.dt = 0.0
         np.testing.assert_allclose(point.tau(F), tau, rtol=0, atol=1e-14)
         for name in point.new.dtype.names:
             np.testing.assert_allclose(point.new[name], point.old[name], rtol=0, atol=1e-14)

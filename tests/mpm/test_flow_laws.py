@@ -1,0 +1,152 @@
+"""Laws whose stress depends on the rate of flow, against closed forms at one point."""
+import numpy as np
+import pytest
+
+from mpm_fenicsx import herschel_bulkley, mu_i
+
+# Glass beads of Jop, Forterre & Pouliquen 2006, as soil of 10 MPa under 100 Pa.
+MU_S, MU_2, I_0, GRAIN, RHO_S, E, NU, P0 = 0.382, 0.644, 0.279, 0.53e-3, 2450.0, 1e7, 0.3, 100.0
+BEADS = mu_i(E, NU, MU_S, MU_2, I_0, GRAIN, RHO_S)
+K_BEADS = E / (3 * (1 - 2 * NU))
+K, TAU_Y, CONSISTENCY = 1e6, 50.0, 20.0
+
+
+@pytest.fixture(params=[2, 3])
+def dim(request):
+    return request.param
+
+
+def friction(inertial):
+    """mu(I) of the beads."""
+    return MU_S + (MU_2 - MU_S) / (1.0 + I_0 / inertial)
+
+
+def q_of(tau):
+    """sqrt(J2) and pressure of a stress."""
+    deviator = tau - np.trace(tau) / 3 * np.eye(3)
+    return np.sqrt(0.5 * np.sum(deviator**2)), -np.trace(tau) / 3
+
+
+def squeezed(point, pressure, bulk):
+    """A gradient, shape (dim, dim), that puts the point under an even pressure."""
+    if point.dim == 2:  # the same across the plane
+        point.old["plastic"][2, 2] = np.exp(-2 * pressure / bulk / 3) - 1
+    return np.exp(-pressure / bulk / 3) * np.eye(point.dim)
+
+
+def pure(gamma, dim):
+    """Pure shear: principal axes that stay, so that rates add up to round-off."""
+    F = np.eye(dim)
+    F[0, 0], F[1, 1] = np.exp(0.5 * gamma), np.exp(-0.5 * gamma)
+    return F
+
+
+def simple(gamma, dim):
+    F = np.eye(dim)
+    F[0, 1] = gamma
+    return F
+
+
+def sheared(point, kind, rate, gammas, pressure, bulk):
+    """Stress after shear through ``gammas`` at a constant rate [1/s] and pressure [Pa]."""
+    start = squeezed(point, pressure, bulk)
+    for before, gamma in zip([0.0, *gammas], gammas):
+        point.dt = (gamma - before) / rate
+        tau = point.step(kind(gamma, point.dim) @ start)
+    return tau
+
+
+@pytest.mark.parametrize("inertial", [1e-4, 0.03, 0.279, 3.0, 1e4])
+def test_sheared_grains_rub_by_mu_of_I(element, dim, inertial):
+    """At constant pressure: exactly in pure shear, in simple shear but for elastic strain, which turns."""
+    rate = inertial * np.sqrt(P0 / RHO_S) / GRAIN
+    tau = sheared(element(BEADS, dim), pure, rate, np.linspace(0.01, 1.0, 100), P0, K_BEADS)
+    q, pressure = q_of(tau)
+    assert pressure == pytest.approx(P0, rel=1e-9) and q / P0 == pytest.approx(friction(inertial), rel=1e-9)
+    tau = sheared(element(BEADS, dim), simple, rate, np.linspace(0.001, 1.0, 1000), P0, K_BEADS)
+    assert tau[0, 1] / P0 == pytest.approx(friction(inertial), rel=2e-4)
+
+
+def test_grains_sheared_infinitely_slowly_rub_as_at_rest(element, dim):
+    point = element(BEADS, dim, dt=np.inf)
+    tau = point.step(pure(0.1, dim) @ squeezed(point, P0, K_BEADS))
+    assert q_of(tau)[0] / P0 == pytest.approx(MU_S, rel=1e-10)
+    A = point.A(pure(0.1, dim) @ squeezed(point, P0, K_BEADS))
+    assert np.isfinite(A).all()
+
+
+@pytest.mark.parametrize("law", [BEADS, herschel_bulkley(K, CONSISTENCY, TAU_Y, 0.4),
+                                 herschel_bulkley(K, CONSISTENCY)], ids=["beads", "mud", "Newton"])
+def test_in_no_time_nothing_flows(element, dim, law):
+    """The stress that is there is that of the last step, and a jump from it is elastic."""
+    point = element(law, dim, dt=1e-3)
+    F = pure(0.1, dim) @ squeezed(point, P0, K)
+    tau = point.step(F)
+    point.dt = 0.0
+    np.testing.assert_allclose(point.tau(F), tau, rtol=1e-10, atol=1e-8 * P0)
+    jump = pure(1e-6, dim)
+    change, mu = point.tau(jump @ F) - tau, law.params.mu
+    np.testing.assert_allclose(change[:2, :2], mu * 1e-6 * np.diag([1, -1]), rtol=0, atol=1e-6 * mu * 1e-6)
+
+
+@pytest.mark.parametrize("exponent", [0.3, 0.5, 1.0, 1.7])
+@pytest.mark.parametrize("yield_stress", [0.0, TAU_Y])
+@pytest.mark.parametrize("rate", [1e-3, 1.0, 100.0])
+def test_sheared_fluids(element, dim, exponent, yield_stress, rate):
+    """tau = tau_y + k g^n, exactly in pure shear."""
+    point = element(herschel_bulkley(K, CONSISTENCY, yield_stress, exponent), dim)
+    expected = yield_stress + CONSISTENCY * rate**exponent
+    stress = sheared(point, pure, rate, np.linspace(0.05, 2.0, 40), P0, K)
+    q, pressure = q_of(stress)
+    assert q == pytest.approx(expected, rel=1e-6) and pressure == pytest.approx(P0, rel=1e-6)
+    np.testing.assert_allclose(stress[:2, :2] + P0 * np.eye(2), q * np.diag([1, -1]), atol=1e-6 * P0)
+
+
+def test_simple_shear_of_bingham_fluid(element, dim):
+    """The shear stress of a viscometer; elastic strain makes a normal stress of 2 tau^2 / G besides, and a
+    step through dgamma, at whose end the flow counts, another tau dgamma."""
+    tau = sheared(element(herschel_bulkley(K, CONSISTENCY, TAU_Y), dim), simple, 5.0,
+                  np.linspace(0.001, 1.0, 1000), P0, K)
+    assert tau[0, 1] == pytest.approx(TAU_Y + 5.0 * CONSISTENCY, rel=1e-3)
+    assert tau[0, 0] - tau[1, 1] == pytest.approx(tau[0, 1] * (2 * tau[0, 1] / K + 0.001), rel=1e-3)
+
+
+def test_below_the_yield_stress_mud_is_elastic(element, dim):
+    point, gamma = element(herschel_bulkley(K, CONSISTENCY, TAU_Y, 0.5, shear_modulus=1e5), dim), 4e-4
+    tau = point.step(pure(gamma, dim) @ squeezed(point, P0, K))
+    assert q_of(tau)[0] == pytest.approx(1e5 * gamma, rel=1e-9)
+    assert point.old["plastic_strain"] == 0.0
+
+
+def test_held_the_overstress_decays(element, dim):
+    """By Euler's backward method: q - tau_y falls by 1 + G dt / k a step. Infinitely slowly, it is gone."""
+    law, dt = herschel_bulkley(K, CONSISTENCY, TAU_Y), 1e-5
+    point, F = element(law, dim, dt), pure(1e-3, dim)
+    over = q_of(point.step(F))[0] - TAU_Y
+    for _ in range(5):
+        over /= 1.0 + law.params.mu * dt / CONSISTENCY
+        assert q_of(point.step(F))[0] - TAU_Y == pytest.approx(over, rel=1e-8)
+    point.dt = np.inf
+    assert q_of(point.step(F))[0] == pytest.approx(TAU_Y, rel=1e-10)
+
+
+def test_fluid_has_the_given_bulk_modulus_and_bears_no_tension(element):
+    point = element(herschel_bulkley(K, CONSISTENCY, TAU_Y), 3)
+    for volume, pressure in ((-0.01, 0.01 * K), (0.1, 0.0), (-0.02, 0.02 * K)):
+        tau = point.step(np.exp(volume / 3) * np.eye(3))
+        np.testing.assert_allclose(tau, -pressure * np.eye(3), atol=1e-9 * K)
+
+
+@pytest.mark.parametrize("make, values, message", [
+    (mu_i, dict(mu_2=0.3), "mu_2 is 0.3: friction grows with the rate, give at least mu_s"),
+    (mu_i, dict(I_0=0.0), "I_0 is 0.0"), (mu_i, dict(grain_diameter=-1.0), "grain_diameter is -1.0 m"),
+    (mu_i, dict(mu_s=np.nan), "mu_s is nan"), (mu_i, dict(nu=0.5), "nu is 0.5"),
+    (herschel_bulkley, dict(bulk_modulus=0.0), "bulk_modulus is 0.0 Pa"),
+    (herschel_bulkley, dict(consistency=-1.0), "consistency is -1.0"),
+    (herschel_bulkley, dict(exponent=0.0), "exponent is 0.0"),
+    (herschel_bulkley, dict(tension_cutoff=-1.0), "tension_cutoff is -1.0 Pa")])
+def test_impossible_numbers(make, values, message):
+    good = {mu_i: dict(E=E, nu=NU, mu_s=MU_S, mu_2=MU_2, I_0=I_0, grain_diameter=GRAIN, grain_density=RHO_S),
+            herschel_bulkley: dict(bulk_modulus=K, consistency=1.0)}[make]
+    with pytest.raises(ValueError, match=message):
+        make(**{**good, **values})

@@ -1,5 +1,5 @@
 """Whether the grains of a run start where its solid can come, and not in it."""
-from typing import Any, Iterator, List, Tuple
+from typing import Any, Iterator, List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -10,13 +10,17 @@ SUNK = 0.1  # the same with the material points of a body without balls, in the 
 def check_inside(scene: Any, solid: Any) -> None:
     """ValueError for a particle of the ``scene`` that lies outside the grid of the ``solid``, whose material
     points it is to meet: none can ever come there."""
-    box = solid.grid.box
-    lower, upper = np.asarray(box.lower, float), np.asarray(box.upper, float)
-    for name, x, radius in _particles(scene):
-        outside = ((x + radius < lower) | (x - radius > upper)).any(axis=1)
-        if outside.all():
-            raise ValueError(f"{name} at {x[0].tolist()} m lies outside the grid of the soil, {box.lower} to "
-                             f"{box.upper} m, where no soil can come: move it, or enlarge the grid")
+    box, rocks = solid.grid.box, _spheres(scene)
+    lower, upper = (np.asarray(end, float) for end in (box.lower, box.upper))
+    R = rocks.radius[:, None]
+    near = ((rocks.x + R >= lower) & (rocks.x - R <= upper)).all(axis=1)
+    owners = np.unique(rocks.owner)
+    far = owners[~np.isin(owners, rocks.owner[near])]  # none of whose spheres comes near
+    if len(far):
+        k = int(np.argmax(rocks.owner == far[0]))
+        raise ValueError(f"{rocks.name(k)} at {rocks.x[k].tolist()} m lies outside the grid of the soil, "
+                         f"{box.lower} to {box.upper} m, where no soil can come: move it, or enlarge the "
+                         "grid")
 
 
 def check_apart(scene: Any, solid: Any) -> None:
@@ -24,28 +28,46 @@ def check_apart(scene: Any, solid: Any) -> None:
     more than what presses there: its balls, or the material points of a body that has none. Collective."""
     if not hasattr(solid, "matter"):
         return
-    found = [(name, x) for name, centres, radii in _particles(scene) for x in zip(
-        centres, np.broadcast_to(np.ravel(radii), len(centres)))]
-    bodies = solid.matter()
-    if not found or not any(len(body.x) for body in bodies):
-        worst: Tuple = (0.0, "")
-    else:
-        worst = max(_overlaps(found, bodies, solid), default=(0.0, ""))
+    rocks, nothing = _spheres(scene), (0.0, "")
+    worst = max(_overlaps(rocks, solid.matter()), default=nothing) if len(rocks.x) else nothing
     deepest, sentence = max(solid.comm.allgather(worst))
     if deepest > 1.0:
         raise ValueError(sentence)
 
 
-def _overlaps(found: List[tuple], bodies: List[Any], solid: Any) -> Iterator[Tuple[float, str]]:
+class _Spheres(NamedTuple):
+    """All spheres of a scene, those of clusters too: centres ``x`` [m], shape (n, dim), ``radius`` [m] and
+    ``owner``, shape (n,): particles in the order of the scene, the ``single`` spheres first."""
+
+    x: np.ndarray
+    radius: np.ndarray
+    owner: np.ndarray
+    single: int
+
+    def name(self, k: int) -> str:
+        """Of the particle that sphere k belongs to."""
+        n = int(self.owner[k])
+        return f"sphere {n + 1}" if n < self.single else f"cluster {n - self.single + 1}"
+
+
+def _spheres(scene: Any) -> _Spheres:
+    dim, single, clusters = scene.wall.nodes.shape[1], len(scene.spheres.x), scene.clusters
+    x = [scene.spheres.x, *(cluster.places[:, :dim] for cluster in clusters)]
+    radius = [scene.spheres.radius, *(np.broadcast_to(cluster.radii, len(cluster.places))
+                                      for cluster in clusters)]
+    count = [1] * single + [len(cluster.places) for cluster in clusters]
+    owner = np.repeat(np.arange(len(count)), count)
+    return _Spheres(np.concatenate(x), np.concatenate(radius), owner, single)
+
+
+def _overlaps(rocks: _Spheres, bodies: List[Any]) -> Iterator[Tuple[float, str]]:
     """With each body that has points here: deepest overlap in what is allowed, and a sentence."""
     from scipy.spatial import cKDTree  # takes time to import, and few scenes need it
 
-    radius, interface = getattr(solid, "ball_radius", None), getattr(solid, "interface", None)
-    chosen = getattr(getattr(getattr(solid, "scene", None), "interface", interface), "bodies", None)
-    x, R = np.array([x for _, (x, _) in found]), np.array([r for _, (_, r) in found])
+    x, R = rocks.x, rocks.radius
     lower, upper = (x - R[:, None]).min(axis=0), (x + R[:, None]).max(axis=0)
     for number, body in enumerate(bodies):
-        ball = radius if radius is not None and (chosen is None or number in chosen) else 0.0
+        ball = body.ball
         near = body.x[((body.x > lower - ball) & (body.x < upper + ball)).all(axis=1)]
         if len(near):
             overlap = R + ball - cKDTree(near).query(x)[0]
@@ -53,15 +75,6 @@ def _overlaps(found: List[tuple], bodies: List[Any], solid: Any) -> Iterator[Tup
             k = int(np.argmax(share))
             what = f"balls of {ball:g} m radius" if ball else "material points"
             yield float(share[k]), (
-                f"{found[k][0]} overlaps the {what} of body {number + 1} by {overlap[k]:.3g} m at the start, "
-                f"at {x[k].tolist()} m: move it away by at least that much, or take it out of the body, "
-                f"Body.without(rocks{f', gap={ball:g}' if ball else ''})")
-
-
-def _particles(scene: Any) -> Iterator[Tuple[str, np.ndarray, Any]]:
-    """Name of each single sphere and cluster, centres [m], shape (n, dim), and radii of its spheres."""
-    dim = scene.wall.nodes.shape[1]
-    for k, (x, radius) in enumerate(zip(scene.spheres.x, scene.spheres.radius)):
-        yield f"sphere {k + 1}", x[None], radius
-    for k, cluster in enumerate(scene.clusters):
-        yield f"cluster {k + 1}", cluster.places[:, :dim], np.asarray(cluster.radii)[:, None]
+                f"{rocks.name(k)} overlaps the {what} of body {number + 1} by {overlap[k]:.3g} m at the "
+                f"start, at {x[k].tolist()} m: move it away by at least that much, or take it out of the "
+                f"body, Body.without(rocks{f', gap={ball:g}' if ball else ''})")

@@ -134,9 +134,10 @@ class RecordedSolid(Solid, Protocol):
 
 
 class Matter(Protocol):
-    """The material points of one body on this rank, for maps of a flow: a solid with maps has a method
-    ``matter()`` that gives one for each body, and the entry "volume" [m^3], material volume at rest, in
-    ``removed`` where something may leave it, and in ``entered`` where something comes in."""
+    """The material points of one body on this rank, for maps of a flow and to see that no particle starts in
+    them: a solid with either has a method ``matter()`` that gives one for each body. With maps it has the
+    entry "volume" [m^3], material volume at rest, in ``removed`` where something may leave it, and in
+    ``entered`` where something comes in."""
 
     x: np.ndarray  # places [m], shape (n, dim)
     v: np.ndarray  # velocities [m/s], shape (n, dim)
@@ -144,6 +145,7 @@ class Matter(Protocol):
     volume: np.ndarray  # now [m^3], shape (n,)
     rest: np.ndarray  # at rest [m^3], shape (n,)
     thickness: float  # of a plane body [m], 1 in space
+    ball: float  # radius of its points as balls that particles meet [m], 0 without
 
 
 class Terrain(Protocol):

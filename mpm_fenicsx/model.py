@@ -171,8 +171,8 @@ class Model(Accounts):
         return self.bodies[0].points
 
     def matter(self) -> List[Matter]:
-        """Places, velocities, masses and volumes of the points of each body on this rank, see ``Matter``."""
-        return matter(self.bodies)
+        """Places, velocities, masses, … of the points of each body on this rank, see ``Matter``."""
+        return matter(self.bodies, self.scene.interface)
 
     @property
     def count(self) -> int:

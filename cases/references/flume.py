@@ -99,10 +99,7 @@ def force(history: History) -> np.ndarray:
 
 def smooth(history: History, values: np.ndarray) -> np.ndarray:
     """Means over ``MEAN`` of what is given by window."""
-    sums = np.append(0.0, np.cumsum(values * history["window"]))
-    ends = np.append(0.0, history["time"])
-    later = np.interp(history["time"] + 0.5 * MEAN, ends, sums)
-    return (later - np.interp(history["time"] - 0.5 * MEAN, ends, sums)) / MEAN
+    return figure.mean_over(history["time"], history["window"], values, MEAN, centred=True)
 
 
 def jet(history: History) -> np.ndarray:

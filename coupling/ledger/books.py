@@ -10,8 +10,8 @@ of the coupling itself makes: the grains push a wall that goes before or after t
 ``Window.arms``, and what they answer beyond the force on the solid is ``owed`` to it. It is computed from
 these arms and forces, not from the books of the sides: one of them that takes the force elsewhere does not
 close. The errors of this identity are relative to the largest number in it so far, a momentum or the impulse
-of a name since the start, and of the angular one not less than the largest linear number at the farthest
-particle.
+of a name since the start, and of the angular one not less than the largest linear number at the particle
+that was the farthest from zero then.
 """
 import re
 from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Tuple
@@ -171,8 +171,10 @@ class Books:
         open_ends = np.concatenate([rest, sums[k:] + self._exchange])
         largest = np.abs(np.concatenate([given, momenta])).max(axis=0).tolist()
         parts = linear, slice(self._dim, None)
+        before = self._scale[0]
         self._scale = [max(size, *largest[part]) for size, part in zip(self._scale, parts)]
-        self._scale[1] = max(self._scale[1], farthest(window) * self._scale[0])
+        if self._scale[0] > before:  # else there is no look at all particles
+            self._scale[1] = max(self._scale[1], farthest(window) * self._scale[0])
         scale = [size or 1.0 for size in self._scale]
         for part, size in zip(parts, scale):
             for where, error in zip((*self._sides, "interface"),

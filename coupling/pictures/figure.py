@@ -99,8 +99,10 @@ def draw_matrix(path: Path, rows: Sequence[tuple]) -> None:
     plt.close(figure)
 
 
-def mean_over(time: np.ndarray, window: np.ndarray, force: np.ndarray, span: float) -> np.ndarray:
-    """Mean over the last ``span`` [s] of a force that is constant in each window and zero before the first.
+def mean_over(time: np.ndarray, window: np.ndarray, force: np.ndarray, span: float,
+              centred: bool = False) -> np.ndarray:
+    """Mean over the last ``span`` [s], or ``centred`` over half of it before and half after, of a force that
+    is constant in each window and zero before the first and after the last.
 
     time: ends of the windows [s], window: their lengths [s], force: any unit, shape (n,) all; so is what
     comes back.
@@ -109,7 +111,8 @@ def mean_over(time: np.ndarray, window: np.ndarray, force: np.ndarray, span: flo
     [2.0, 5.0, 3.0]
     """
     ends, impulse = np.append(time[0] - window[0], time), np.append(0.0, np.cumsum(force * window))
-    return (impulse[1:] - np.interp(time - span, ends, impulse)) / span
+    until = time + 0.5 * span if centred else time
+    return (np.interp(until, ends, impulse) - np.interp(until - span, ends, impulse)) / span
 
 
 def front(times: Sequence[float], errors: Sequence[float]) -> List[int]:

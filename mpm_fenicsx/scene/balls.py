@@ -31,6 +31,15 @@ class Balls:
                 check.refuse("bodies of the balls", numbers, "give numbers of bodies, or None for all")
             object.__setattr__(self, "bodies", found)
 
+    def radius_of(self, body: int) -> float:
+        """Of the points of the body with that number [m]: 0 where they are no balls.
+
+        >>> balls = Balls(0.01, bodies=(1,))
+        >>> balls.radius_of(0), balls.radius_of(1)
+        (0.0, 0.01)
+        """
+        return self.radius if self.bodies is None or body in self.bodies else 0.0
+
     def check_bodies(self, count: int) -> None:
         """ValueError unless its bodies are among ``count`` of them."""
         for n in self.bodies or ():

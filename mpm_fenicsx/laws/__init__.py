@@ -1,6 +1,7 @@
 """Constitutive laws, one per file; ``law`` says what a law is and how to write one."""
 from typing import Callable, Dict
 
+from .checking import LawReport, check_law
 from .drucker_prager import drucker_prager
 from .herschel_bulkley import herschel_bulkley
 from .law import ELASTIC_STATE, SHOWN, Law, bound, check_declared, check_together, kernels, lame
@@ -10,9 +11,9 @@ from .mu_i import mu_i
 from .neo_hooke import neo_hooke
 from .von_mises import von_mises
 
-__all__ = ["ELASTIC_STATE", "LAWS", "Law", "SHOWN", "bound", "check_declared", "check_together",
-           "drucker_prager", "herschel_bulkley", "kernels", "lame", "linear", "mohr_coulomb", "mu_i",
-           "neo_hooke", "von_mises"]
+__all__ = ["ELASTIC_STATE", "LAWS", "Law", "LawReport", "SHOWN", "bound", "check_declared", "check_law",
+           "check_together", "drucker_prager", "herschel_bulkley", "kernels", "lame", "linear", "mohr_coulomb",
+           "mu_i", "neo_hooke", "von_mises"]
 
 LAWS: Dict[str, Callable[..., Law]] = {
     "linear": linear, "neo_hooke": neo_hooke, "mohr_coulomb": mohr_coulomb, "drucker_prager": drucker_prager,

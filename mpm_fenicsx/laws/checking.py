@@ -1,9 +1,10 @@
 """Whether a law is one: what ``law`` promises of its kernels, tested at deformations of several sizes."""
-from typing import NamedTuple, NoReturn, Optional, Sequence, Tuple
+from typing import NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from .law import ELASTIC_STATE, Law, bound, check_declared, kernels
+from .law import ELASTIC_STATE, Law, check_declared
+from .single_point import SinglePoint, refuse
 
 SIZES = (1e-4, 1e-3, 1e-2, 0.1)  # of the deformations: soils yield at the first, rubber at none
 SAMPLES = 8  # of each size
@@ -40,79 +41,13 @@ class LawReport(NamedTuple):
         return "\n".join([f"{self.name}: {self.samples} deformations", *lines])
 
 
-class _Point:
-    """The kernels of a law in ``dim`` dimensions as functions of x = (F, F33), shape (n,), and the state."""
-
-    def __init__(self, law: Law, dim: int):
-        self.law, self.dim, self.size = law, dim, dim * dim + 1
-        self.free = self.size if dim == 2 else dim * dim  # in space F33 stays 1
-        try:
-            self._stress, self._tangent = kernels(law, dim)
-            self._energy = bound(law, law.energy, dim)
-            self.rest = np.append(np.eye(dim).ravel(), 1.0)
-            self.tangent(self.rest, self.zero(), 1.0)
-            self.energy(self.rest, self.zero())
-        except Exception as error:  # numba's errors have no class in common
-            lines = [line for line in str(error).splitlines() if line.strip()] or [type(error).__name__]
-            raise ValueError(f"the law {law.name} does not run in {dim} dimensions ({lines[0].strip()}): "
-                             "look at its kernels, or leave these dimensions out") from error
-
-    def zero(self) -> np.ndarray:
-        """The state at the start of a run."""
-        return np.zeros(1, self.law.state)
-
-    def _split(self, x: np.ndarray) -> Tuple[np.ndarray, float]:
-        return np.ascontiguousarray(x[:-1].reshape(self.dim, self.dim)), float(x[-1])
-
-    def stress(self, x: np.ndarray, old: np.ndarray, dt: float) -> Tuple[np.ndarray, np.ndarray]:
-        """P, shape (n,), and the new state."""
-        P, new = np.zeros(self.size), self.zero()
-        F, F33 = self._split(x)
-        before = old.tobytes(), F.tobytes()
-        self._stress(self.law.params, F, F33, dt, old[0], new[0], P)
-        if before != (old.tobytes(), F.tobytes()):
-            _refuse(self.law, "changes F or its old state", "write to new and P alone")
-        return P, new
-
-    def tangent(self, x: np.ndarray, old: np.ndarray, dt: float) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """A, shape (n, n), P and the new state as they come with it."""
-        P, A, new = np.zeros(self.size), np.zeros((self.size, self.size)), self.zero()
-        F, F33 = self._split(x)
-        self._tangent(self.law.params, F, F33, dt, old[0], new[0], P, A)
-        return A, P, new
-
-    def energy(self, x: np.ndarray, old: np.ndarray) -> float:
-        """W [J/m^3]."""
-        return float(self._energy(self.law.params, *self._split(x), old[0]))
-
-    def turn(self, Q: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """F or P turned; the entry across the plane stays."""
-        return np.append((Q @ x[:-1].reshape(self.dim, self.dim)).ravel(), x[-1])
-
-    def deformed(self, random: np.random.Generator, size: float) -> np.ndarray:
-        """A random x, ``size`` from rest, with as much change of volume as of shape."""
-        change = self.direction(random) + random.normal() * self.rest
-        change[self.free:] = 0.0
-        return self.rest + size * change
-
-    def direction(self, random: np.random.Generator) -> np.ndarray:
-        """A random change of x."""
-        change = random.uniform(-1.0, 1.0, self.size)
-        change[self.free:] = 0.0
-        return change
-
-
-def _refuse(law: Law, what: str, remedy: str) -> NoReturn:
-    raise ValueError(f"the law {law.name} {what}: {remedy}")
-
-
-def _where(point: _Point, size: float) -> str:
+def _where(point: SinglePoint, size: float) -> str:
     return f"in {point.dim} dimensions, at strains of {size:g}"
 
 
-def _taylor(point: _Point, x: np.ndarray, old: np.ndarray, dt: float, size: float,
+def _taylor(point: SinglePoint, x: np.ndarray, old: np.ndarray, dt: float, size: float,
             random: np.random.Generator) -> float:
-    """Order of the remainder along a random direction, over steps so small that an error of the tangent shows;
+    """Order of the remainder along a random direction, over steps so small that an error of A shows,
     infinite where it then is right to six digits. Beside a kink, such as the onset of flow, the order is that
     of the side without."""
     A, P, _ = point.tangent(x, old, dt)
@@ -130,7 +65,7 @@ def _taylor(point: _Point, x: np.ndarray, old: np.ndarray, dt: float, size: floa
     return coarse if coarse >= RATE else found
 
 
-def _check_tangent(point: _Point, x: np.ndarray, old: np.ndarray, dt: float, size: float,
+def _check_tangent(point: SinglePoint, x: np.ndarray, old: np.ndarray, dt: float, size: float,
                    random: np.random.Generator) -> Tuple[float, float]:
     """Order of the remainder, and asymmetry."""
     law, n = point.law, point.free
@@ -138,21 +73,21 @@ def _check_tangent(point: _Point, x: np.ndarray, old: np.ndarray, dt: float, siz
     plain, plain_new = point.stress(x, old, dt)
     norm = np.linalg.norm(A)
     if not np.linalg.norm(plain - P) <= EXACT * norm or new.tobytes() != plain_new.tobytes():
-        _refuse(law, f"has another stress or new state with its tangent than without, {_where(point, size)}",
-                "let tangent call stress")
+        refuse(law, f"has another stress or new state with its tangent than without, {_where(point, size)}",
+               "let tangent call stress")
     rate = _taylor(point, x, old, dt, size, random)
     if not rate >= RATE:
-        _refuse(law, "has a tangent that is not the derivative of its stress: the remainder falls with order "
-                f"{rate:.2g} in place of 2, {_where(point, size)}",
-                "look at A, also at its last row and column, at fixed dt and old state")
+        refuse(law, "has a tangent that is not the derivative of its stress: the remainder falls with order "
+               f"{rate:.2g} in place of 2, {_where(point, size)}",
+               "look at A, also at its last row and column, at fixed dt and old state")
     asymmetry = np.linalg.norm((A - A.T)[:n, :n]) / norm if norm > 0.0 else 0.0
     if law.symmetric and asymmetry > EXACT:
-        _refuse(law, f"is said to be symmetric and has a tangent that differs from its transpose by "
-                f"{asymmetry:.1e} of its norm, {_where(point, size)}", "state it with symmetric=False")
+        refuse(law, f"is said to be symmetric and has a tangent that differs from its transpose by "
+               f"{asymmetry:.1e} of its norm, {_where(point, size)}", "state it with symmetric=False")
     return rate, asymmetry
 
 
-def _check_turn(point: _Point, path: Sequence[np.ndarray], dt: float, size: float,
+def _check_turn(point: SinglePoint, path: Sequence[np.ndarray], dt: float, size: float,
                 random: np.random.Generator) -> float:
     """The body is turned in the last two steps of the path."""
     dim = point.dim
@@ -166,38 +101,38 @@ def _check_turn(point: _Point, path: Sequence[np.ndarray], dt: float, size: floa
         found, turned = point.stress(x if first else point.turn(Q, x), turned, dt)
         error = np.linalg.norm(found - (P if first else point.turn(Q, P)))
         if not error <= EXACT * norm:
-            _refuse(point.law, "is not objective: the stress of a body that is turned differs from the turned "
-                    f"stress by {error / norm:.1e} of the tangent's norm, {_where(point, size)}",
-                    "compute it from F^T F, and remember what belongs to the undeformed body")
+            refuse(point.law, "is not objective: the stress of a body that is turned differs from the turned "
+                   f"stress by {error / norm:.1e} of the tangent's norm, {_where(point, size)}",
+                   "compute it from F^T F, and remember what belongs to the undeformed body")
         largest = max(largest, error / norm if norm > 0.0 else 0.0)
     return largest
 
 
-def _check_rest(point: _Point, dt: float) -> float:
+def _check_rest(point: SinglePoint, dt: float) -> float:
     """At rest, whatever the length of the step."""
     largest = 0.0
     for step in (0.0, dt, np.inf):
         norm = np.linalg.norm(point.tangent(point.rest, point.zero(), step)[0])
         there = np.linalg.norm(point.stress(point.rest, point.zero(), step)[0])
         if not there <= EXACT * norm:
-            _refuse(point.law, f"has a stress of {there:.3g} Pa at the start, undeformed, for dt = {step:g} s",
-                    "a state of zeros must be that of a body at rest without stress")
+            refuse(point.law, f"has a stress of {there:.3g} Pa at the start, undeformed, for dt = {step:g} s",
+                   "a state of zeros must be that of a body at rest without stress")
         largest = max(largest, there / norm if norm > 0.0 else 0.0)
     return largest
 
 
-def _check_repeated(point: _Point, x: np.ndarray, old: np.ndarray, size: float) -> None:
+def _check_repeated(point: SinglePoint, x: np.ndarray, old: np.ndarray, size: float) -> None:
     """A step in which nothing moves, however long, changes nothing."""
     P, new = point.stress(x, old, np.inf)
     norm = np.linalg.norm(point.tangent(x, old, np.inf)[0])
     error = np.linalg.norm(point.stress(x, new, np.inf)[0] - P)
     if not error <= 10.0 * EXACT * norm + 1e-6 * np.linalg.norm(P):
-        _refuse(point.law, f"does not find the stress at the end of a slow step again from its new state, "
+        refuse(point.law, f"does not find the stress at the end of a slow step again from its new state, "
                 f"which differs by {error:.3g} Pa, {_where(point, size)}",
                 "fill new so that the same F gives the same stress")
 
 
-def _check_work(point: _Point, size: float, random: np.random.Generator) -> Optional[float]:
+def _check_work(point: SinglePoint, size: float, random: np.random.Generator) -> Optional[float]:
     """Slow work on a path from rest against the energy at its end: the energy is what an elastic law has
     taken, and no law gives back more. None where the path leaves the domain of the law."""
     x, state, start = point.rest, point.zero(), point.zero().tobytes()
@@ -220,7 +155,7 @@ def _check_work(point: _Point, size: float, random: np.random.Generator) -> Opti
     return _compare(point, size, (work, total, change), point.energy(x, state), elastic)
 
 
-def _compare(point: _Point, size: float, sums: Tuple[float, float, np.ndarray], energy: float,
+def _compare(point: SinglePoint, size: float, sums: Tuple[float, float, np.ndarray], energy: float,
              elastic: bool) -> float:
     """(work - energy) / sum of |work|. sums: both, and the last substep: a kink in one adds to the whole."""
     work, total, change = sums
@@ -228,7 +163,7 @@ def _compare(point: _Point, size: float, sums: Tuple[float, float, np.ndarray], 
     whole = total + norm * float(change @ change) / WORK
     share = (work - energy) / whole if whole > 0.0 else 0.0
     if not share >= -WORK or (elastic and not share <= WORK):
-        _refuse(point.law, f"has an energy of {energy:.4g} J/m^3 where the work from rest on was {work:.4g}, "
+        refuse(point.law, f"has an energy of {energy:.4g} J/m^3 where the work from rest on was {work:.4g}, "
                 f"{_where(point, size)}", "look at energy, which must not be more than the work, and where "
                 "nothing flows the same")
     return share
@@ -249,7 +184,7 @@ def check_law(law: Law, dims: Sequence[int] = (2, 3), dt: float = 1e-3) -> LawRe
     check_declared(law)
     rates, turned, asymmetries, dissipated, rest, count = [], [0.0], [], [], [], 0
     for dim in dims:
-        point, random = _Point(law, dim), np.random.default_rng(dim)
+        point, random = SinglePoint(law, dim), np.random.default_rng(dim)
         rest.append(_check_rest(point, dt))
         for n, size in enumerate(np.repeat(SIZES, SAMPLES)):
             step, old = (dt, np.inf)[n % 2], point.zero()
@@ -266,7 +201,7 @@ def check_law(law: Law, dims: Sequence[int] = (2, 3), dt: float = 1e-3) -> LawRe
             _check_repeated(point, path[-1], old, size)
             dissipated.append(_check_work(point, size, random))
     if not rates:
-        _refuse(law, "has no stress at any of the deformations tested, of 1e-4 to 0.1",
-                "a law must bear small ones")
+        refuse(law, "has no stress at any of the deformations tested, of 1e-4 to 0.1",
+               "a law must bear small ones")
     return LawReport(law.name, min(rates), max(turned), max(rest), max(asymmetries),
                      min((share for share in dissipated if share is not None), default=np.nan), count)

@@ -61,8 +61,8 @@ __all__ = [  # a scene; how it is computed; laws; points; what is read off; erro
     "Penalty", "Raster", "Resampling", "SimplySupportedBeam", "Structure", "Support", "Terrain", "at_rest",
     "fall_room", "flow_grid", "from_dolfinx", "level_floor", "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS", "Settled",
-    "LAWS", "Law", "Soil", "check_law", "drucker_prager", "herschel_bulkley", "linear", "mohr_coulomb", "mu_i",
-    "neo_hooke", "von_mises",
+    "LAWS", "Law", "Soil", "check_law", "drucker_prager", "herschel_bulkley", "linear", "mohr_coulomb",
+    "mu_i", "neo_hooke", "von_mises",
     "of_points", "seed",
     "FlowGauges",
     "MPMDivergedError", "MPMError"]

@@ -12,8 +12,8 @@ from .neo_hooke import neo_hooke
 from .von_mises import von_mises
 
 __all__ = ["ELASTIC_STATE", "LAWS", "Law", "LawReport", "SHOWN", "bound", "check_declared", "check_law",
-           "check_together", "drucker_prager", "herschel_bulkley", "kernels", "lame", "linear", "mohr_coulomb",
-           "mu_i", "neo_hooke", "von_mises"]
+           "check_together", "drucker_prager", "herschel_bulkley", "kernels", "lame", "linear",
+           "mohr_coulomb", "mu_i", "neo_hooke", "von_mises"]
 
 LAWS: Dict[str, Callable[..., Law]] = {
     "linear": linear, "neo_hooke": neo_hooke, "mohr_coulomb": mohr_coulomb, "drucker_prager": drucker_prager,

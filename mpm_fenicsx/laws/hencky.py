@@ -178,9 +178,9 @@ def stress(p, F, F33, dt, old, new, P):
 
 @called
 def _spin(squares, t, d, a, b):
-    """(t_a - t_b) / (l_a - l_b), and its limit where the two meet: the error of either is then below
-    1e-10."""
-    if abs(squares[a] - squares[b]) > 1e-5 * (squares[a] + squares[b]):
+    """(t_a - t_b) / (l_a - l_b), and its limit where the two meet: the error of either is then below 1e-7 of
+    it, also of materials that yield at a strain of 1e-5, from which on the limit curves."""
+    if abs(squares[a] - squares[b]) > 1e-7 * (squares[a] + squares[b]):
         return (t[a] - t[b]) / (squares[a] - squares[b])
     return 0.5 * (d[a][a] - d[a][b] - d[b][a] + d[b][b]) / (squares[a] + squares[b])
 

@@ -4,17 +4,21 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from mpm_fenicsx import LAWS, check_law, drucker_prager, mohr_coulomb, von_mises
+from mpm_fenicsx import LAWS, check_law, drucker_prager, herschel_bulkley, mohr_coulomb, von_mises
 from mpm_fenicsx.laws import ELASTIC_STATE, Law
 from tests.mpm.kelvin_voigt import kelvin_voigt
 
 SOIL = dict(E=5e7, nu=0.3, friction_angle=30.0, dilation_angle=5.0, cohesion=1e3)
 # Of each law of the package, so that it flows at the strains that are tested.
 PARAMETERS = {"linear": dict(E=5e7, nu=0.3), "neo_hooke": dict(E=5e7, nu=0.3), "mohr_coulomb": SOIL,
-              "drucker_prager": SOIL, "von_mises": dict(E=5e7, nu=0.3, yield_stress=1e5)}
+              "drucker_prager": SOIL, "von_mises": dict(E=5e7, nu=0.3, yield_stress=1e5),
+              "mu_i": dict(E=5e7, nu=0.3, mu_s=0.4, mu_2=0.65, I_0=0.28, grain_diameter=5e-4,
+                           grain_density=2450.0),
+              "herschel_bulkley": dict(bulk_modulus=1e6, consistency=20.0, yield_stress=50.0, exponent=0.4)}
 OTHERS = {"no cohesion": mohr_coulomb(5e7, 0.3, 30.0), "cone": drucker_prager(5e7, 0.3, 30.0, 30.0),
           "cut": mohr_coulomb(5e7, 0.2, 30.0, 5.0, 1e4, tension_cutoff=1e3),
           "cut cone": drucker_prager(5e7, 0.2, 30.0, 5.0, 1e4, tension_cutoff=1e3),
+          "newton": herschel_bulkley(1e6, 10.0, tension_cutoff=None),
           "hard metal": von_mises(210e9, 0.3, 235e6, 1e9)}
 
 

@@ -27,13 +27,14 @@ from ..compiled import called
 from .hencky import ELASTIC, OPEN, deviatoric_moduli, hencky_law
 from .law import Law, lame
 from .mohr_coulomb import soil_angles, tension_limit
+from .viscosity import with_viscosity
 
 CONE = 2
 
 
 class Params(NamedTuple):
     """Lamé parameters [Pa]; slopes eta of the cone and etab of its flow; xi and the cut-off T as above [Pa];
-    q at the cut-off [Pa], 0 at the apex."""
+    q at the cut-off [Pa], 0 at the apex; viscosity [Pa s]."""
 
     lam: float
     mu: float
@@ -42,6 +43,7 @@ class Params(NamedTuple):
     xi: float
     T: float
     q_cut: float
+    viscosity: float
 
 
 @called
@@ -93,10 +95,10 @@ def _slope(sine, match, etab=0.0):
 
 def drucker_prager(E: float, nu: float, friction_angle: float, dilation_angle: float = 0.0,
                    cohesion: float = 0.0, tension_cutoff: Optional[float] = None,
-                   match: str = "compression") -> Law:
+                   match: str = "compression", viscosity: float = 0.0) -> Law:
     """Drucker–Prager soil with Young's modulus E [Pa], Poisson's ratio nu, friction and dilation angle
-    [degrees], cohesion and greatest mean tension [Pa] (None: up to the apex c cot phi); ``match`` as above.
-    Raises ValueError for impossible values.
+    [degrees], cohesion and greatest mean tension [Pa] (None: up to the apex c cot phi); ``match`` as above;
+    ``viscosity`` [Pa s], see there. Raises ValueError for impossible values.
 
     >>> law = drucker_prager(E=50e6, nu=0.3, friction_angle=30.0, cohesion=1e3)
     >>> round(law.params.eta, 4), round(law.params.xi), law.symmetric  # it dilates less than it rubs
@@ -113,5 +115,6 @@ def drucker_prager(E: float, nu: float, friction_angle: float, dilation_angle: f
     apex = xi / eta if eta > 0.0 else math.inf
     T = tension_limit(tension_cutoff, apex)
     q_cut = 0.0 if apex == T else xi - eta * T
-    return hencky_law("drucker_prager", Params(*lame(E, nu), eta, etab, xi, T, q_cut), return_map, moduli,
-                      friction == dilation)
+    return with_viscosity(hencky_law(
+        "drucker_prager", Params(*lame(E, nu), eta, etab, xi, T, q_cut, viscosity), return_map, moduli,
+        friction == dilation))

@@ -40,8 +40,9 @@ SHOWN = ("x", "gid", "velocity", "acceleration", "mass", "F", "cauchy_stress", "
 class Law(NamedTuple):
     """Parameters, state record and kernels of one material; ``thickness`` is the closed form of the stretch
     across the plane in plane stress, for laws that have one: thickness(p, F). ``parts``: names and templates
-    of functions that the kernels call by these names, where several laws share their kernels. ``symmetric``:
-    A is, and so may be the solver."""
+    of functions that the kernels call by these names, where several laws share their kernels; a law among
+    them brings ``NAME_stress``, ``NAME_tangent`` and ``NAME_energy``. ``symmetric``: A is, and so may be the
+    solver."""
 
     name: str
     params: NamedTuple
@@ -50,7 +51,7 @@ class Law(NamedTuple):
     tangent: Callable
     energy: Callable
     thickness: Optional[Callable] = None
-    parts: Tuple[Tuple[str, Callable], ...] = ()
+    parts: Tuple[Tuple[str, Any], ...] = ()
     symmetric: bool = True
 
 
@@ -100,13 +101,22 @@ def check_together(laws: Iterable[Law]) -> None:
                                  f"one as {law.state[name]}: give one of them another name")
 
 
-def bound(law: Law, template: Callable, D: int, **others: Any) -> Callable:
-    """``template`` compiled for ``D`` dimensions with the law's parts."""
-    parts = {name: specialise(part, D=D) for name, part in law.parts}
-    return specialise(template, D=D, **parts, **others)
+def bound(law: Law, template: Callable, D: int, within: str = "", **others: Any) -> Callable:
+    """``template`` compiled for ``D`` dimensions with the law's parts; ``within``: name of the law that it is
+    part of, whose records are longer."""
+    constants: Dict[str, Any] = dict(D=D, WITHIN=within) if within else dict(D=D)
+    parts: Dict[str, Callable] = {}
+    for name, part in law.parts:
+        if isinstance(part, Law):
+            stress, tangent = kernels(part, D, law.name)
+            parts |= {f"{name}_stress": stress, f"{name}_tangent": tangent,
+                      f"{name}_energy": bound(part, part.energy, D, law.name)}
+        else:
+            parts[name] = specialise(part, **constants)
+    return specialise(template, **constants, **parts, **others)
 
 
-def kernels(law: Law, D: int) -> Tuple[Callable, Callable]:
-    """The law's stress and tangent compiled for ``D`` dimensions."""
-    stress = bound(law, law.stress, D)
-    return stress, bound(law, law.tangent, D, stress=stress)
+def kernels(law: Law, D: int, within: str = "") -> Tuple[Callable, Callable]:
+    """The law's stress and tangent compiled for ``D`` dimensions, see ``bound``."""
+    stress = bound(law, law.stress, D, within)
+    return stress, bound(law, law.tangent, D, within, stress=stress)

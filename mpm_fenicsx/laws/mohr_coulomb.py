@@ -24,6 +24,7 @@ import mpm_dem_checks as check
 from ..compiled import called
 from .hencky import ELASTIC, OPEN, hencky_law
 from .law import Law, lame
+from .viscosity import with_viscosity
 
 # Where the stress ends up, in the order of t1 >= t2 >= t3. Compression edge: t1 = t2, as in triaxial
 # compression.
@@ -32,7 +33,7 @@ SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, TENSION, TENSION_EDGE, SHEAR_TENSION, C
 
 class Params(NamedTuple):
     """Lamé parameters [Pa]; N of the friction and M of the dilation angle; S and T [Pa] as above; the
-    smallest stress ``low`` = N T - S [Pa] that goes with T, equal to T at the apex."""
+    smallest stress ``low`` = N T - S [Pa] that goes with T, equal to T at the apex; viscosity [Pa s]."""
 
     lam: float
     mu: float
@@ -41,6 +42,7 @@ class Params(NamedTuple):
     S: float
     T: float
     low: float
+    viscosity: float
 
 
 @called
@@ -170,10 +172,11 @@ def tension_limit(tension_cutoff: Optional[float], apex: float) -> float:
 
 
 def mohr_coulomb(E: float, nu: float, friction_angle: float, dilation_angle: float = 0.0,
-                 cohesion: float = 0.0, tension_cutoff: Optional[float] = None) -> Law:
+                 cohesion: float = 0.0, tension_cutoff: Optional[float] = None,
+                 viscosity: float = 0.0) -> Law:
     """Mohr–Coulomb soil with Young's modulus E [Pa], Poisson's ratio nu, friction and dilation angle
-    [degrees], cohesion and greatest tension [Pa] (None: up to the apex c cot phi). Raises ValueError for
-    impossible values.
+    [degrees], cohesion and greatest tension [Pa] (None: up to the apex c cot phi); ``viscosity`` [Pa s], see
+    there. Raises ValueError for impossible values.
 
     >>> law = mohr_coulomb(E=50e6, nu=0.3, friction_angle=30.0, cohesion=1e3)
     >>> round(law.params.N, 12), round(law.params.T, 1)  # ratio of principal stresses, greatest tension [Pa]
@@ -185,4 +188,5 @@ def mohr_coulomb(E: float, nu: float, friction_angle: float, dilation_angle: flo
     apex = S / (N - 1.0) if N > 1.0 else math.inf
     T = tension_limit(tension_cutoff, apex)
     low = T if apex == T else N * T - S
-    return hencky_law("mohr_coulomb", Params(*lame(E, nu), N, M, S, T, low), return_map, moduli, N == M)
+    return with_viscosity(hencky_law("mohr_coulomb", Params(*lame(E, nu), N, M, S, T, low, viscosity),
+                                     return_map, moduli, N == M))

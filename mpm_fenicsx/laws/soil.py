@@ -31,6 +31,7 @@ class Soil:
     psi: float = 0.0  # its dilation angle [degrees]
     cohesion: float = 0.0  # [Pa]; of von_mises: its strength in shear
     tension: Optional[float] = None  # greatest tension [Pa]; none: up to the apex of the yield surface
+    viscosity: float = 0.0  # beside its strength [Pa s]
     law: Literal["mohr_coulomb", "drucker_prager", "von_mises"] = "mohr_coulomb"  # of the soil
 
     counts: ClassVar[dict] = dict.fromkeys(("phi", "psi", "tension"),
@@ -46,15 +47,15 @@ class Soil:
         if self.law == "von_mises":
             check.positive("cohesion", self.cohesion, "Pa",
                            "law=von_mises has its strength from it, give a positive number")
-            return von_mises(self.E, self.nu, math.sqrt(3.0) * self.cohesion)
+            return von_mises(self.E, self.nu, math.sqrt(3.0) * self.cohesion, viscosity=self.viscosity)
         check.between("phi", self.phi, 0, 90, "degrees",
                       "the friction angle must be at least 0 and less than 90", "[)")
         check.between("psi", self.psi, 0, self.phi, "degrees",
                       f"the dilation angle must lie from 0 to phi, {self.phi:g}")
         numbers = self.E, self.nu, self.phi, self.psi, self.cohesion, self.tension
         if self.law == "mohr_coulomb":
-            return mohr_coulomb(*numbers)
-        return drucker_prager(*numbers, match="plane_strain" if dim == 2 else "compression")
+            return mohr_coulomb(*numbers, viscosity=self.viscosity)
+        return drucker_prager(*numbers, "plane_strain" if dim == 2 else "compression", self.viscosity)
 
     @property
     def at_rest(self) -> float:

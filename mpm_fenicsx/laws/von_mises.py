@@ -17,17 +17,19 @@ import mpm_dem_checks as check
 from ..compiled import called
 from .hencky import ELASTIC, deviatoric_moduli, hencky_law
 from .law import Law, lame
+from .viscosity import with_viscosity
 
 FLOW = 2
 
 
 class Params(NamedTuple):
-    """Lamé parameters, yield stress Y in uniaxial stress and hardening modulus H [Pa]."""
+    """Lamé parameters, yield stress Y in uniaxial stress and hardening modulus H [Pa]; viscosity [Pa s]."""
 
     lam: float
     mu: float
     Y: float
     H: float
+    viscosity: float
 
 
 @called
@@ -54,9 +56,11 @@ def moduli(p, hardening, dt, e1, e2, e3, region):
     return deviatoric_moduli(e1, e2, e3, bulk, 0.0, 0.0, 2.0 * p.mu * left, 2.0 * p.mu * along)
 
 
-def von_mises(E: float, nu: float, yield_stress: float, hardening: float = 0.0) -> Law:
+def von_mises(E: float, nu: float, yield_stress: float, hardening: float = 0.0,
+              viscosity: float = 0.0) -> Law:
     """Von Mises law with Young's modulus E [Pa], Poisson's ratio nu, yield stress in uniaxial stress and
-    hardening modulus (stress per plastic strain) [Pa]. Raises ValueError for impossible values.
+    hardening modulus (stress per plastic strain) [Pa]; ``viscosity`` [Pa s], see there. Raises ValueError for
+    impossible values.
 
     >>> law = von_mises(E=210e9, nu=0.3, yield_stress=235e6)
     >>> law.state.names
@@ -65,4 +69,5 @@ def von_mises(E: float, nu: float, yield_stress: float, hardening: float = 0.0) 
     yield_stress = check.positive("yield_stress", yield_stress, "Pa")
     hardening = check.not_negative("hardening", hardening, "Pa",
                                    "give 0 or a positive number; softening needs a length scale")
-    return hencky_law("von_mises", Params(*lame(E, nu), yield_stress, hardening), return_map, moduli)
+    return with_viscosity(hencky_law("von_mises", Params(*lame(E, nu), yield_stress, hardening, viscosity),
+                                     return_map, moduli))

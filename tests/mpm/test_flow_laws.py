@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import herschel_bulkley, mu_i
+from mpm_fenicsx import drucker_prager, herschel_bulkley, mohr_coulomb, mu_i, von_mises
 
 # Glass beads of Jop, Forterre & Pouliquen 2006, as soil of 10 MPa under 100 Pa.
 MU_S, MU_2, I_0, GRAIN, RHO_S, E, NU, P0 = 0.382, 0.644, 0.279, 0.53e-3, 2450.0, 1e7, 0.3, 100.0
@@ -135,6 +135,54 @@ def test_fluid_has_the_given_bulk_modulus_and_bears_no_tension(element):
     for volume, pressure in ((-0.01, 0.01 * K), (0.1, 0.0), (-0.02, 0.02 * K)):
         tau = point.step(np.exp(volume / 3) * np.eye(3))
         np.testing.assert_allclose(tau, -pressure * np.eye(3), atol=1e-9 * K)
+
+
+# ---------------------------------------------------------------- viscosity beside a soil
+
+SOILS = {"pyramid": lambda **k: mohr_coulomb(E, NU, 30.0, cohesion=50.0, **k),
+         "cone": lambda **k: drucker_prager(E, NU, 30.0, cohesion=50.0, **k),
+         "metal": lambda **k: von_mises(E, NU, 80.0, **k)}
+
+
+@pytest.mark.parametrize("soil", SOILS)
+def test_viscosity_adds_to_what_the_soil_bears(element, dim, soil):
+    """In pure shear at the rate g: eta g, by a step of length dt eta / dt times dev(1 - c)."""
+    eta, rate, dt = 7.0, 3.0, 1e-4
+    plain, viscous = (element(SOILS[soil](**k), dim, dt) for k in ({}, dict(viscosity=eta)))
+    for gamma in rate * dt * np.arange(1, 101):
+        F = pure(gamma, dim) @ squeezed(plain, P0, K_BEADS)
+        squeezed(viscous, P0, K_BEADS)
+        if gamma == rate * dt:  # the squeeze itself is quick
+            for point in (plain, viscous):
+                point.dt = np.inf
+                point.step(F)
+                point.dt = dt
+        else:
+            more = viscous.step(F) - plain.step(F)
+    c = np.exp(rate * dt * np.array([-1.0, 1.0, 0.0]))
+    np.testing.assert_allclose(more, eta / dt * np.diag(c.mean() - c), rtol=1e-5, atol=1e-6)
+    assert more[0, 0] == pytest.approx(eta * rate, rel=1e-3)
+    dissipated = viscous.old["plastic_work"] - plain.old["plastic_work"]
+    assert dissipated == pytest.approx(eta * rate**2 * 99 * dt, rel=1e-3)
+
+
+@pytest.mark.parametrize("angle", [0.01, 1.0, 3.0])
+def test_a_turn_is_no_flow(element, dim, angle):
+    """Of any angle in one step."""
+    point, Q = element(SOILS["cone"](viscosity=10.0), dim, 1e-4), np.eye(dim)
+    Q[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    F = simple(0.2, dim) @ squeezed(point, P0, K_BEADS)
+    point.step(F)
+    point.dt = np.inf
+    P = point.P(F)
+    point.dt = 1e-4
+    np.testing.assert_allclose(point.P(Q @ F), Q @ P, rtol=0, atol=1e-8 * P0)
+
+
+def test_without_viscosity_it_costs_nothing():
+    assert SOILS["cone"](viscosity=0.0).state == SOILS["cone"]().state
+    with pytest.raises(ValueError, match="viscosity is -1.0 Pa s"):
+        SOILS["cone"](viscosity=-1.0)
 
 
 @pytest.mark.parametrize("make, values, message", [

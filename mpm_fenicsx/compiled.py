@@ -19,7 +19,9 @@ slowly, at those of the residual for 0.2 ms (measured, numba 0.56): kernels of e
 import functools
 import hashlib
 import inspect
+import sys
 import types
+from pathlib import Path
 from typing import Any, Callable
 
 from numba import njit
@@ -39,6 +41,24 @@ def _module(value):
     return inspect.getmodule(value) if isinstance(value, type) and hasattr(value, "_fields") else None
 
 
+def _home(template):
+    """Name of the module of a template. That of a script that is run, ``__main__``, is another one in each
+    run: with its classes, such as the parameters of a law, what is kept on disk could not be read again. It
+    gets a name of its own, which they are told to come from."""
+    if template.__module__ != "__main__":
+        return template.__module__
+    main = sys.modules["__main__"]
+    if not getattr(main, "__file__", None):
+        raise ValueError(f"{template.__name__} is defined in an interactive session, where its source cannot "
+                         "be found again: put it in a file and import that")
+    name = f"script_{Path(main.__file__).stem}"
+    sys.modules[name] = main
+    for value in vars(main).values():
+        if isinstance(value, type) and hasattr(value, "_fields") and value.__module__ == "__main__":
+            value.__module__ = name
+    return name
+
+
 @functools.lru_cache(maxsize=None)
 def _source(module):
     """Source of a module and of those whose compiled functions and groups of arrays it has imported."""
@@ -48,16 +68,16 @@ def _source(module):
 
 @functools.lru_cache(maxsize=None)
 def _bind(template, names):
-    constants = dict(names)
+    constants, home = dict(names), _home(template)
     # Numba tells cache entries apart by the qualified name and does not notice edits of what a kernel calls:
     # constants and sources therefore go into the name. A bound kernel has a name of that sort already. So
     # does the module: numba finds the class of a law's parameters by its name.
-    text = repr([template.__module__, *((name, getattr(value, "__name__", value)) for name, value in names)])
-    tag = hashlib.sha1((text + _source(inspect.getmodule(template))).encode()).hexdigest()[:12]
+    text = repr([home, *((name, getattr(value, "__name__", value)) for name, value in names)])
+    tag = hashlib.sha1((text + _source(sys.modules[home])).encode()).hexdigest()[:12]
     kernel = types.FunctionType(template.__code__, {**template.__globals__, **constants},
                                 f"{template.__name__}_{tag}", template.__defaults__)
     kernel.__qualname__ = kernel.__name__
-    kernel.__module__ = template.__module__
+    kernel.__module__ = home
     kernel.__doc__ = template.__doc__
     return njit(cache=True, **OPTIONS)(kernel)
 

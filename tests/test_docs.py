@@ -39,6 +39,12 @@ def test_readme_is_short_and_shows_the_scene_that_is_tested():
     assert f"```python\n{(ROOT / 'docs/own_scene.py').read_text(encoding='utf-8')}```" in readme
 
 
+def test_the_law_that_is_shown_is_the_one_that_is_tested():
+    page, file = ((ROOT / f"docs/own_law.{kind}").read_text(encoding="utf-8") for kind in ("md", "py"))
+    start = file.index("class Params")
+    assert f"```python\n{file[start:file.index('# ---', start)].strip()}\n```" in page
+
+
 def test_the_index_names_all_pages():
     index = (ROOT / "docs/README.md").read_text(encoding="utf-8")
     assert not [page.name for page in PAGES[2:] if page.name != "README.md" and f"({page.name})" not in index]

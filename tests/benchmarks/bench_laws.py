@@ -10,7 +10,10 @@ from time import perf_counter
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT), str(ROOT / "docs")]
+from own_law import damped  # noqa: E402
+
 from mpm_fenicsx import drucker_prager, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
 from mpm_fenicsx.compiled import specialise  # noqa: E402
 from mpm_fenicsx.laws import kernels  # noqa: E402
@@ -53,7 +56,8 @@ def measure(law, dim, points, repeat):
 
 def main(points=19200, repeat=50):
     laws = [linear(5e4, 0.4), neo_hooke(5e4, 0.4), mohr_coulomb(5e4, 0.4, 22.0),
-            drucker_prager(5e4, 0.4, 22.0), von_mises(5e4, 0.4, 100.0)]
+            drucker_prager(5e4, 0.4, 22.0), von_mises(5e4, 0.4, 100.0),
+            damped(5e4, 0.4, 100.0)]
     print("| law | dimensions | stress [ns] | tangent [ns] | flowing | opened |\n| --- | --- | --- | --- | "
           "--- | --- |")
     for dim in (2, 3):

@@ -9,7 +9,6 @@ Words with a dash behind CASE belong to PETSc. On several ranks: mpirun -n 2 mpm
 """
 import ast
 import json
-import os
 import re
 import runpy
 import subprocess
@@ -19,10 +18,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Dict, List, NamedTuple, NoReturn, Optional, Sequence
 
+from mpm_dem_mpi import outside_mpi
+
 HERE = Path(__file__).parent
 SHIM = HERE / "dem_liggghts/liggghts/libdemshim.so"
 PATIENCE = 120.0  # [s] for one piece to be imported
-LAUNCHER = re.compile("(OMPI|PMIX|PMI|PRTE|HYDRA|MPI)_")  # variables of a rank, which a child must not have
 SOLVER = ('pip install "dolfinx-solver-real>=0.11,<0.12" (Linux, Python 3.12 or newer), or on Debian 12: '
           "apt install python3-dolfinx python3-petsc4py python3-mpi4py")
 PRELUDE = """
@@ -135,10 +135,8 @@ PIECES = [
 
 def examined(piece: Piece) -> Finding:
     """The piece in a process of its own, which may crash or hang."""
-    env = {name: text for name, text in os.environ.items() if not LAUNCHER.match(name)}
-    env.update({name: text for name, text in os.environ.items() if name.startswith("OMPI_ALLOW_")})
     try:
-        done = subprocess.run([sys.executable, "-c", PRELUDE + piece.code], cwd=HERE, env=env,
+        done = subprocess.run([sys.executable, "-c", PRELUDE + piece.code], cwd=HERE, env=outside_mpi(),
                               timeout=PATIENCE, stdin=subprocess.DEVNULL, capture_output=True)
     except subprocess.TimeoutExpired:
         return Finding("", False, [f"no answer within {PATIENCE:g} s"], [])

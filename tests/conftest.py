@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from dem_liggghts import open_dem
+from mpm_dem_mpi import outside_mpi
 
 OPEN_MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",  # as ./dev sets them
             "OMPI_MCA_rmaps_base_oversubscribe": "1",  # Open MPI 4
@@ -90,8 +91,7 @@ def start_ranks(start_process):
         (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
     # Without what MPI tells the children of this process, or of the one that started it to run tests side by
     # side.
-    env = {name: value for name, value in os.environ.items()
-           if not name.startswith(("OMPI_", "PMIX_", "PMI_"))}
+    env = outside_mpi()
     env.update(PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1", **OPEN_MPI)
     # Not tied to cores: else ranks of tests side by side crowd on the first one.
     env.update(OMPI_MCA_hwloc_base_binding_policy="none")

@@ -8,6 +8,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Union
 
+from mpm_dem_mpi import outside_mpi
+
 from . import by_pyvista, perspective
 
 WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"  # what VTK 9.4 and later asks for the class of windows
@@ -15,7 +17,6 @@ WINDOWS = "vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow"  # without a display: 
 PATIENCE = 120.0  # [s] for one trial; on a busy file system it takes long to load VTK
 TRIAL = "import sys; sys.path.append(sys.argv[1]); from pictures import by_pyvista; by_pyvista.trial()"
 AnyCanvas = Union[by_pyvista.Canvas, perspective.Canvas]
-OF_MPI = "OMPI_", "PMIX_", "PMI_"  # the trial is no rank of this run
 
 
 def new_canvas(camera: perspective.Camera) -> AnyCanvas:
@@ -40,10 +41,10 @@ def pyvista_draws() -> bool:
 
 def _trial(window: str) -> str:
     """What is wrong with windows of this class, "" for nothing."""
-    clean = {name: value for name, value in os.environ.items() if not name.startswith(OF_MPI)}
     try:
         done = subprocess.run([sys.executable, "-c", TRIAL, str(Path(__file__).parents[1])], timeout=PATIENCE,
-                              env={**clean, WINDOW: window}, capture_output=True, text=True, errors="replace")
+                              env={**outside_mpi(), WINDOW: window}, capture_output=True, text=True,
+                              errors="replace")
     except subprocess.TimeoutExpired:
         return f"{window}: no answer within {PATIENCE:.0f} s"
     except OSError as error:

@@ -36,6 +36,8 @@ from .laws import (  # noqa: E402
     neo_hooke,
     von_mises,
 )
+from .laws.driver import drive  # noqa: E402
+from .laws.paths import PATHS, Stage  # noqa: E402
 from .laws.soil import Soil  # noqa: E402
 from .mpm import MPM  # noqa: E402
 from .output.gauges import FlowGauges  # noqa: E402
@@ -61,8 +63,8 @@ __all__ = [  # a scene; how it is computed; laws; points; what is read off; erro
     "Penalty", "Raster", "Resampling", "SimplySupportedBeam", "Structure", "Support", "Terrain", "at_rest",
     "fall_room", "flow_grid", "from_dolfinx", "level_floor", "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS", "Settled",
-    "LAWS", "Law", "Soil", "check_law", "drucker_prager", "herschel_bulkley", "linear", "mohr_coulomb",
-    "mu_i", "neo_hooke", "von_mises",
+    "LAWS", "Law", "PATHS", "Soil", "Stage", "check_law", "drive", "drucker_prager",
+    "herschel_bulkley", "linear", "mohr_coulomb", "mu_i", "neo_hooke", "von_mises",
     "of_points", "seed",
     "FlowGauges",
     "MPMDivergedError", "MPMError"]

@@ -7,13 +7,15 @@ from mpi4py import MPI  # noqa: F401 - first: where MPI is a wheel, PETSc finds 
 
 import mpm_dem_checks as check
 
-for option, value in zip(sys.argv, sys.argv[1:]):
+from .command_line import words
+
+for option, value in zip(words(), words()[1:]):
     if option == "-options_file":  # PETSc would end in lines that name neither the option nor the file
         try:
             check.file(option, value)
         except ValueError as error:
             sys.exit(f"error: {error}")
-petsc4py.init(sys.argv)  # before dolfinx is imported: afterwards PETSc no longer listens to the command line
+petsc4py.init(words())  # before dolfinx is imported: afterwards PETSc no longer listens to the command line
 
 from petsc4py import PETSc  # noqa: E402
 

@@ -1,11 +1,11 @@
 """PETSc's options: those that the user gave changed the run, so the report names them; tolerances must make
 sense."""
 import math
-import sys
 import warnings
 
 from petsc4py import PETSc
 
+from ..command_line import words
 from ..grid import compat
 from . import solvers
 
@@ -32,9 +32,9 @@ def used():
 
 def unused():
     """Options on the command line, and options of ours given elsewhere, that nobody asked for."""
-    words = [word[1:] for word in sys.argv[1:] if word.startswith("-") and not word[1:2].isdigit()]
+    typed = [word[1:] for word in words()[1:] if word.startswith("-") and not word[1:2].isdigit()]
     ours = [name for name in given() if name.startswith(PREFIX)]
-    return ["-" + name for name in dict.fromkeys(words + ours) if not compat.option_used(name)]
+    return ["-" + name for name in dict.fromkeys(typed + ours) if not compat.option_used(name)]
 
 
 def check():

@@ -1,5 +1,6 @@
 """The pages of the documentation's site that are made from the code. That all links lead somewhere is checked
 where it is built, by `./dev docs`."""
+import ast
 import importlib
 import json
 import re
@@ -44,4 +45,35 @@ def test_the_site_has_all_pages(made):
     """MkDocs would say it, too, but needs PyPI."""
     listed = re.findall(r"[\w/]+\.md$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.M)
     pages = ["README.md", "CHANGELOG.md", *(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md"))]
-    assert sorted(listed) == sorted([*pages, *made])
+    notebooks = [f"docs/{path.stem}.md" for path in (ROOT / "docs").glob("*.ipynb")]
+    assert sorted(listed) == sorted([*pages, *notebooks, *made])
+
+
+def test_formulas_name_functions_that_exist(made):
+    """Links such as ``../coupling/maps/mapping.py#Mapping.force``; each is on the page of functions."""
+    links = {link for page in (ROOT / "docs").glob("*.md")
+             for link in re.findall(r"\]\(\.\./([\w/]+)\.py#([\w.]+)\)", page.read_text(encoding="utf-8"))}
+    assert len(links) > 60
+    shown = re.findall(r"^::: (\S+)", made["api/formulas.md"], re.M)
+    assert sorted(shown) == sorted(f"{file.replace('/', '.')}.{name}" for file, name in links)
+    missing = [link for link in links if not _defined(ROOT / f"{link[0]}.py", link[1].split("."))]
+    assert not missing
+
+
+def _defined(file, names):
+    body = ast.parse(file.read_text(encoding="utf-8")).body
+    for name in names:
+        found = [node for node in body if getattr(node, "name", None) == name]
+        if not found:
+            return False
+        body = found[0].body
+    return True
+
+
+def test_studies_have_their_keys(made):
+    assert "| `width` | `2` | m | of the flume |" in made["studies/plug.md"].splitlines()
+    crossing = made["studies/crossing.md"]
+    scenes = re.findall(r"^### (\w+)$", crossing, re.M)
+    assert {"bar", "rolling", "spinning"} <= set(scenes) and not {"common", "table"} & set(scenes)
+    assert "| `periods` | `10` |" in crossing
+    assert "jobs=N" in made["studies/stability.md"] and "repeat=N" in made["studies/work_precision.md"]

@@ -35,7 +35,8 @@ def main(
     sides = [Structure.plane(name, (0.0, 0.0, z), normal, chute)
              for name, z, normal in (("right", 0.16, "-z"), ("left", 0.0, "+z"))]
     back = Structure.plane("back", (0.0, 0.0, 0.0), "+x", chute)
-    barrier = Structure.box("barrier", Box((0.64, 0.0, 0.0), (0.7, 0.16, 0.16)), cells=(1, 2, 1), friction=0.3)
+    front = Box((0.64, 0.0, 0.0), (0.7, 0.16, 0.16))
+    barrier = Structure.box("barrier", front, cells=(1, 2, 1), friction=0.3)
     structures = (floor, *sides, back, barrier)
 
     solid = MPM(Grid(room, Grid.counts(room.size, h)), body, interface=Balls(0.25 * h), gravity=down,

@@ -50,8 +50,8 @@ def test_start_in_ten_minutes(follow, tmp_path):
 def test_boulders_in_space(follow):
     said = follow("boulders.md")
     assert "768 points" in said and "soil on barrier_1: largest 0 N" in said
-    page = (ROOT / "docs/boulders.md").read_text(encoding="utf-8")
-    assert f"```python title=\"boulders.py\"\n{(ROOT / 'docs/boulders.py').read_text(encoding='utf-8')}```" in page
+    page, script = ((ROOT / f"docs/boulders.{kind}").read_text(encoding="utf-8") for kind in ("md", "py"))
+    assert f"```python title=\"boulders.py\"\n{script}```" in page
 
 
 @pytest.mark.mpi

@@ -67,8 +67,8 @@ def on_page_markdown(markdown, page, **_):
     functions = os.path.relpath("api/formulas.md", os.path.dirname(uri))
     markdown = FUNCTION.sub(lambda found: f"]({functions}#{place_of(*found.groups())})", markdown)
     own = {Path(path).name for path in NOTEBOOKS if Path(path).with_suffix(".md").as_posix() == uri}
-    return NOTEBOOK.sub(lambda found: found.group() if found.group(1) in own else f"]({found.group(1)[:-6]}.md)",
-                        markdown)
+    return NOTEBOOK.sub(lambda found: found.group() if found.group(1) in own else
+                        f"]({found.group(1)[:-6]}.md)", markdown)
 
 
 def _made():

@@ -126,13 +126,13 @@ def study(path: Path) -> Tuple[str, str]:
     if hasattr(main, "keys"):
         text += tables(main)
     elif "/" in name:
-        text += ["", "## Scenes", "", "Keys of a scene are arguments of its `run`; in a sweep they take the values "
-                 "of its `SWEEP`.", *sum(map(scene, sorted(path.parent.glob("*.py"))), [])]
+        text += ["", "## Scenes", "", "Keys of a scene are arguments of its `run`; in a sweep they take the "
+                 "values of its `SWEEP`.", *sum(map(scene, sorted(path.parent.glob("*.py"))), [])]
     return f"studies/{title}.md", "\n".join([*text, ""])
 
 
 def scene(path: Path) -> List[str]:
-    """One scene of a study: what it is, and the keys of its ``run`` with their defaults; nothing for helpers."""
+    """One scene of a study: what it is, the keys of its ``run``, their defaults; nothing for helpers."""
     module = importlib.import_module(f"studies.{path.parent.name}.{path.stem}")
     if not hasattr(module, "SWEEP") and not hasattr(module, "MEASURE"):
         return []

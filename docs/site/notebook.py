@@ -1,4 +1,4 @@
-"""The notebook of the documentation: run, cell by cell, and made a page with what its cells print and draw."""
+"""The notebook of the documentation: run, cell by cell, and made a page of what its cells print and draw."""
 import base64
 import contextlib
 import io

@@ -39,7 +39,7 @@ def scene():
                 structures=[bed, *sides, back, barrier])
     stone = Material(1e7, 0.25)
     rock = Cluster.from_surface(*surface(12), rho=2600.0, size=0.05, spheres=20)
-    rocks = [rock._with(x=np.array([0.2, 0.021, 0.035])), rock.scaled(0.8, x=np.array([0.2, 0.017, 0.09])),
+    rocks = [rock.scaled(1.0, x=np.array([0.2, 0.021, 0.035])), rock.scaled(0.8, x=np.array([0.2, 0.017, 0.09])),
              rock.scaled(0.6, x=np.array([0.25, 0.013, 0.06]))]
     slide = {("spheres", one): Interaction(0.3, 0.3) for one in ("bed", "near", "far", "back", "barrier")}
     grains = Scene(None, Wall.discs(solid.interface.x, 0.3 * H), stone, Material(1e6, 0.3),

@@ -39,8 +39,8 @@ def scene():
                 structures=[bed, *sides, back, barrier])
     stone = Material(1e7, 0.25)
     rock = Cluster.from_surface(*surface(12), rho=2600.0, size=0.05, spheres=20)
-    rocks = [rock.scaled(1.0, x=np.array([0.2, 0.021, 0.035])), rock.scaled(0.8, x=np.array([0.2, 0.017, 0.09])),
-             rock.scaled(0.6, x=np.array([0.25, 0.013, 0.06]))]
+    rocks = [rock.scaled(factor, x=np.array(x)) for factor, x in (
+        (1.0, (0.2, 0.021, 0.035)), (0.8, (0.2, 0.017, 0.09)), (0.6, (0.25, 0.013, 0.06)))]
     slide = {("spheres", one): Interaction(0.3, 0.3) for one in ("bed", "near", "far", "back", "barrier")}
     grains = Scene(None, Wall.discs(solid.interface.x, 0.3 * H), stone, Material(1e6, 0.3),
                    Interaction(0.3, 0.5), Interaction(0.3, 0.4), g, clusters=rocks,

@@ -6,7 +6,8 @@ from mpi4py import MPI
 
 from .accounts import Accounts
 from .basis.smooth import Basis
-from .grid.background import Background, Needs, check_inside, whole_mesh
+from .grid.background import Background, Choice, Needs, check_inside, whole_mesh
+from .grid.blocks import come_in_blocks, make_blocks
 from .grid.supports import Supports
 from .laws import ELASTIC_STATE, check_together
 from .output.matter import Matter, matter
@@ -57,18 +58,19 @@ class Model(Accounts):
         self.gravity, self.time, self.steps = scene.acceleration, 0.0, 0
         self.basis, self._transfer = Basis(scene.numerics.basis), TRANSFERS[scene.numerics.transfer]
         self.basis.check_grid(scene.grid, scene.grid.cell, isinstance(scene.grid, Grid))
+        self._in_blocks = come_in_blocks(scene, self.basis.smooth)
         free = self.gravity + scene.frame_pull(0.0)
         self._bodies = make_bodies(scene, scene.grid, free, self.basis, self._transfer.body)
         self._feeds = self._make_feeds()
         x = np.concatenate([body.points.x for body in self._bodies])
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)
-        ways = read_ways(scene.outflow, self.dim)
         check_together(body.law for body in scene.bodies)
         elastic = all(body.law.state == ELASTIC_STATE for body in scene.bodies)
         self._ladder = Ladder(comm, scene.inertia, elastic)
         self._losses = Losses(comm, self.origin, scene.numerics.losses)
         self._count = len(x)
-        self._outflow = Outflow(ways, scene.grid, comm, self.gravity, inside=len(scene.outflows) > 0)
+        ways = read_ways(scene.outflow, self.dim)
+        self._outflow = Outflow(ways, scene.grid, comm, self.gravity, len(scene.outflows) > 0)
         self._outlets = Outlets(scene.outflows, self._outflow, comm)
         self._margin = margins_at_walls(scene.grid, scene.penalties)
         self._distribute(np.array_split(x, comm.size)[comm.rank])
@@ -125,13 +127,15 @@ class Model(Accounts):
             feed.check_inside(grid.box, self.origin)
         return feeds
 
-    def _distribute(self, x: np.ndarray, owner: Optional[np.ndarray] = None) -> None:
-        """Distribute the grid over the ranks for points at x [m], shape (n, dim); each rank gives some.
-        owner: rank of each of its cells, decides instead."""
-        averaged = any(body.body.f_bar for body in self._bodies)
-        self.background = Background(self._framed.grid, self.comm, x,
-                                     Needs(averaged, max(self.scene.fields) + 1), self.origin, self._margin,
-                                     self.basis, owner)
+    def _distribute(self, x: np.ndarray, owner: Optional[np.ndarray] = None,
+                    blocks: Optional[np.ndarray] = None) -> None:
+        """Distribute the grid over the ranks for points at x [m], (n, dim); each rank gives some. owner, rank
+        of each cell, and blocks, numbers of those of a large grid, decide instead."""
+        grid, scene = self._framed.grid, None if self.steps else self._framed
+        there = make_blocks(grid, x, scene, blocks, self.comm) if self._in_blocks else None
+        needs = Needs(any(body.body.f_bar for body in self._bodies), max(self.scene.fields) + 1)
+        self.background = Background(grid, self.comm, x, needs, self.origin, self._margin, self.basis,
+                                     Choice(owner, there))
         self.supports = Supports((*self._framed.supports, *self._feeds.supports()), self.background.x,
                                  self.steps > 0)
         self._router = Router(self.comm, self.background.neighbours)

@@ -7,6 +7,7 @@ from mpi4py import MPI
 
 import mpm_dem_checks as check
 
+from .collective import somewhere
 from .grid.given import as_grid
 from .output.states import check_state, while_open
 from .points.ball_surface import BallChange, BallSurface, read_particles
@@ -147,6 +148,8 @@ class MPM(Readings):
         them. fed: some have just come."""
         if self._located and not fed:
             return
+        if self.step is not None and not self._hold_blocks():
+            return
         row = np.full(len(self.background.cells), -1, np.int32)  # no cell is active before the first step
         if self.step is not None:
             row = self.step.active_cells.point_row
@@ -163,13 +166,27 @@ class MPM(Readings):
         before = self.imbalance()
         if before <= self.numerics.rebalance:
             return
+        self._spread_anew()
+        self.rebalances.append((self.steps, before, self.imbalance()))
+
+    def _hold_blocks(self):
+        """Whether the blocks of a large grid hold what the points need; else others have been made, and the
+        points are in their cells."""
+        blocks = self.background.blocks
+        if blocks is None or not somewhere(self.comm, not self._sets.all_in(blocks.hold))[0]:
+            return True
+        self._spread_anew()
+        return False
+
+    def _spread_anew(self):
+        """Another distribution of the grid, for the points as they are."""
         self.step.destroy()
         self._router.free()
         self.step = self._facets = None
-        self._distribute(np.concatenate([body.points.x for body in self._bodies]))
+        self._distribute(self._sets.places())
         self._sets.relocate(self.background.search, self._router, self.time)
+        self._located = True
         self._renew_step(self._sets.filled())
-        self.rebalances.append((self.steps, before, self.imbalance()))
 
     def _renew_step(self, filled):
         """The step on the cells that are active around the ``filled`` ones of this rank."""
@@ -214,6 +231,8 @@ class MPM(Readings):
         self.time, self.steps = float(state["time"][0]), int(state["time"][1])
         self.move_walls()
         if state["time"][2] != self.background.checksum:
+            if not self._hold_blocks():
+                return
             self._sets.relocate(self.background.search, self._router, self.time)
             self._renew_step(self._sets.filled())
             return

@@ -31,7 +31,7 @@ class Restarting(Stepped):
         numbered = Numbered(self.background, self._router)
         applied = getattr(self._forces, "applied", None)
         return {"scene": self._fingerprint[OF_RANKS:].copy(), "time": self.time, "steps": self.steps,
-                "ranks": self.comm.size, "owner": self.background.owner.copy(),
+                "ranks": self.comm.size, "owner": self.background.owner.copy(), "blocks": self._blocks(),
                 "rebalances": np.array(self.rebalances, float).reshape(-1, 3),
                 "ladder": self._ladder.get_checkpoint(), "losses": self._losses.get_state(),
                 **self._impulses.get_state(), **self._works.get_state(), **self._feeds.get_state(),
@@ -69,13 +69,19 @@ class Restarting(Stepped):
     def _take_distribution(self, tree: Dict[str, Any]) -> None:
         """That of the ``tree`` where the number of ranks is the same, else one for its points."""
         owner = tree["owner"] if tree["ranks"] == self.comm.size else None
-        if self.comm.size == 1 or np.array_equal(owner, self.background.owner):
+        if np.array_equal(tree["blocks"], self._blocks()) and (
+                self.comm.size == 1 or np.array_equal(owner, self.background.owner)):
             return
         self.step.destroy()
         self._router.free()
         self.step = self._facets = None
         material = [table for name, table in tree["points"].items() if name.startswith("points")]
-        self._distribute(np.concatenate([table.fields["x"] for table in material]), owner)
+        self._distribute(np.concatenate([table.fields["x"] for table in material]), owner, tree["blocks"])
+
+    def _blocks(self) -> np.ndarray:
+        """Numbers of the blocks of a large grid that are there, which cells are counted in, else empty."""
+        blocks = self.background.blocks
+        return np.zeros(0, np.int64) if blocks is None else blocks.numbers.copy()
 
     # ---------------------------------------------------------------- files
 

@@ -5,7 +5,7 @@ compiler stays out of the start.
 """
 import zlib
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from mpi4py import MPI
@@ -16,7 +16,7 @@ from ..basis.shape import cell_maps
 from ..basis.smooth import LINEAR, StencilGrid
 from ..scene.bodies import Grid
 from ..scene.frame import shifted
-from ..scene.mesh import lattice
+from ..scene.lattice import lattice
 from . import compat
 from .distribution import EMPTY_CELL, bisect, ghosts
 from .domain import Domain
@@ -24,8 +24,11 @@ from .patches import patches
 from .search import LatticeSearch, WalkSearch
 
 
-def whole_mesh(grid):
-    """Vertices, shape (n, D), and cells, shape (m, K), of a ``Grid`` or a ``Mesh``."""
+def whole_mesh(grid, blocks=None):
+    """Vertices, shape (n, D), and cells, shape (m, K), of a ``Grid`` or a ``Mesh``; blocks: all that is there
+    of a grid, see ``Blocks``, or None."""
+    if blocks is not None:
+        return blocks.mesh()
     if isinstance(grid, Grid):
         return lattice(grid.box, grid.cells, grid.cell)
     return grid.vertices, grid.cells
@@ -68,6 +71,17 @@ class Needs(NamedTuple):
 ALIKE = Needs()  # of a body without F-bar, or of several that stick
 
 
+class Choice(NamedTuple):
+    """Of a distribution: ``owner``, the rank of each cell as in an earlier one, None: by what fills them; the
+    ``blocks`` of a large grid that are there, None: all."""
+
+    owner: Any = None
+    blocks: Any = None
+
+
+BY_FILLING = Choice()
+
+
 class Background:
     """Distributed background grid.
 
@@ -75,23 +89,24 @@ class Background:
     place and not joined, and points of a field are in cells of its copy. All copies are shared out alike over
     the ranks.
 
-    whole: vertices and cells of the grid; copies: the same of all its copies, one after the other; owner:
-    rank of each of their cells; cells: nodes of this rank's cells, shape (m, K), owned ones first, then
-    ghosts; original_cell: (m,) their numbers in the copies; x: nodes [m], shape (n, D), likewise; vertex_of:
-    (n,) their numbers in the copies; h: (D,) size of a cell [m]; maps, affine: see ``shape.cell_maps``;
-    patch: patch of each cell of the copies, see ``patches``, or None; origin: of all these coordinates in the
-    user's [m], shape (D,); tolerance: by which a point may lie outside a cell, of the cell's size, for the
-    round-off in the user's coordinates. Collective.
+    blocks: ``Blocks`` of a large grid, or None; whole: vertices and cells of the grid, or of its blocks;
+    copies: the same of all its copies, one after the other; owner: rank of each of their cells; cells: nodes
+    of this rank's cells, shape (m, K), owned ones first, then ghosts; original_cell: (m,) their numbers in
+    the copies; x: nodes [m], shape (n, D), likewise; vertex_of: (n,) their numbers in the copies; h: (D,)
+    size of a cell [m]; maps, affine: see ``shape.cell_maps``; patch: patch of each cell of the copies, see
+    ``patches``, or None; origin: of all these coordinates in the user's [m], shape (D,); tolerance: by
+    which a point may lie outside a cell, of the cell's size, for the round-off in the user's coordinates. Collective.
     """
 
     def __init__(self, grid, comm, filling, needs=ALIKE, origin=0.0, margin=None, basis=LINEAR,
-                 owner=None):
+                 choice=BY_FILLING):
         """grid: ``Grid`` or ``Mesh``; filling: positions [m], shape (n, D), of what makes a cell expensive;
         each rank may give its own share; needs: of the bodies; margin: beyond the edge of a ``Grid`` [cells],
-        shape (D, 2), see ``scene.margin``; basis: at the material points; owner: as that of an earlier
-        distribution, which decides instead of ``filling``."""
+        shape (D, 2), see ``scene.margin``; basis: at the material points; choice: see
+        ``Choice``."""
         self.grid, self.comm, self.dim, self.basis = grid, comm, grid.box.dim, basis
-        self.whole, self.fields = whole_mesh(grid), needs.fields
+        owner, self.blocks = choice
+        self.whole, self.fields = whole_mesh(grid, self.blocks), needs.fields
         patch, fields = patches(grid, *self.whole) if needs.averaged else None, needs.fields
         self.owner = np.tile(self._share_out(filling, patch), fields) if owner is None else owner
         self.copies = vertices, cells = _copies(self.whole, fields)
@@ -143,7 +158,8 @@ class Background:
     @property
     def checksum(self):
         """Of the distribution: with the same one, numbers of this rank's cells and nodes are the same."""
-        return zlib.crc32(np.ascontiguousarray(self.owner))
+        blocks = b"" if self.blocks is None else self.blocks.numbers.tobytes()
+        return zlib.crc32(np.ascontiguousarray(self.owner), zlib.crc32(blocks))
 
     def _points_per_cell(self, centres, filling):
         """Number of points near the middle of each cell of the whole grid, over all ranks; shape (cells,)."""

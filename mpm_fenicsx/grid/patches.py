@@ -14,6 +14,7 @@ import numpy as np
 
 from ..compiled import compiled
 from ..scene.bodies import Grid
+from ..scene.lattice import cell_count
 
 FREE = -1
 
@@ -26,7 +27,7 @@ def patches(grid, vertices, cells):
     if cells.shape[1] != D + 1:
         return None
     if isinstance(grid, Grid):  # the simplices of a box cell are numbered one after the other
-        return np.arange(len(cells)) // (len(cells) // int(np.prod(grid.cells)))
+        return np.arange(len(cells)) // cell_count((1,) * D, grid.cell)
     facet, behind = _neighbours(cells)
     first, of_edge = _rings(vertices, cells, facet[behind < 0])
     patch = np.full(len(cells), FREE)

@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 from ..basis.shape import reference
 from ..compiled import specialise
+from ..scene.lattice import cell_count
 from . import compat
 from .locate import NOWHERE, Lattice, Neighbours, holds, lattice_numbers, locate_lattice, walk
 
@@ -19,7 +20,8 @@ class LatticeSearch:
     def __init__(self, grid, background):
         self._lattice = Lattice(np.asarray(grid.box.lower, float), grid.box.size / grid.cells,
                                 np.asarray(grid.cells, np.int64),
-                                len(background.whole[1]) // int(np.prod(grid.cells)), background.margin)
+                                cell_count((1,) * grid.dim, grid.cell), background.margin)
+        self._blocks = background.blocks
         self._per_field = len(background.whole[1])
         self._rank, self._owner = background.comm.rank, background.owner
         self._local = np.full(len(background.owner), -1, np.int32)
@@ -28,6 +30,8 @@ class LatticeSearch:
     def _numbers(self, x, field):
         number = np.empty(len(x), np.int64)
         lattice_numbers(x, *self._lattice, number)
+        if self._blocks is not None:
+            self._blocks.renumber(number)
         if np.any(field):
             number[number != NOWHERE] += self._per_field * np.broadcast_to(field, len(x))[number != NOWHERE]
         return number

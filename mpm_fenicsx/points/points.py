@@ -11,7 +11,8 @@ from ..basis.shape import basis as shape_functions
 from ..basis.smooth import Basis
 from ..scene.bodies import Body, Cloud, Mesh
 from ..scene.interface import Interface
-from ..scene.mesh import Box, lattice
+from ..scene.lattice import lattice
+from ..scene.mesh import Box
 
 
 def gauss_rule(cell: Optional[str], points: Optional[int]) -> Tuple[np.ndarray, np.ndarray]:

@@ -65,6 +65,14 @@ class Sets:
             raise MPMError(f"{kind} {number} left the grid at x = {x} m, t = {time:.6g} s: enlarge the grid, "
                            "or look for the cause in an unstable step")
 
+    def places(self):
+        """Of all points of this rank that need cells [m], shape (n, D)."""
+        return np.concatenate([s.points.x for s in self._sets])
+
+    def all_in(self, hold):
+        """Whether ``hold``, a function of places [m], shape (n, D), is true of all points of this rank."""
+        return all(hold(s.points.x) for s in self._sets)
+
     def names(self):
         """Name of each set, with the number of its points, while every rank still has all material points.
         Collective."""

@@ -9,7 +9,8 @@ import mpm_dem_checks as check
 from ..laws import Law, check_declared
 from .force_cells import check_force_cells
 from .hollow import without_rocks
-from .mesh import BYTES_PER_CELL, START_PER_CELL, Box, Mesh, cell_count, cell_of
+from .lattice import LARGE, cell_count, check_size
+from .mesh import Box, Mesh, cell_of
 
 AXES = "xyz"
 TENSOR_POINTS = range(1, 7)  # per direction
@@ -34,12 +35,13 @@ class Grid:
         check.record("box of the grid", self.box, Box)
         object.__setattr__(self, "cells", check.counts("cells of the grid", self.cells, self.box.dim))
         object.__setattr__(self, "cell", cell_of(self.box.dim, self.cell, "grid"))
-        n = cell_count(self.cells, self.cell)
-        what = f"{n:.3g} cells of the grid (cells={','.join(map(str, self.cells))})"
-        check.check_memory(what, n * BYTES_PER_CELL[self.dim], "take larger and fewer cells (h), or a "
-                           "smaller box")
-        check.check_work(f"{what} at the start", n * START_PER_CELL, "take larger and fewer cells (h), or a "
-                         "smaller box")
+        if not self.large:
+            check_size(self.cells, self.cell)
+
+    @property
+    def large(self) -> bool:
+        """Whether only blocks of it near the material are made, where the scene permits."""
+        return cell_count(self.cells, self.cell) > LARGE
 
     @property
     def dim(self) -> int:

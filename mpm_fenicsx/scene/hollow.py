@@ -6,7 +6,7 @@ import numpy as np
 
 import mpm_dem_checks as check
 
-from .mesh import cell_count
+from .lattice import cell_count
 
 SAMPLES = {2: 10, 3: 5}  # of the box that a point stands for, per direction
 LOT = 20000  # points that are sampled together

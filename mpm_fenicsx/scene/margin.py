@@ -9,7 +9,8 @@ import numpy as np
 
 from .bodies import Grid
 from .conditions import GridWall, Penalty
-from .mesh import Mesh, lattice
+from .lattice import lattice
+from .mesh import Mesh
 
 MARGIN = 0.1  # of a cell; a wall as near as that to the edge needs it too
 

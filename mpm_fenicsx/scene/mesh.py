@@ -1,8 +1,6 @@
-"""Meshes as plain arrays, checked when made, and regular ones of a box. No MPI in here."""
-import math
+"""Meshes as plain arrays, checked when made. No MPI in here."""
 from dataclasses import dataclass, field
-from itertools import permutations
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, Optional, Tuple
 
 import numpy as np
 
@@ -13,7 +11,6 @@ from .facets import alike, corner_volumes, runs_up
 CELLS = {2: ("quadrilateral", "triangle"), 3: ("hexahedron", "tetrahedron")}  # tensor product, simplex
 NODES = {"quadrilateral": 4, "triangle": 3, "hexahedron": 8, "tetrahedron": 4}
 BYTES_PER_CELL = {2: 600, 3: 1300}  # of a grid, on each rank, measured
-START_PER_CELL = 2.5e4  # operations to set up a grid, measured
 FLAT = 1e-12  # volume of a cell over the cube (in the plane: square) of its longest edge
 # Facets of a cell as local vertices, outward by the right hand (left hand of a→b in the plane) for positive
 # cells.
@@ -30,11 +27,6 @@ def cell_of(dim: int, cell: Optional[str], what: str) -> str:
     if cell is None:
         return CELLS[dim][0]
     return check.choice(f"cell of the {what}", cell, CELLS[dim])
-
-
-def cell_count(counts: Sequence[int], cell: Optional[str]) -> int:
-    """Number of cells of that kind in a regular mesh, see ``lattice``."""
-    return math.prod(counts) * {"triangle": 2, "tetrahedron": 6}.get(cell or "", 1)
 
 
 @dataclass(frozen=True)
@@ -216,22 +208,3 @@ class Mesh:
             raise ValueError(f"the surface of the mesh is not a manifold: {count.max()} facets meet at "
                              f"{place} m: repair the mesh, or take its parts one by one")
         return facets
-
-
-def lattice(box: Box, counts: Sequence[int], cell: Optional[str]) -> Tuple[np.ndarray, np.ndarray]:
-    """Vertices, shape (n, D), and cells, shape (m, K), of a regular mesh; direction 0 runs fastest in both.
-
-    Simplices: each box cell is cut into D! of them along its main diagonal (Kuhn), numbered by the
-    permutation that sorts the local coordinates downwards.
-    """
-    D = box.dim
-    axes = [np.linspace(lo, hi, n + 1) for lo, hi, n in zip(box.lower, box.upper, counts)]
-    vertices = np.stack([a.ravel(order="F") for a in np.meshgrid(*axes, indexing="ij")], axis=1)
-    strides = np.cumprod([1, *(n + 1 for n in counts[:-1])])
-    corner = sum(s * i.ravel(order="F") for s, i in zip(strides, np.meshgrid(*map(np.arange, counts),
-                                                                             indexing="ij")))
-    if cell == CELLS[D][0]:
-        offsets = [sum(strides[d] for d in range(D) if (a >> d) & 1) for a in range(2**D)]
-        return vertices, corner[:, None] + np.array(offsets)
-    paths = [np.cumsum([0, *(strides[d] for d in order)]) for order in permutations(range(D))]
-    return vertices, (corner[:, None, None] + np.array(paths)).reshape(-1, D + 1)

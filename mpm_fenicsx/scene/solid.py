@@ -11,7 +11,8 @@ from .balls import Balls
 from .bodies import Body, Grid, Support
 from .conditions import GridWall, Load, Penalty
 from .interface import Interface
-from .mesh import BYTES_PER_CELL, Mesh, cell_count
+from .lattice import cell_count
+from .mesh import BYTES_PER_CELL, Mesh
 from .numerics import Numerics
 from .openings import Inflow, Outflow
 from .structures import Structure
@@ -179,7 +180,7 @@ class SolidScene:
         count = max(self.fields, default=0) + 1
         cells = cell_count(self.grid.cells, self.grid.cell) if isinstance(self.grid, Grid) else len(
             self.grid.cells)
-        if count > 1:
+        if count > 1 and not getattr(self.grid, "large", False):
             what = f"{count} copies of the grid with {cells:.3g} cells, for bodies that do not stick together"
             check.check_memory(what, count * cells * BYTES_PER_CELL[self.grid.box.dim],
                                "take larger and fewer cells (h), or bodies that are bonded")

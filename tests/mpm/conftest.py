@@ -8,7 +8,7 @@ from petsc4py import PETSc
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Interface, Mesh, herschel_bulkley
 from mpm_fenicsx.laws import bound, kernels, lame
 from mpm_fenicsx.laws.stress_state import point_functions
-from mpm_fenicsx.scene.mesh import lattice
+from mpm_fenicsx.scene.lattice import lattice
 
 TOO_STRONG_TO_YIELD = {"mohr_coulomb": dict(friction_angle=30.0, cohesion=1e9),
                        "drucker_prager": dict(friction_angle=30.0, cohesion=1e9),

@@ -26,7 +26,7 @@ from mpm_fenicsx import (
 from mpm_fenicsx.grid.background import Background
 from mpm_fenicsx.points.points import Points
 from mpm_fenicsx.scene.frame import Frame, find_origin, shifted
-from mpm_fenicsx.scene.mesh import lattice
+from mpm_fenicsx.scene.lattice import lattice
 
 MAP = np.array([4.5e5, 5.2e6, 1.2e3])  # [m], easting, northing, height
 ULP = np.spacing(5.2e6)

@@ -7,7 +7,7 @@ import pytest
 from mpm_fenicsx import MPM, Body, Box, Cloud, Grid, Interface, Mesh, Support, linear, read_cloud, read_mesh
 from mpm_fenicsx.points.points import seed
 from mpm_fenicsx.points.surface import normal_areas
-from mpm_fenicsx.scene.mesh import lattice
+from mpm_fenicsx.scene.lattice import lattice
 
 LAW = linear(1e3, 0.3)
 MESHIO = {"quadrilateral": "quad", "triangle": "triangle", "hexahedron": "hexahedron", "tetrahedron": "tetra"}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mpm_fenicsx import MPM, Balls, Body, Box, Cloud, Grid, Interface, Mesh, MPMError, linear, of_points
-from mpm_fenicsx.scene.mesh import lattice
+from mpm_fenicsx.scene.lattice import lattice
 
 LAW, BOX, DT = linear(1e3, 0.3), Box((-1.0, -1.0), (3.0, 2.0)), 0.02
 DROP = Cloud(np.array([[2.2, 0.3], [2.3, 0.3], [2.2, 0.4]]), np.full(3, 0.01))

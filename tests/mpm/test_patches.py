@@ -6,7 +6,7 @@ import pytest
 from mpm_fenicsx import Box, Grid, Mesh
 from mpm_fenicsx.grid.distribution import bisect
 from mpm_fenicsx.grid.patches import patches
-from mpm_fenicsx.scene.mesh import lattice
+from mpm_fenicsx.scene.lattice import lattice
 
 SIMPLICES = {"triangle": (4, 3), "tetrahedron": (4, 3, 2)}
 

@@ -6,7 +6,7 @@ import pytest
 
 from mpm_fenicsx import LAWS, Box, Grid, GridWall, Interface, Load, Mesh, MPMError, Penalty, Support
 from mpm_fenicsx.compiled import specialise
-from mpm_fenicsx.scene.mesh import lattice
+from mpm_fenicsx.scene.lattice import lattice
 from mpm_fenicsx.terms import springs
 
 G = 9.81

@@ -6,7 +6,7 @@ import pytest
 from mpm_fenicsx import MPM, Body, Box, Grid, Mesh, Numerics, Support, mohr_coulomb, neo_hooke
 from mpm_fenicsx.basis.smooth import StencilGrid, shapes
 from mpm_fenicsx.compiled import specialise
-from mpm_fenicsx.scene.mesh import lattice
+from mpm_fenicsx.scene.lattice import lattice
 
 BASES = ["ugimp", "gimp", "bspline"]
 

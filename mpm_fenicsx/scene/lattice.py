@@ -1,0 +1,57 @@
+"""Regular meshes of a box, and how large they may be."""
+import math
+from itertools import permutations
+from typing import List, Optional, Sequence, Tuple
+
+import numpy as np
+
+import mpm_dem_checks as check
+
+from .mesh import BYTES_PER_CELL, CELLS, Box
+
+START_PER_CELL = 2.5e4  # operations to set up a grid, measured
+LARGE = 1_000_000  # cells; a smaller grid is made as a whole: that costs less than blocks that change
+
+
+def cell_count(counts: Sequence[int], cell: Optional[str]) -> int:
+    """Number of cells of that kind in a regular mesh, see ``lattice``."""
+    return math.prod(counts) * {"triangle": 2, "tetrahedron": 6}.get(cell or "", 1)
+
+
+def check_size(counts: Sequence[int], cell: Optional[str]) -> None:
+    """ValueError where all cells of a regular grid need more memory or time than there is."""
+    n = cell_count(counts, cell)
+    what = f"{n:.3g} cells of the grid (cells={','.join(map(str, counts))})"
+    remedy = "take larger and fewer cells (h), or a smaller box"
+    check.check_memory(what, n * BYTES_PER_CELL[len(counts)], remedy)
+    check.check_work(f"{what} at the start", n * START_PER_CELL, remedy)
+
+
+def lattice(box: Box, counts: Sequence[int], cell: Optional[str]) -> Tuple[np.ndarray, np.ndarray]:
+    """Vertices, shape (n, D), and cells, shape (m, K), of a regular mesh; direction 0 runs fastest in both.
+
+    Simplices: each box cell is cut into D! of them along its main diagonal (Kuhn), numbered by the
+    permutation that sorts the local coordinates downwards.
+    """
+    axes = axes_of(box, counts)
+    vertices = np.stack([a.ravel(order="F") for a in np.meshgrid(*axes, indexing="ij")], axis=1)
+    places = np.meshgrid(*map(np.arange, counts), indexing="ij")
+    return vertices, lattice_cells([place.ravel(order="F") for place in places], counts, cell)
+
+
+def axes_of(box: Box, counts: Sequence[int]) -> List[np.ndarray]:
+    """Coordinates [m] of the vertices of a regular mesh along each direction."""
+    return [np.linspace(lo, hi, n + 1) for lo, hi, n in zip(box.lower, box.upper, counts)]
+
+
+def lattice_cells(places: Sequence[np.ndarray], counts: Sequence[int], cell: Optional[str]) -> np.ndarray:
+    """Vertices of the cells of a ``lattice`` in the boxes of the numbers ``places`` along each direction,
+    (n,) each: (n, K), of simplices (n D!, K)."""
+    D = len(counts)
+    strides = np.cumprod([1, *(n + 1 for n in counts[:-1])])
+    corner = sum(s * i for s, i in zip(strides, places))
+    if cell == CELLS[D][0]:
+        offsets = [sum(strides[d] for d in range(D) if (a >> d) & 1) for a in range(2**D)]
+        return corner[:, None] + np.array(offsets)
+    paths = [np.cumsum([0, *(strides[d] for d in order)]) for order in permutations(range(D))]
+    return (corner[:, None, None] + np.array(paths)).reshape(-1, D + 1)

@@ -95,7 +95,8 @@ class Background:
     the copies; x: nodes [m], shape (n, D), likewise; vertex_of: (n,) their numbers in the copies; h: (D,)
     size of a cell [m]; maps, affine: see ``shape.cell_maps``; patch: patch of each cell of the copies, see
     ``patches``, or None; origin: of all these coordinates in the user's [m], shape (D,); tolerance: by
-    which a point may lie outside a cell, of the cell's size, for the round-off in the user's coordinates. Collective.
+    which a point may lie outside a cell, of the cell's size, for the round-off in the user's coordinates.
+    Collective.
     """
 
     def __init__(self, grid, comm, filling, needs=ALIKE, origin=0.0, margin=None, basis=LINEAR,

@@ -5,6 +5,7 @@
     compiled    a kernel as it stands
     inlined     a small function that kernels call with their sizes as arguments, always made part of them
     called      a function that kernels call, made part of them where LLVM finds that good
+    multiply    products of small matrices, with packed arithmetic
 
 Numba treats global names as constants, so a loop over ``range(D)`` with a global ``D`` is unrolled: measured
 on the residual of 15 360 points in the plane, 0.64 ms against 2.3 ms with the dimension read from the arrays
@@ -24,7 +25,10 @@ import types
 from pathlib import Path
 from typing import Any, Callable
 
-from numba import njit
+from llvmlite import ir
+from numba import njit, void
+from numba.core import cgutils
+from numba.extending import intrinsic
 
 OPTIONS = dict(error_model="numpy", fastmath={"contract"})
 compiled = njit(cache=True, error_model="numpy")
@@ -34,10 +38,53 @@ inlined = njit(forceinline=True, **OPTIONS)
 called = njit(error_model="numpy")
 
 
+@intrinsic(prefer_literal=True)
+def multiply(typing, shape, keep, out, left, right):
+    """The product of small matrices, out = left right, or with ``keep`` out += left right. shape: (rows,
+    terms, columns) of ``left``, rows x terms, and ``right``, terms x columns; it and keep are constants. out,
+    right: (array of floats, place of the first number, step from row to row), rows without gaps; left the
+    same with a step from column to column, too. Places count numbers as they lie in memory.
+
+    A row is one packed number for LLVM, which does not find any in loops of so few rounds: these are unrolled
+    before it looks."""
+    (rows, terms, columns), added = (kind.literal_value for kind in shape), keep.literal_value
+    signature = void(shape, keep, out, left, right)
+
+    def generate(context, b, signature, arguments):
+        vector, lane = ir.VectorType(ir.DoubleType(), columns), ir.IntType(32)
+        multiply_add = cgutils.get_or_insert_function(
+            b.module, ir.FunctionType(vector, [vector] * 3), f"llvm.fmuladd.v{columns}f64")
+        (to, at, down), (f, first, next_row, then), (x, start, step) = (
+            (context.make_array(kind[0])(context, b, value[0]).data, *value[1:])
+            for kind, value in zip(signature.args[2:], (cgutils.unpack_tuple(b, group)
+                                                        for group in arguments[2:])))
+
+        def place(array, index, n, step):
+            return b.gep(array, [b.add(index, b.mul(step, index.type(n)))])
+
+        packed = lambda *of: b.bitcast(place(*of), vector.as_pointer())  # noqa: E731
+        of_right = [b.load(packed(x, start, n, step), align=8) for n in range(terms)]
+        for row in range(rows):
+            total = b.load(packed(to, at, row, down), align=8) if added else ir.Constant(
+                vector, [0.0] * columns)
+            of_row = b.add(first, b.mul(next_row, first.type(row)))
+            for n in range(terms):
+                factor = b.load(place(f, of_row, n, then))
+                factor = b.insert_element(ir.Constant(vector, ir.Undefined), factor, lane(0))
+                factor = b.shuffle_vector(factor, ir.Constant(vector, ir.Undefined),
+                                          ir.Constant(ir.VectorType(lane, columns), [0] * columns))
+                total = b.call(multiply_add, [factor, of_right[n], total])
+            b.store(total, packed(to, at, row, down), align=8)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
 def _module(value):
     """Where a compiled function or a group of arrays is defined; None for anything else."""
-    if hasattr(value, "py_func"):
-        return inspect.getmodule(value.py_func)
+    function = value.__wrapped__ if value is multiply else getattr(value, "py_func", None)
+    if function is not None:
+        return inspect.getmodule(function)
     return inspect.getmodule(value) if isinstance(value, type) and hasattr(value, "_fields") else None
 
 

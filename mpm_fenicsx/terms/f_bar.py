@@ -106,9 +106,10 @@ def deformed_gradients(c, q, cells, G, u, D, K, found):
     invert(f, D, f_inverse)
     for b in range(K):
         for j in range(D):
-            g[j * K + b] = 0.0
-            for k in range(D):
-                g[j * K + b] += G[q, b, k] * f_inverse[k, j]
+            s = G[q, b, 0] * f_inverse[0, j] + G[q, b, 1] * f_inverse[1, j]
+            if D == 3:
+                s += G[q, b, D - 1] * f_inverse[D - 1, j]
+            g[j * K + b] = s
     return determinant(f, D)
 
 
@@ -117,8 +118,10 @@ def spread(S, g, place, D, K, forces):
     """Add S g to the ``forces`` of a patch, shape (M, D)."""
     for e in range(K):
         for i in range(D):
-            for j in range(D):
-                forces[place[e], i] += S[i, j] * g[j * K + e]
+            s = S[i, 0] * g[e] + S[i, 1] * g[K + e]
+            if D == 3:
+                s += S[i, D - 1] * g[(D - 1) * K + e]
+            forces[place[e], i] += s
 
 
 @inlined

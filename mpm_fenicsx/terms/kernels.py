@@ -94,7 +94,8 @@ def compile_body_kernels(body, background, consistent):
         mean_changes=direct(specialise(f_bar.mean_changes, **size)),
         residual=direct(specialise(weakform.residual, **form, point_stress=point_stress)),
         add_pressure=direct(specialise(f_bar.add_pressure, D=D)),
-        tangent=direct(specialise(tangent, **form, point_tangent=point_tangent)),
+        tangent=direct(specialise(tangent, **form, point_tangent=point_tangent,
+                                  pull=specialise(weakform.pull, D=D, DD=D * D))),
         couple=direct(couple),
         energies=direct(specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D))),
         cauchy=specialise(weakform.cauchy, D=D, stress=stress))

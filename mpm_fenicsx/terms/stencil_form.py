@@ -14,11 +14,11 @@ from ..laws.algebra import determinant
 from .f_bar import StepGradients, by_mean_volume, deformed_gradients
 from .fields import Deformation, Patches, Quadrature
 from .newmark import Increment
-from .weakform import pull, time_of_law
+from .weakform import time_of_law
 
 D, K = 2, 9
 CONSISTENT, FBAR = True, False
-point_tangent = None
+point_tangent = pull = None
 
 
 class Present(NamedTuple):
@@ -121,7 +121,8 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     volume, _, bulk, push, pull_sums = patches
     dt, alpha, u = time_of_law(increment.dt), increment.alpha, increment.u
     P, A = np.empty(D * D + 1), np.empty((D * D + 1, D * D + 1))
-    half, B, y = np.empty((D, D, D, D)), np.empty((D, D, D, D)), np.empty((D, D * D))
+    half, turned, B = np.empty((D, D, D, D)), np.empty((D, D)), np.empty((D, D, D, D))
+    y = np.empty((D, D * D))
     forth, back, g = found = StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))
     present = Present(np.empty(K, np.int64), np.empty(K), np.empty((K, D)), np.empty(K, np.uint64),
                       np.empty(K, np.uint64))
@@ -136,10 +137,10 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
         if FBAR:
             grown = V0[q] * determinant(F_old[q], D) * F33_old[q]
             grown *= deformed_gradients(c, q, nodes, G, u, D, K, found)
-            pull(A, F[q], V0[q], D, half, B)
+            pull(A, F[q], V0[q], half, turned, B)
             bulk[c, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[c, 0] / volume[c, 0], D, forth, back)
         else:
-            pull(A, F_old[q], V0[q], D, half, B)
+            pull(A, F_old[q], V0[q], half, turned, B)
         count = find_present(N[q], g, nodes[c], offset, D, K, present)
         if FBAR:
             spread(forth, count, present, D, push[c])

@@ -16,7 +16,7 @@ the law; increment: see ``newmark``.
 """
 import numpy as np
 
-from ..compiled import inlined
+from ..compiled import inlined, multiply
 from ..grid.elements import PointElements
 from ..laws.algebra import determinant
 from .f_bar import (
@@ -32,6 +32,7 @@ from .fields import Deformation, Patches, Quadrature
 from .newmark import Increment
 
 D, K = 2, 4
+DD = 4  # D * D, of ``pull``
 CONSISTENT, FBAR = True, False
 point_stress = point_tangent = strain_energy = stress = None
 
@@ -91,25 +92,15 @@ def residual(points: Quadrature, elements: PointElements, old: Deformation, new:
                 R[cells[c, b], i] += force
 
 
-@inlined
-def pull(A, F, weight, D, half, B):
-    """B = weight F A F^T on the second and fourth index, one after the other."""
+def pull(A, F, weight, half, turned, B):
+    """B = weight F A F^T on the second and fourth index, one after the other. half, in the shape of B, and
+    turned (D, D): work."""
     for i in range(D):
         for j in range(D):
-            for k in range(D):
-                for n in range(D):
-                    s = 0.0
-                    for m in range(D):
-                        s += F[j, m] * A[i * D + m, k * D + n]
-                    half[i, j, k, n] = weight * s
+            turned[i, j] = weight * F[j, i]
+        multiply((D, D, DD), False, (half, i * D * DD, DD), (F, 0, D, 1), (A, i * D * (DD + 1), DD + 1))
     for i in range(D):
-        for j in range(D):
-            for k in range(D):
-                for m in range(D):
-                    s = 0.0
-                    for n in range(D):
-                        s += half[i, j, k, n] * F[m, n]
-                    B[i, j, k, m] = s
+        multiply((DD, D, D), False, (B, i * D * DD, D), (half, i * D * DD, D, 1), (turned, 0, D))
 
 
 def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: Deformation, patches: Patches,
@@ -117,10 +108,7 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     """Add the point's share to the element matrices Ke [N/m], shape (rows, K, D, D, K): Ke[c, b, k, i, e] is
     the derivative of the force on node e in direction i by the displacement of node b in direction k, the
     mean volume change held; with FBAR also to bulk[:, 1], push and pull. ``new`` and bulk[:, 0] are those of
-    the residual at u.
-
-    Sums in scalars and one flat index per element matrix: half the time of the same loops over small arrays.
-    """
+    the residual at u."""
     element, N, G, mass, V0 = points
     cells, row, patch, place = elements
     F_old, F33_old, old_state = old
@@ -129,10 +117,9 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     dt, alpha, u = time_of_law(increment.dt), increment.alpha, increment.u
     P = np.empty(D * D + 1)
     A = np.empty((D * D + 1, D * D + 1))
-    half = np.empty((D, D, D, D))
-    B = np.empty((D, D, D, D))
+    half, turned, B = np.empty((D, D, D, D)), np.empty((D, D)), np.empty((D, D, D, D))
     forth, back, g = found = StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))
-    w = np.empty(K)
+    y, w = np.empty(D * K), np.empty(K)
     for q in range(len(element)):
         F33[q] = point_tangent(params, F[q], F33[q], dt, old_state[q], new_state[q], P, A)
         c = element[q]
@@ -144,31 +131,20 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
             own = patch[c]
             grown = V0[q] * determinant(F_old[q], D) * F33_old[q]
             grown *= deformed_gradients(c, q, cells, G, u, D, K, found)
-            pull(A, F[q], V0[q], D, half, B)
+            pull(A, F[q], V0[q], half, turned, B)
             bulk[own, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[own, 0] / volume[own, 0], D, forth,
                                            back)
             spread(forth, g, place[c], D, K, push[own])
             spread(back, g, place[c], D, K, pull_sums[own])
         else:
-            pull(A, F_old[q], V0[q], D, half, B)
-        flat = Ke[row[c]].reshape(K * D * D * K)
-        start = 0
-        for b in range(K):
-            for k in range(D):
-                for i in range(D):
-                    y0 = y1 = y2 = 0.0
-                    for j in range(D):
-                        y0 += B[i, 0, k, j] * g[j * K + b]
-                        y1 += B[i, 1, k, j] * g[j * K + b]
-                        if D == 3:
-                            y2 += B[i, D - 1, k, j] * g[j * K + b]
-                    inertia = N[q, b] if i == k else 0.0
-                    for e in range(K):
-                        s = inertia * w[e] + g[e] * y0 + g[K + e] * y1
-                        if D == 3:
-                            s += g[(D - 1) * K + e] * y2
-                        flat[start + e] += s
-                    start += K
+            pull(A, F_old[q], V0[q], half, turned, B)
+        for k in range(D):
+            for i in range(D):
+                to = (Ke[row[c]], (k * D + i) * K, D * D * K)
+                multiply((D, D, K), False, (y, 0, K), (B, (i * D * D + k) * D, D * D, 1), (g, 0, K))
+                multiply((K, D, K), True, to, (y, 0, 1, K), (g, 0, K))
+                if CONSISTENT and i == k:
+                    multiply((K, 1, K), True, to, (N[q], 0, 1, 0), (w, 0, 0))
 
 
 def energies(mass, V0, v, now: Deformation, params):

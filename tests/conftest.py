@@ -10,6 +10,8 @@ import pytest
 
 from dem_liggghts import open_dem
 from mpm_dem_mpi import outside_mpi
+from tests import standing_ranks
+from tests.standing_ranks import StandingRanks
 
 OPEN_MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",  # as ./dev sets them
             "OMPI_MCA_rmaps_base_oversubscribe": "1",  # Open MPI 4
@@ -87,19 +89,23 @@ def start_process():
 def start_ranks(start_process):
     """``start_ranks(n, *words)``: a Python process with these words on each of n ranks, as a ``Popen``.
     Without mpirun the test is skipped, or fails when mpi is required."""
+    need_mpirun()
+    return lambda n, *words: start_process(*command_on(n, *words))
+
+
+def need_mpirun():
+    """Skip the test when mpirun is missing, or fail when mpi is required."""
     if shutil.which("mpirun") is None:
         (pytest.fail if "mpi" in os.environ.get("MPMDEM_REQUIRE", "") else pytest.skip)("mpirun is missing")
-    # Without what MPI tells the children of this process, or of the one that started it to run tests side by
-    # side.
-    env = outside_mpi()
+
+
+def command_on(n, *words):
+    """Command of a Python process with these words on each of n ranks, and its environment."""
+    env = outside_mpi()  # this process may be a rank, or the one that started it to run tests side by side
     env.update(PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1", **OPEN_MPI)
     # Not tied to cores: else ranks of tests side by side crowd on the first one.
     env.update(OMPI_MCA_hwloc_base_binding_policy="none")
-
-    def start(n, *words):
-        return start_process(["mpirun", "-n", str(n), sys.executable, *map(str, words)], env)
-
-    return start
+    return ["mpirun", "-n", str(n), sys.executable, *map(str, words)], env
 
 
 @pytest.fixture
@@ -110,6 +116,31 @@ def run_ranks(start_ranks):
         process = start_ranks(n, *words)
         out, err = process.communicate(timeout=timeout)
         return subprocess.CompletedProcess(words, process.returncode, out, err)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def standing(tmp_path_factory):
+    """``StandingRanks`` by their number, closed at the end."""
+    found = {}
+    yield found
+    for ranks in found.values():
+        ranks.close()
+
+
+@pytest.fixture
+def on_ranks(standing, tmp_path_factory, request):
+    """``on_ranks(n, code, *words)``: as ``run_ranks(n, "-c", code, *words)``, on ranks that stay, see
+    ``standing_ranks``. The code imports test files of its folder."""
+    need_mpirun()
+
+    def run(n, code, *words, timeout=240):
+        if n not in standing or not standing[n].stand:
+            folder = tmp_path_factory.mktemp(f"ranks{n}")
+            standing[n] = StandingRanks(n, folder, *command_on(n, standing_ranks.__file__, folder))
+        places = request.path.parent, request.config.rootpath
+        return standing[n].run(code, *words, places=places, timeout=timeout)
 
     return run
 

@@ -268,13 +268,13 @@ if solid.comm.rank == 0:
 @pytest.mark.mpi
 @pytest.mark.parametrize("kind", [pytest.param(kind, marks=pytest.mark.validation) for kind in
                                   ("plane", "gimp", "f_bar", "mesh", "space")])
-def test_ranks_give_what_one_gives(run_ranks, tmp_path, kind):
+def test_ranks_give_what_one_gives(on_ranks, tmp_path, kind):
     """Soil that is thrown at an elastic wall, on 1, 2 and 3 ranks, with new distributions of the grid on the
     way and a checkpoint from which the run goes on."""
     found = []
     for n in (1, 2, 3):
         path = str(tmp_path / f"{n}.npz")
-        done = run_ranks(n, "-c", RUN, path, kind)
+        done = on_ranks(n, RUN, path, kind)
         assert done.returncode == 0, done.stderr[-2000:]
         found.append(np.load(path))
     assert abs(found[0]["push"]).max() > 1000.0 and found[2]["rebalances"] > 0

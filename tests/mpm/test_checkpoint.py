@@ -314,11 +314,11 @@ if solid.comm.rank == 0:
 
 
 @pytest.fixture
-def run(run_ranks, tmp_path):
+def run(on_ranks, tmp_path):
     """``run(ranks, task, *words)``: what the program above found."""
     def call(ranks, task, *words):
         path = tmp_path / "state.h5"
-        done = run_ranks(ranks, "-c", RUN, task, path, *words)
+        done = on_ranks(ranks, RUN, task, path, *words)
         assert done.returncode == 0, done.stderr[-2000:]
         with np.load(f"{path}.{task}.npz") as found:
             return dict(found)

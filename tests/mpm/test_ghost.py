@@ -161,12 +161,10 @@ if solid.comm.rank == 0:
 
 
 @pytest.mark.validation
-def test_domains_reach_into_cells_of_other_ranks(tmp_path, run_ranks):
-    script = tmp_path / "turn.py"
-    script.write_text(RANKS)
+def test_domains_reach_into_cells_of_other_ranks(tmp_path, on_ranks):
     ends = []
     for ranks in (1, 3):
-        done = run_ranks(ranks, script, tmp_path / f"{ranks}.npz")
+        done = on_ranks(ranks, RANKS, tmp_path / f"{ranks}.npz")
         assert done.returncode == 0, done.stderr
         ends.append(np.load(tmp_path / f"{ranks}.npz"))
     one, three = ends

@@ -238,11 +238,11 @@ if solid.comm.rank == 0:
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("basis", ["gimp", pytest.param("linear", marks=pytest.mark.validation)])
-def test_ranks_book_the_same(basis, run_ranks, tmp_path):
+def test_ranks_book_the_same(basis, on_ranks, tmp_path):
     """The books close on two ranks while points travel and the grid is distributed anew, and are those of one
     to round-off."""
     path, one = tmp_path / "two.npz", {"__name__": "one"}
-    done = run_ranks(2, "-c", RANKS, path, basis)
+    done = on_ranks(2, RANKS, path, basis)
     assert done.returncode == 0, done.stderr[-2000:]
     exec(RANKS.replace("sys.argv", f"[None, {str(tmp_path / 'one.npz')!r}, {basis!r}]"), one)
     one["solid"].close()

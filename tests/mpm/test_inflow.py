@@ -1,5 +1,4 @@
 """Material that comes into a scene: as one piece, as much as the hydrograph says, booked, on any ranks."""
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -125,6 +124,7 @@ def test_soil_comes_with_the_stress_of_its_depth():
 
 
 RANKS = """
+import sys
 import numpy as np
 from test_inflow import *
 solid = flood()
@@ -153,14 +153,12 @@ else:
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("many", [2, pytest.param(3, marks=pytest.mark.validation)])
-def test_ranks_give_what_one_gives(run_ranks, tmp_path, many):
+def test_ranks_give_what_one_gives(on_ranks, tmp_path, many):
     """Points come on whichever rank has their cells, and travel on; a state from half way goes on."""
     found = []
     for ranks in (1, many):
         path = tmp_path / f"{ranks}.npz"
-        done = run_ranks(ranks, "-m", "mpi4py", "-c", "import sys; sys.path.insert(0, "
-                         f"{str(Path(__file__).parent)!r}){RANKS}", path, "-mpm_snes_rtol", "1e-11",
-                         "-mpm_snes_atol", "1e-9")
+        done = on_ranks(ranks, RANKS, path, "-mpm_snes_rtol", "1e-11", "-mpm_snes_atol", "1e-9")
         assert done.returncode == 0, done.stderr[-2000:]
         found.append(np.load(path))
     one, more = found

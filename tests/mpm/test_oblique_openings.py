@@ -1,5 +1,4 @@
 """Material that comes in and leaves obliquely to the grid: as along an axis of it."""
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -128,6 +127,7 @@ def test_bad_input_is_one_sentence(make, sentence):
 
 
 RANKS = """
+import sys
 import numpy as np
 from test_oblique_openings import *
 solid, at, axes = chute(float(sys.argv[2]), 3)
@@ -144,14 +144,12 @@ if solid.comm.rank == 0:
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("angle", [0, 30])
-def test_ranks_give_what_one_gives_in_space(run_ranks, tmp_path, angle):
+def test_ranks_give_what_one_gives_in_space(on_ranks, tmp_path, angle):
     """Both ranks have points."""
     found = []
     for ranks in (1, 2):
         path = tmp_path / f"{ranks}.npz"
-        done = run_ranks(ranks, "-m", "mpi4py", "-c", "import sys; sys.path.insert(0, "
-                         f"{str(Path(__file__).parent)!r}){RANKS}", path, angle, "-mpm_snes_rtol", "1e-11",
-                         "-mpm_snes_atol", "1e-9")
+        done = on_ranks(ranks, RANKS, path, angle, "-mpm_snes_rtol", "1e-11", "-mpm_snes_atol", "1e-9")
         assert done.returncode == 0, done.stderr[-2000:]
         found.append(np.load(path))
     one, two = found

@@ -1,6 +1,5 @@
 """Material that leaves the grid: it stops the run, is held at the edge or removed, and nothing is lost in the
 books."""
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -158,9 +157,8 @@ print("fine", MPI.COMM_WORLD.rank)
 
 
 @pytest.mark.mpi
-def test_books_are_the_same_on_every_rank(run_ranks):
-    done = run_ranks(2, "-m", "mpi4py", "-c", "import sys; sys.path.insert(0, "
-                     f"{str(Path(__file__).parent)!r}){RANKS}")
+def test_books_are_the_same_on_every_rank(on_ranks):
+    done = on_ranks(2, RANKS)
     assert done.returncode == 0 and done.stdout.count("fine") == 2, done.stdout + done.stderr
 
 

@@ -97,11 +97,11 @@ if solid.comm.rank == 0:
 
 
 @pytest.fixture
-def run(run_ranks, tmp_path):
+def run(on_ranks, tmp_path):
     """``run(ranks, code, *scenes)``: what the code, whose words are a path and scenes, saved of each one."""
     def call(ranks, code, *scenes):
         path = tmp_path / str(ranks)
-        done = run_ranks(ranks, "-c", code, path, *scenes)
+        done = on_ranks(ranks, code, path, *scenes)
         assert done.returncode == 0, done.stderr[-2000:]
         return [np.load(f"{path}{k}.npz") for k in range(len(scenes))]
 

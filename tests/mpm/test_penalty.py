@@ -330,7 +330,6 @@ def test_a_scene_without_conditions_carries_none(make_mpm):
 PARALLEL = """
 import sys
 import numpy as np
-sys.path[:0] = sys.argv[2:4]
 from mpi4py import MPI
 import conftest, test_penalty
 from mpm_fenicsx import MPM
@@ -347,12 +346,12 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
-def test_two_ranks_do_as_one(tmp_path, request, run_ranks):
+def test_two_ranks_do_as_one(tmp_path, on_ranks):
     """Up to the order of sums: 2e-16 m after 20 steps, measured."""
     results = []
     for ranks in (1, 2):
         out = tmp_path / f"{ranks}.npz"
-        done = run_ranks(ranks, "-c", PARALLEL, out, request.path.parent, request.config.rootpath)
+        done = on_ranks(ranks, PARALLEL, out)
         assert done.returncode == 0, done.stderr
         results.append(np.load(out))
     one, two = results

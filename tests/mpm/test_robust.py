@@ -301,12 +301,10 @@ if solid.comm.rank == 0:
 """
 
 
-def test_ranks_decide_together(tmp_path, run_ranks):
-    script = tmp_path / "cantilever.py"
-    script.write_text(RANKS)
+def test_ranks_decide_together(tmp_path, on_ranks):
     ends = []
     for ranks in (1, 2):
-        done = run_ranks(ranks, script, tmp_path / f"{ranks}.npz", 0)
+        done = on_ranks(ranks, RANKS, tmp_path / f"{ranks}.npz", 0)
         assert done.returncode == 0, done.stderr
         ends.append(np.load(tmp_path / f"{ranks}.npz"))
     one, two = ends

@@ -361,11 +361,11 @@ if solid.comm.rank == 0:
 @pytest.mark.mpi
 @pytest.mark.validation
 @pytest.mark.parametrize("cell", ["quadrilateral", "triangle"])
-def test_three_ranks_give_what_one_gives(run_ranks, tmp_path, cell):
+def test_three_ranks_give_what_one_gives(on_ranks, tmp_path, cell):
     results = []
     for n in (1, 3):
         path = tmp_path / f"{n}.npz"
-        done = run_ranks(n, "-c", RANKS, path, cell)
+        done = on_ranks(n, RANKS, path, cell)
         assert done.returncode == 0, done.stderr[-2000:]
         results.append(np.load(path))
     one, three = results

@@ -100,12 +100,10 @@ if solid.comm.rank == 0:
 @pytest.mark.parametrize("scene", [
     pytest.param(("2", "bspline", "apic"), id="bspline-apic", marks=pytest.mark.validation),
     pytest.param(("2", "linear", "tpic"), id="linear-tpic")])
-def test_ranks_give_what_one_gives(scene, run_ranks, tmp_path):
-    script = tmp_path / "spin.py"
-    script.write_text(RANKS)
+def test_ranks_give_what_one_gives(scene, on_ranks):
     found = []
     for n in (1, 2):
-        done = run_ranks(n, str(script), *scene)
+        done = on_ranks(n, RANKS, *scene)
         assert done.returncode == 0, done.stderr
         found.append(json.loads(done.stdout.splitlines()[-1]))
     assert found[1][0] == pytest.approx(found[0][0], rel=1e-5, abs=1e-8)

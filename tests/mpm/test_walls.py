@@ -117,7 +117,6 @@ def test_a_mirror_image_gives_the_mirror_image(wall, to_the_end):
 RANKS = """
 import sys
 import numpy as np
-sys.path[:0] = sys.argv[2:4]
 from mpm_fenicsx import MPM, Numerics
 import test_walls
 test_walls.Step.tolerance = 1e-12
@@ -136,12 +135,11 @@ if solid.comm.rank == 0:
 
 
 @pytest.mark.mpi
-def test_ranks_and_new_partitions_change_nothing_at_walls(tmp_path, request, run_ranks):
+def test_ranks_and_new_partitions_change_nothing_at_walls(tmp_path, on_ranks):
     one, two = [], []
     for ranks, found in ((1, one), (2, two)):
         out = tmp_path / f"{ranks}.npz"
-        done = run_ranks(ranks, "-c", RANKS, out, request.path.parent, request.config.rootpath,
-                         "-mpm_snes_rtol", "1e-12")
+        done = on_ranks(ranks, RANKS, out, "-mpm_snes_rtol", "1e-12")
         assert done.returncode == 0, done.stderr
         found.append(np.load(out))
     assert two[0]["ranks"] == 2 and two[0]["parts"] > 0 and one[0]["parts"] == one[0]["behind"] == two[0][

@@ -62,9 +62,10 @@ if solid.comm.rank == 0:
 """
 
 
-def test_window_mass_is_the_same_on_two_ranks(run_ranks, tmp_path):
+def test_window_mass_is_the_same_on_two_ranks(on_ranks, tmp_path):
     masses = []
     for n in (1, 2):
-        run_ranks(n, "-c", RANKS, tmp_path / f"{n}.npy")
+        done = on_ranks(n, RANKS, tmp_path / f"{n}.npy")
+        assert done.returncode == 0, done.stderr
         masses.append(np.load(tmp_path / f"{n}.npy"))
     assert masses[0].shape == (14,) and masses[1] == pytest.approx(masses[0], rel=1e-10)

@@ -103,8 +103,9 @@ def command_on(n, *words):
     """Command of a Python process with these words on each of n ranks, and its environment."""
     env = outside_mpi()  # this process may be a rank, or the one that started it to run tests side by side
     env.update(PYTHONPATH=str(Path(__file__).parents[1]), OMP_NUM_THREADS="1", **OPEN_MPI)
-    # Not tied to cores: else ranks of tests side by side crowd on the first one.
-    env.update(OMPI_MCA_hwloc_base_binding_policy="none")
+    # Not tied to cores: else ranks of tests side by side crowd on the first ones. Who waits lets others have
+    # its core: without that, two ranks on a busy machine spent ten times the processor time on an exchange.
+    env.update(OMPI_MCA_hwloc_base_binding_policy="none", OMPI_MCA_mpi_yield_when_idle="1")
     return ["mpirun", "-n", str(n), sys.executable, *map(str, words)], env
 
 

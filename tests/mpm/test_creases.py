@@ -245,7 +245,7 @@ MPM.rebalance_every = 5
 solid = test_creases.layer(60.0, 0.3)
 solid.numerics = Numerics(rebalance=1.05)
 forces = []
-for _ in range(100):
+for _ in range(40):
     solid.advance(2.5e-3)
     both = solid.comm.allreduce(test_creases.on_both(solid))
     forces.append([*solid.reaction("terrain_left"), *solid.reaction("terrain_rest"), both])
@@ -260,13 +260,13 @@ if solid.comm.rank == 0:
 @pytest.mark.mpi
 def test_ranks_change_nothing(tmp_path, on_ranks):
     found = []
-    for ranks in (1, 3):
+    for ranks in (1, 2):
         out = tmp_path / f"{ranks}.npz"
         done = on_ranks(ranks, RANKS, out, "-mpm_snes_rtol", "1e-12")
         assert done.returncode == 0, done.stderr
         found.append(np.load(out))
-    one, three = found
-    assert three["ranks"] == 3 and three["parts"] > 0 and one["forces"][:, -1].max() > 0
+    one, two = found
+    assert two["ranks"] == 2 and two["parts"] > 0 and one["forces"][:, -1].max() > 0
     for name in ("x", "v"):
-        np.testing.assert_allclose(three[name], one[name], rtol=0, atol=1e-10)
-    np.testing.assert_allclose(three["forces"], one["forces"], rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(two[name], one[name], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(two["forces"], one["forces"], rtol=1e-6, atol=1e-6)

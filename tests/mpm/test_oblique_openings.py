@@ -143,7 +143,7 @@ if solid.comm.rank == 0:
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("angle", [0, 30])
+@pytest.mark.parametrize("angle", [pytest.param(0, marks=pytest.mark.validation), 30])
 def test_ranks_give_what_one_gives_in_space(on_ranks, tmp_path, angle):
     """Both ranks have points."""
     found = []

@@ -45,8 +45,9 @@ def on_files(files, config):
 
 
 def _linked(page):
-    """Files that a page links to or shows."""
-    targets = [one or other for one, other in LINK.findall(page.read_text(encoding="utf-8"))]
+    """Files that a page links to or shows, but for those whose functions are on a page of their own."""
+    text = FUNCTION.sub("](", page.read_text(encoding="utf-8"))
+    targets = [one or other for one, other in LINK.findall(text)]
     return {path for target in targets if "://" not in target
             and (path := (page.parent / target).resolve()).is_file()}
 

@@ -65,10 +65,11 @@ def page(notebook: Any, name: str) -> Tuple[str, Dict[str, bytes]]:
             parts.append(cell.source)
             continue
         parts.append(f"```python\n{cell.source}\n```")
+        said = "".join(output["text"] for output in cell.outputs if output["output_type"] == "stream")
+        if said:
+            parts.append(f"```text\n{said.strip()}\n```")
         for output in cell.outputs:
-            if output["output_type"] == "stream":
-                parts.append(f"```text\n{output['text'].strip()}\n```")
-            elif "image/png" in output["data"]:
+            if "image/png" in output.get("data", {}):
                 alternative, picture = next(shown)
                 file = f"{name}_{len(files) + 1}.png"
                 files[file] = picture

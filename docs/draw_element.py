@@ -1,4 +1,4 @@
-"""The figure of docs/element.md: soils in the triaxial cell, drained and undrained, and fluids at three rates.
+"""The figure of docs/element.md: soils in the triaxial cell, drained and undrained, a fluid at three rates.
 
     python docs/draw_element.py
 """

@@ -29,6 +29,7 @@ from .grid.given import from_dolfinx  # noqa: E402
 from .laws import (  # noqa: E402
     LAWS,
     Law,
+    cam_clay,
     check_law,
     drucker_prager,
     herschel_bulkley,
@@ -65,7 +66,7 @@ __all__ = [  # a scene; how it is computed; laws; points; what is read off; erro
     "Penalty", "Raster", "Resampling", "SimplySupportedBeam", "Structure", "Support", "Terrain", "at_rest",
     "fall_room", "flow_grid", "from_dolfinx", "level_floor", "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS", "Settled",
-    "LAWS", "Law", "PATHS", "Soil", "Stage", "check_law", "drive", "drucker_prager",
+    "LAWS", "Law", "PATHS", "Soil", "Stage", "cam_clay", "check_law", "drive", "drucker_prager",
     "herschel_bulkley", "linear", "mohr_coulomb", "mu_i", "neo_hooke", "von_mises",
     "of_points", "seed",
     "FlowGauges",

@@ -26,16 +26,17 @@ With dt = 0 a law that flows at a rate does not flow: the stress is that of the 
 rate was at which it came about.
 
 region is ELASTIC, OPEN (separated) or a number of the law's own. The law's parameters include lam and mu
-[Pa].
+[Pa]. A law may have an elasticity, a hardening variable and an energy of its own: see ``hencky_law``.
 """
 import math
-from typing import Callable, NamedTuple
+from typing import Callable, Dict, NamedTuple, Optional
 
 import numpy as np
 
 from ..compiled import called
 from .algebra import cofactor, combine2, combine3, determinant, from_axes2, from_axes3, symmetric2, symmetric3
 from .law import Law
+from .plastic_parts import keep_nothing, linear_strains, plastic_strain_of
 
 STATE = np.dtype([
     ("plastic", np.float64, (3, 3)),  # Cp^-1 - 1, zero at the start
@@ -46,7 +47,7 @@ STATE = np.dtype([
 ELASTIC, OPEN = 0, 1
 
 D = 2  # fixed by specialise, as are the functions below
-return_map = moduli = None
+return_map = moduli = hardening_of = elastic_strains = keep_hardening = None
 
 
 @called
@@ -124,7 +125,7 @@ def from_axes(x, n, m):
         from_axes3(x, n, m)
 
 
-def remember(p, F33, old, new, m, e, t, region):
+def remember(F33, old, new, m, e, ee, t, region):
     """Fill ``new``: the elastic strains ee belong to the stresses t, the rest of e is plastic, on which the
     stresses at the end of the step work. Soil closes at a tension, or without work."""
     if region == ELASTIC and old.opened == 0.0:
@@ -134,8 +135,6 @@ def remember(p, F33, old, new, m, e, t, region):
         new.plastic_strain, new.opened = old.plastic_strain, 0.0
         new.plastic_work = old.plastic_work
         return
-    mean = p.lam / (3.0 * p.lam + 2.0 * p.mu) * (t[0] + t[1] + t[2])
-    ee = ((t[0] - mean) / (2.0 * p.mu), (t[1] - mean) / (2.0 * p.mu), (t[2] - mean) / (2.0 * p.mu))
     squares = (math.exp(2.0 * ee[0]), math.exp(2.0 * ee[1]), math.exp(2.0 * ee[2]))
     for i in range(D):
         if D == 2:
@@ -165,14 +164,17 @@ def stress(p, F, F33, dt, old, new, P):
     e = (_log_strain(squares[0]) + ahead, _log_strain(squares[1]) + ahead, _log_strain(squares[2]) + ahead)
     rank = _rank(e) if D == 2 else 2
     ordered = _sorted(e, rank)
-    t1, t2, t3, region = return_map(p, old.plastic_strain, dt, ordered[0], ordered[1], ordered[2])
+    t1, t2, t3, region = return_map(p, hardening_of(old), dt, ordered[0], ordered[1], ordered[2])
     t = _unsorted((t1, t2, t3), rank)
     for a in range(D):
         for b in range(D):
             P[a * D + b] = t[a] if a == b else 0.0
     from_axes(P, n, m)
     P[D * D] = t[2] / F33 if D == 2 else 0.0
-    remember(p, F33, old, new, m, e, t, region)
+    ee = elastic_strains(p, t)
+    remember(F33, old, new, m, e, ee, t, region)
+    volume = e[0] + e[1] + e[2] - ee[0] - ee[1] - ee[2] if region != ELASTIC else 0.0
+    keep_hardening(old, new, volume)
     return squares, n, m, ordered, rank, t, region
 
 
@@ -190,7 +192,7 @@ def tangent(p, F, F33, dt, old, new, P, A):
     term w = (t_a - t_b) / (l_a - l_b); with P = tau F^-T, A in the axes n, m is a_abcd - t_a delta_ad
     delta_bc."""
     squares, n, m, e, rank, t, region = stress(p, F, F33, dt, old, new, P)
-    rows = moduli(p, old.plastic_strain, dt, e[0], e[1], e[2], region)
+    rows = moduli(p, hardening_of(old), dt, e[0], e[1], e[2], region)
     d = _unsorted((_unsorted(rows[0], rank), _unsorted(rows[1], rank), _unsorted(rows[2], rank)), rank)
     last = D * D
     for i in range(last + 1):
@@ -223,11 +225,15 @@ def energy(p, F, F33, old):
 
 
 def hencky_law(name: str, params: NamedTuple, return_map: Callable, moduli: Callable,
-               symmetric: bool = True) -> Law:
-    """The law with these parameters and functions; ``symmetric`` if the moduli are."""
+               symmetric: bool = True, own: Optional[Dict[str, Callable]] = None) -> Law:
+    """The law with these parameters and functions; ``symmetric`` if the moduli are. own: functions in place
+    of ``plastic_strain_of`` ("hardening_of"), ``linear_strains`` ("elastic_strains") and ``keep_nothing``
+    ("keep_hardening")."""
+    shared = {"principal_axes": principal_axes, "from_axes": from_axes, "remember": remember,
+              "hardening_of": plastic_strain_of, "elastic_strains": linear_strains,
+              "keep_hardening": keep_nothing, **(own or {})}
     return Law(name, params, STATE, stress, tangent, energy, symmetric=symmetric, parts=(
-        ("principal_axes", principal_axes), ("from_axes", from_axes), ("remember", remember),
-        ("return_map", return_map), ("moduli", moduli)))
+        *shared.items(), ("return_map", return_map), ("moduli", moduli)))
 
 
 @called

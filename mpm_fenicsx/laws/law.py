@@ -103,7 +103,9 @@ def check_together(laws: Iterable[Law]) -> None:
 
 def bound(law: Law, template: Callable, D: int, within: str = "", **others: Any) -> Callable:
     """``template`` compiled for ``D`` dimensions with the law's parts; ``within``: name of the law that it is
-    part of, whose records are longer."""
+    part of, whose records are longer. What several laws share is compiled for each size of their records:
+    numba would take kernels of shorter ones for it, and warn."""
+    within = within or (f"{law.state.itemsize} bytes" if law.parts else "")
     constants: Dict[str, Any] = dict(D=D, WITHIN=within) if within else dict(D=D)
     parts: Dict[str, Callable] = {}
     for name, part in law.parts:

@@ -7,6 +7,7 @@ import numpy as np
 import mpm_dem_checks as check
 
 from ..laws import Law
+from ..laws.plastic_parts import strains_of
 
 
 def at_rest(top: float, rho: float, gravity: Any, ratio: float,
@@ -72,16 +73,11 @@ def put_stress(points: Any, law: Law, given: Callable) -> None:
     count as undeformed. ValueError for another law."""
     n = len(points.x)
     stress = check.values("stress of the body", given, (points.x,), (n, 3), (n, 3, 3), unit="Pa")
-    if "plastic" not in (law.state.names or ()):
-        raise ValueError(f"the law {law.name} cannot start with a stress: take one of the plastic ones")
-    p: Any = law.params
-    lam, mu = p.lam, p.mu
     axes = np.eye(3)
     if stress.ndim == 3:
         if np.abs(stress - np.swapaxes(stress, 1, 2)).max() > 1e-9 * np.abs(stress).max():
             raise ValueError("stress of the body has tensors that are not symmetric: give symmetric ones")
         stress, axes = np.linalg.eigh(stress)
-    mean = lam / (3.0 * lam + 2.0 * mu) * stress.sum(axis=1)
-    strain = (stress - mean[:, None]) / (2.0 * mu)
+    strain = strains_of(law, stress)
     points.state["plastic"] = (axes * np.expm1(2.0 * strain)[:, None, :]) @ np.swapaxes(axes, -1, -2)
     points.a[:] = 0.0

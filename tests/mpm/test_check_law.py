@@ -14,6 +14,8 @@ PARAMETERS = {"linear": dict(E=5e7, nu=0.3), "neo_hooke": dict(E=5e7, nu=0.3), "
               "drucker_prager": SOIL, "von_mises": dict(E=5e7, nu=0.3, yield_stress=1e5),
               "mu_i": dict(E=5e7, nu=0.3, mu_s=0.4, mu_2=0.65, I_0=0.28, grain_diameter=5e-4,
                            grain_density=2450.0),
+              "cam_clay": dict(friction_angle=25.0, compression=0.1, swelling=0.02, shear_modulus=2e6,
+                               preconsolidation=1e5),
               "herschel_bulkley": dict(bulk_modulus=1e6, consistency=20.0, yield_stress=50.0, exponent=0.4)}
 OTHERS = {"no cohesion": mohr_coulomb(5e7, 0.3, 30.0), "cone": drucker_prager(5e7, 0.3, 30.0, 30.0),
           "cut": mohr_coulomb(5e7, 0.2, 30.0, 5.0, 1e4, tension_cutoff=1e3),

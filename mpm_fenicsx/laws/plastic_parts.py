@@ -1,0 +1,45 @@
+"""What laws of ``hencky`` may have of their own: hardening and elasticity of those that have not."""
+from typing import Callable, Optional
+
+import numpy as np
+
+from ..compiled import specialise
+from .law import Law
+
+
+def plastic_strain_of(old):
+    """What ``return_map`` and ``moduli`` are told as hardening."""
+    return old.plastic_strain
+
+
+def keep_nothing(old, new, volume):
+    """The plastic strain is there already; volume: plastic strain of volume of the step."""
+
+
+def linear_strains(p, t):
+    """Elastic strains of the principal Kirchhoff stresses t, by Hencky's law with Lamé's parameters."""
+    mean = p.lam / (3.0 * p.lam + 2.0 * p.mu) * (t[0] + t[1] + t[2])
+    return (t[0] - mean) / (2.0 * p.mu), (t[1] - mean) / (2.0 * p.mu), (t[2] - mean) / (2.0 * p.mu)
+
+
+def _function(law: Law) -> Optional[Callable]:
+    for name, part in law.parts:
+        found = _function(part) if isinstance(part, Law) else part if name == "elastic_strains" else None
+        if found is not None:
+            return found
+    return None
+
+
+def strains_of(law: Law, stress: np.ndarray) -> np.ndarray:
+    """Elastic strains of principal stresses [Pa], shape (n, 3). ValueError for a law that cannot start with a
+    stress, and for a stress that it never has."""
+    function = _function(law)
+    if function is None:
+        raise ValueError(f"the law {law.name} cannot start with a stress: take one of the plastic ones")
+    function = specialise(function, D=2)
+    found = np.array([function(law.params, (t[0], t[1], t[2])) for t in stress.tolist()]).reshape(-1, 3)
+    bad = ~np.isfinite(found).all(axis=1)
+    if bad.any():
+        raise ValueError(f"the law {law.name} has no state with the principal stresses "
+                         f"{stress[bad][0].tolist()} Pa: give others")
+    return found

@@ -108,13 +108,16 @@ def _flow(p, P_c, volume, q):
             low = share
         else:
             high = share
-        step = value / (slope * full) if slope * full != 0.0 else 0.0
-        following = share - step
-        if not low < following < high:
-            following = 0.5 * (low + high)
-        change, share = following - share, following
-        if abs(change) <= 1e-9:  # converging quadratically, it is exact then
-            break
+        step = value / (slope * full) if slope * full != 0.0 else 2.0
+        size = min(share, 1.0 - share)
+        if low <= share - step <= high:
+            share -= step
+            if abs(step) <= 1e-8 * size:  # converging quadratically, it is exact then
+                break
+        else:
+            share = 0.5 * (low + high)
+            if high - low <= 1e-16:
+                break
     return share * full
 
 

@@ -163,6 +163,33 @@ def taylor_rate():
 
 
 @pytest.fixture
+def check_matrix(taylor_rate):
+    """``check_matrix(solid, random, size, h)``: at random displacements of up to ``size`` [m] the matrix of a
+    step is the derivative of its residual, seen at ``h`` times such a displacement, and symmetric. All that
+    makes a kink must be farther away than that."""
+    def check(solid, random, size, h):
+        solid._locate()
+        step, trials = solid.step, []
+        step.begin(0.02, 0.0, np.zeros((0, 2)))
+        shape, active = (step.active_cells.node.size, 2), np.repeat(step.active, 2)
+        u, du = np.where(step.active[:, None], random.uniform(-size, size, (2, *shape)), 0.0)
+
+        def residual(x):
+            r = np.empty(shape)
+            trials.append(step.equations.residual(x, r))
+            return r.ravel()[active]
+
+        assert np.isfinite(residual(u)).all()
+        step.newton.make_tangent(trials[0])
+        K = step.active_cells.matrix.convert("dense").getDenseArray()[np.ix_(active, active)]
+        rate = taylor_rate(lambda s: residual(u + s * du), K @ du.ravel()[active], h=h)
+        assert rate == pytest.approx(2.0, abs=0.05)
+        np.testing.assert_allclose(K, K.T, rtol=0, atol=1e-14 * abs(K).max())
+
+    return check
+
+
+@pytest.fixture
 def options():
     """``options(snes_rtol=1e-12, …)``: PETSc options of the MPM, taken back at the end of the test."""
     database, names = PETSc.Options("mpm_"), []

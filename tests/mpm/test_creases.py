@@ -4,6 +4,7 @@ import pytest
 
 from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, Structure, Terrain, linear
 from mpm_fenicsx.terms import springs
+from tests.mpm.travelling import on_one_and_more
 
 G, H, DT = 9.81, 0.05, 2.5e-3
 SOIL, SAND = linear(1e6, 0.3), LAWS["mohr_coulomb"](1e6, 0.3, 35.0, 0.0, cohesion=0.0)
@@ -193,29 +194,13 @@ def loaded():
     return solid, random
 
 
-def test_matrix_is_the_derivative_of_the_residual(taylor_rate):
+def test_matrix_is_the_derivative_of_the_residual(check_matrix):
     """Away from the kinks, with points that have two feet."""
     solid, random = loaded()
-    solid._locate()
-    step = solid.step
-    step.begin(0.02, 0.0, np.zeros((0, 2)))
-    shape = step.active_cells.node.size, 2
-    u, du = np.where(step.active[:, None], random.uniform(-1e-3, 1e-3, (2, *shape)), 0.0)
-
-    def residual(x):
-        r = np.empty(shape)
-        trials.append(step.equations.residual(x, r))
-        return r[step.active].ravel()
-    trials, active = [], np.repeat(step.active, 2)
-    residual(u)
-    step.newton.make_tangent(trials[0])
-    K = step.active_cells.matrix.convert("dense").getDenseArray()[np.ix_(active, active)]
+    check_matrix(solid, random, 1e-3, 1e-4)
     kinds = solid.points.wall_status
     assert set(np.unique(kinds % springs.CLOSED)) >= {springs.FREE, springs.STICK}
     assert kinds.max() > springs.CLOSED + 1 and (kinds >= springs.CLOSED).all(axis=1).sum() >= 1
-    rate = taylor_rate(lambda s: residual(u + s * du), K @ du[step.active].ravel(), h=1e-4)
-    assert rate == pytest.approx(2.0, abs=0.05)
-    np.testing.assert_allclose(K, K.T, rtol=0, atol=1e-14 * abs(K).max())
 
 
 def test_state_continues_bit_for_bit():
@@ -236,37 +221,19 @@ def test_state_continues_bit_for_bit():
 
 RANKS = """
 import sys
-import numpy as np
-from mpm_fenicsx import MPM, Numerics
-from mpm_fenicsx.solve.step import Step
 import test_creases
-Step.tolerance = 1e-12
-MPM.rebalance_every = 5
-solid = test_creases.layer(60.0, 0.3)
-solid.numerics = Numerics(rebalance=1.05)
-forces = []
-for _ in range(40):
-    solid.advance(2.5e-3)
+from tests.mpm.travelling import travel
+
+def look(solid):
     both = solid.comm.allreduce(test_creases.on_both(solid))
-    forces.append([*solid.reaction("terrain_left"), *solid.reaction("terrain_rest"), both])
-gather = lambda values: np.concatenate(solid.comm.allgather(values))
-order, parts = np.argsort(gather(solid.points.gid)), len(solid.rebalances)
-x, v = gather(solid.points.x)[order], gather(solid.points.v)[order]
-if solid.comm.rank == 0:
-    np.savez(sys.argv[1], x=x, v=v, forces=forces, parts=parts, ranks=solid.comm.size)
+    return [*solid.reaction("terrain_left"), *solid.reaction("terrain_rest"), both]
+
+travel(sys.argv[1], lambda: test_creases.layer(60.0, 0.3), 40, look=look)
 """
 
 
 @pytest.mark.mpi
 def test_ranks_change_nothing(tmp_path, on_ranks):
-    found = []
-    for ranks in (1, 2):
-        out = tmp_path / f"{ranks}.npz"
-        done = on_ranks(ranks, RANKS, out, "-mpm_snes_rtol", "1e-12")
-        assert done.returncode == 0, done.stderr
-        found.append(np.load(out))
-    one, two = found
-    assert two["ranks"] == 2 and two["parts"] > 0 and one["forces"][:, -1].max() > 0
-    for name in ("x", "v"):
-        np.testing.assert_allclose(two[name], one[name], rtol=0, atol=1e-10)
-    np.testing.assert_allclose(two["forces"], one["forces"], rtol=1e-6, atol=1e-6)
+    one, two = on_one_and_more(on_ranks, tmp_path, RANKS, 2)
+    assert one["looks"][:, -1].max() > 0
+    np.testing.assert_allclose(two["looks"], one["looks"], rtol=1e-6, atol=1e-6)

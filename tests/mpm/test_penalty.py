@@ -237,28 +237,13 @@ def loaded_problem(make_mpm, grid=None, **changes):
     return solid, random
 
 
-def test_matrix_is_the_derivative_of_the_residual(make_mpm, taylor_rate):
+def test_matrix_is_the_derivative_of_the_residual(make_mpm, check_matrix):
     """Away from the kinks, for all kinds of springs at once; the springs keep the matrix symmetric."""
     solid, random = loaded_problem(make_mpm)
-    step = solid.step
-    step.begin(0.02, 0.0, np.zeros((0, 2)))
-    shape = step.active_cells.node.size, 2
-    u, du = np.where(step.active[:, None], random.uniform(-1e-2, 1e-2, (2, *shape)), 0.0)
-
-    def residual(x):
-        r = np.empty(shape)
-        trials.append(step.equations.residual(x, r))
-        return r.ravel()
-    trials = []
-    start = residual(u)
-    step.newton.make_tangent(trials[0])
-    K = step.active_cells.matrix.convert("dense").getDenseArray().copy()
+    check_matrix(solid, random, 1e-2, 1e-3)
     kinds = np.concatenate([penalty.points.status for penalty in solid.penalties])
-    rate = taylor_rate(lambda s: residual(u + s * du), K @ du.ravel(), h=1e-3)
-    assert set(kinds % springs.CLOSED).issuperset({springs.FREE,
-                                                   springs.STICK}) and kinds.max() > springs.CLOSED + 1
-    assert rate == pytest.approx(2.0, abs=0.05) and np.isfinite(start).all()
-    np.testing.assert_allclose(K, K.T, rtol=0, atol=1e-14 * abs(K).max())
+    assert set(kinds % springs.CLOSED).issuperset({springs.FREE, springs.STICK})
+    assert kinds.max() > springs.CLOSED + 1
 
 
 @pytest.mark.parametrize("D", [2, 3])

@@ -4,6 +4,7 @@ import pytest
 
 from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Numerics, Penalty, Support
 from mpm_fenicsx.terms import springs
+from tests.mpm.travelling import on_one_and_more
 
 G = 9.81
 DT = 2e-3
@@ -175,30 +176,13 @@ def loaded(make_mpm, basis="linear", cell="quadrilateral"):
 
 
 @pytest.mark.parametrize("cell, basis", BASES)
-def test_matrix_is_the_derivative_of_the_residual(make_mpm, taylor_rate, cell, basis):
+def test_matrix_is_the_derivative_of_the_residual(make_mpm, check_matrix, cell, basis):
     """Away from the kinks, for all that a point can do; the springs keep the matrix symmetric."""
     solid, random = loaded(make_mpm, basis, cell)
-    step = solid.step
-    solid._locate()
-    step.begin(0.02, 0.0, np.zeros((0, 2)))
-    step = solid.step
-    shape = step.active_cells.node.size, 2
-    u, du = np.where(step.active[:, None], random.uniform(-1e-3, 1e-3, (2, *shape)), 0.0)
-
-    def residual(x):
-        r = np.empty(shape)
-        trials.append(step.equations.residual(x, r))
-        return r.ravel()
-    trials = []
-    residual(u)
-    step.newton.make_tangent(trials[0])
-    K = step.active_cells.matrix.convert("dense").getDenseArray().copy()
+    check_matrix(solid, random, 1e-3, 1e-4)
     kinds = solid.points.wall_status
     assert set(np.unique(kinds % springs.CLOSED)) >= {springs.FREE, springs.STICK}
     assert kinds.max() > springs.CLOSED + 1 and (kinds.max(axis=0) > 0).all()
-    rate = taylor_rate(lambda s: residual(u + s * du), K @ du.ravel(), h=1e-4)
-    assert rate == pytest.approx(2.0, abs=0.05)
-    np.testing.assert_allclose(K, K.T, rtol=0, atol=1e-14 * abs(K).max())
 
 
 @pytest.mark.parametrize("cell, basis", BASES)
@@ -282,23 +266,12 @@ def test_state_continues_bit_for_bit():
 
 RANKS = """
 import sys
-import numpy as np
-from mpm_fenicsx import MPM, Numerics
-from mpm_fenicsx.solve.step import Step
 import test_surface_contact
-Step.tolerance = 1e-12
-MPM.rebalance_every = 5
-solid = test_surface_contact.thrown(test_surface_contact.corner(), basis=sys.argv[2])
-solid.numerics = Numerics(rebalance=1.05, basis=sys.argv[2])
-forces = []
-for _ in range(40):
-    solid.advance(2.5e-3)
-    forces.append([solid.reaction("wall"), solid.reaction("floor")])
-gather = lambda values: np.concatenate(solid.comm.allgather(values))
-order, parts = np.argsort(gather(solid.points.gid)), len(solid.rebalances)
-x, v = gather(solid.points.x)[order], gather(solid.points.v)[order]
-if solid.comm.rank == 0:
-    np.savez(sys.argv[1], x=x, v=v, forces=forces, parts=parts, ranks=solid.comm.size)
+from tests.mpm.travelling import travel
+
+basis = sys.argv[2]
+travel(sys.argv[1], lambda: test_surface_contact.thrown(test_surface_contact.corner(), basis=basis), 40,
+       look=lambda solid: [solid.reaction("wall"), solid.reaction("floor")], basis=basis)
 """
 
 
@@ -306,17 +279,9 @@ if solid.comm.rank == 0:
 @pytest.mark.validation
 @pytest.mark.parametrize("basis", ["linear", "ugimp"])
 def test_ranks_change_nothing(tmp_path, on_ranks, basis):
-    found = []
-    for ranks in (1, 3):
-        out = tmp_path / f"{ranks}.npz"
-        done = on_ranks(ranks, RANKS, out, basis, "-mpm_snes_rtol", "1e-12")
-        assert done.returncode == 0, done.stderr
-        found.append(np.load(out))
-    one, three = found
-    assert three["ranks"] == 3 and three["parts"] > 0 and (abs(one["forces"]).max(axis=(0, 2)) > 10).all()
-    for name in ("x", "v"):
-        np.testing.assert_allclose(three[name], one[name], rtol=0, atol=1e-10)
-    np.testing.assert_allclose(three["forces"], one["forces"], rtol=1e-6, atol=1e-6)
+    one, three = on_one_and_more(on_ranks, tmp_path, RANKS, 3, basis)
+    assert (abs(one["looks"]).max(axis=(0, 2)) > 10).all()
+    np.testing.assert_allclose(three["looks"], one["looks"], rtol=1e-6, atol=1e-6)
 
 
 LINE = Interface.line((0.0, 0.0), (1.0, 0.0), 4)

@@ -12,6 +12,7 @@ from mpm_fenicsx.scene.refine import divide
 from mpm_fenicsx.solve.step import Step
 from mpm_fenicsx.terms.behind import BEHIND, FRONT, THROUGH
 from mpm_fenicsx.terms.wall_surfaces import find_rim
+from tests.mpm.travelling import on_one_and_more
 
 SOIL = LAWS["mohr_coulomb"](2e5, 0.3, 20.0, 0.0, 0.0)
 
@@ -116,36 +117,19 @@ def test_a_mirror_image_gives_the_mirror_image(wall, to_the_end):
 
 RANKS = """
 import sys
-import numpy as np
-from mpm_fenicsx import MPM, Numerics
 import test_walls
-test_walls.Step.tolerance = 1e-12
-MPM.rebalance_every = 5
+from tests.mpm.travelling import travel
+
 floor = test_walls.GridWall(lambda x: abs(x[:, 1]) < 1e-9, "+y", 0.3, True, name="floor")
-solid = test_walls.thrown([test_walls.line(2.0, friction=0.3), floor], (3.0, -1.0))
-solid.numerics = Numerics(rebalance=1.05)
-for _ in range(30):
-    solid.advance(2.5e-3)
-gather = lambda values: np.concatenate(solid.comm.allgather(values))
-order, parts = np.argsort(gather(solid.points.gid)), len(solid.rebalances)
-x, v, behind = gather(solid.points.x)[order], gather(solid.points.v)[order], sum(solid.behind().values())
-if solid.comm.rank == 0:
-    np.savez(sys.argv[1], x=x, v=v, parts=parts, behind=behind, ranks=solid.comm.size)
+travel(sys.argv[1], lambda: test_walls.thrown([test_walls.line(2.0, friction=0.3), floor], (3.0, -1.0)), 30,
+       look=lambda solid: sum(solid.behind().values()))
 """
 
 
 @pytest.mark.mpi
 def test_ranks_and_new_partitions_change_nothing_at_walls(tmp_path, on_ranks):
-    one, two = [], []
-    for ranks, found in ((1, one), (2, two)):
-        out = tmp_path / f"{ranks}.npz"
-        done = on_ranks(ranks, RANKS, out, "-mpm_snes_rtol", "1e-12")
-        assert done.returncode == 0, done.stderr
-        found.append(np.load(out))
-    assert two[0]["ranks"] == 2 and two[0]["parts"] > 0 and one[0]["parts"] == one[0]["behind"] == two[0][
-        "behind"] == 0
-    for name in ("x", "v"):
-        np.testing.assert_allclose(two[0][name], one[0][name], rtol=0, atol=1e-10)
+    one, two = on_one_and_more(on_ranks, tmp_path, RANKS, 2)
+    assert one["looks"][-1] == two["looks"][-1] == 0
 
 
 @pytest.mark.parametrize("lower", [0.0, 0.1, -0.3])

@@ -148,7 +148,7 @@ class Body:
             put("cell", self.shape.cell)
         elif not isinstance(self.shape, Cloud):
             raise ValueError("the shape of a body is a Box, a Mesh or a Cloud, not "
-                             f"{check.shown(self.shape)}: give one")
+                             f"{check.shown(self.shape)}: give one; from_dolfinx makes a Mesh of dolfinx's")
         check_declared(self.law)
         put("rho", check.positive("rho", self.rho, "kg/m^3", "the density must be positive"))
         put("thickness", check.positive("thickness", self.thickness, "m", "it must be positive"))

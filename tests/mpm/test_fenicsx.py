@@ -226,6 +226,8 @@ def test_what_is_no_mesh_for_the_scene_is_refused():
         from_dolfinx(square, facet_tags=meshtags(square, 2, one, one))
     with pytest.raises(ValueError, match="name 'soil' stands for the value 4 in cell_tags; they have 0"):
         from_dolfinx(square, meshtags(square, 2, one, one), names={"soil": (2, 4), "floor": (1, 2)})
+    with pytest.raises(ValueError, match="give one; from_dolfinx makes a Mesh of dolfinx's"):
+        Body(square, law=linear(E=1e6, nu=0.3), rho=1600.0, cells=None, points=1)
 
 
 @needs_compiler

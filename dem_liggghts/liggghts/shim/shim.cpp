@@ -16,8 +16,6 @@
 #include <string>
 #include <vector>
 
-#include <unistd.h>
-
 #include "atom_vec.h"
 #include "bins.h"
 #include "bodies.h"

@@ -1,6 +1,6 @@
 """Boulders in a flow strike a barrier: dry soil and rocks run down a chute of 35 degrees.
 
-    python boulders.py                  a quarter of a minute
+    python boulders.py                  a minute or two
     python boulders.py h=0.03 dt=5e-4   finer
 """
 import numpy as np

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from petsc4py import PETSc
 
+from mpm_fenicsx.command_line import words
 from mpm_fenicsx.solve import options
 
 ROOT = Path(__file__).parents[2]
@@ -76,6 +77,7 @@ def test_options_are_known_wherever_they_come_from(tmp_path):
     (tmp_path / ".petscrc").write_text("-mpm_snes_stol 1e-20\n-mpm_nonsense 3\n-other 4\n")
     code = """
 import os
+from mpm_fenicsx.command_line import words
 from mpm_fenicsx.solve import options
 from petsc4py import PETSc
 options.solvers._default(PETSc.Options("mpm_"), pc_hypre_type="boomeramg")
@@ -91,3 +93,11 @@ print(options.used(), options.unused(), sep=";")
     used, unused = map(eval, done.stdout.split(";"))
     assert used == {"-mpm_snes_stol": "1e-20", "-mpm_snes_rtol": "1e-9", "-mpm_snes_max_it": "7"}, done.stderr
     assert unused == ["-mpm_typo", "-mpm_nonsense"]
+
+
+def test_the_words_of_a_notebooks_kernel_are_not_ours(monkeypatch):
+    kernel = ["ipykernel_launcher.py", "-f", "kernel.json"]
+    monkeypatch.setattr(sys, "argv", kernel)
+    assert options.unused() == ["-f"] and words() == kernel
+    monkeypatch.setitem(sys.modules, "ipykernel", object())
+    assert options.unused() == [] and words() == kernel[:1]

@@ -21,6 +21,8 @@ stretches were thrown from the floor; measured, the energy of a column rose by a
 """
 import numpy as np
 
+from mpm_dem_direct import direct
+
 from ..compiled import specialise
 from ..points.moments import wrenches
 from ..points.points import surface_distances, surface_shares
@@ -78,11 +80,11 @@ class SurfaceContact:
         smooth, D = background.basis.smooth, self._dim
         size = dict(D=D, K=background.basis.nodes(D, background.cells.shape[1]))
         self._find = {most: foot_finder(D, most) for most in {one.most for one in self._creases}}
-        self._foot_basis, self._follow, self._spread = (
-            specialise(kernel, **size) for kernel in (foot_basis, follow, spread_feet))
-        self._tangent = specialise(tangent, **size, SMOOTH=smooth,
-                                   spring_matrix=specialise(spring_matrix, D=D))
-        self._respond = specialise(respond, D=D, K=1)
+        self._foot_basis = specialise(foot_basis, **size)
+        self._follow, self._spread = (direct(specialise(kernel, **size)) for kernel in (follow, spread_feet))
+        self._tangent = direct(specialise(tangent, **size, SMOOTH=smooth,
+                                          spring_matrix=specialise(spring_matrix, D=D)))
+        self._respond = direct(specialise(respond, D=D, K=1))
 
     def _find_feet(self):
         """``Feet`` of all walls, and the wall of each."""

@@ -6,7 +6,7 @@ import mpm_dem_checks as check
 
 Kind = Literal["linear", "gimp", "ugimp", "bspline"]
 BASES = get_args(Kind)
-Solver = Literal["auto", "direct", "cholesky", "lu", "cg", "gmres", "gamg", "hypre"]
+Solver = Literal["auto", "direct", "cholesky", "lu", "cg", "gmres", "jacobi", "gamg", "hypre"]
 SOLVERS = get_args(Solver)
 Transfer = Literal["newmark", "apic", "tpic"]
 TRANSFERS = get_args(Transfer)

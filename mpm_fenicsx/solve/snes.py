@@ -72,15 +72,17 @@ class Newton:
 
     def choose_solver(self):
         """Defaults for the tangent that is in the matrix, then the user's options. Does nothing when called
-        again."""
-        if self.preset:
-            return
+        again, unless the tangent has become too stiff for its diagonal as preconditioner."""
         name, tangents = self._solver, self._tangents
+        stiffness = tangents.now.stiffness_over_inertia
+        outgrown = name == "auto" and self.preset == "jacobi" and stiffness > 2.0 * solvers.LIGHT
+        if self.preset and not outgrown:
+            return
         if name == "auto":
-            fresh, stiffness = tangents.by_user or tangents.plastic, tangents.now.stiffness_over_inertia
+            fresh, lumped = tangents.by_user or tangents.plastic, self._equations.known.lumped is not None
             wide = solvers.is_wide(self.snes.getKSP().getOperators()[0])
             name = solvers.automatic(self.u.getSize(), self._shape[1], self._symmetric, fresh, stiffness,
-                                     wide)
+                                     wide, lumped)
         self.preset = name
         self._configure(self._symmetric, self.snes)
 

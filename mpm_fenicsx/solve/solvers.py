@@ -6,14 +6,16 @@
     cg        conjugate gradients, incomplete Cholesky factors on each rank (with a smooth basis in space
               successive over-relaxation)
     gmres     the same for tangents that are not symmetric, with incomplete LU factors
+    jacobi    conjugate gradients (gmres) with the diagonal alone, to 1e-3 only: where inertia is lumped and
+              dominates, and the tangent changes with the load, so that Newton's method iterates anyhow
     gamg      conjugate gradients (gmres) with algebraic multigrid that knows the rigid-body modes
     hypre     conjugate gradients (gmres) with hypre's algebraic multigrid
     auto      direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept, FRESH_UP_TO where
               it is made
-              in every iteration; beyond that cg (gmres) where inertia dominates the tangent, gamg where
-              stiffness does
+              in every iteration; beyond that cg (gmres) where inertia dominates the tangent, jacobi while it
+              does by far, gamg where stiffness does
 
-Iterative ones stop at -mpm_ksp_rtol 1e-8. On several ranks direct solves systems below REDUNDANT_UP_TO
+Other iterative ones stop at -mpm_ksp_rtol 1e-8. On several ranks direct solves systems below REDUNDANT_UP_TO
 unknowns whole on each rank (-mpm_pc_type redundant). docs/solvers.md says which one does what."""
 from petsc4py import PETSc
 
@@ -30,6 +32,8 @@ FRESH_UP_TO = {2: 20_000, 3: 3_000}
 # preconditioner.
 WIDE, WIDE_DIRECT_UP_TO, WIDE_FRESH_UP_TO = 100, 20_000, 200
 REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
+# of plastic bodies with lumped inertia: stiffness over inertia up to which the diagonal preconditions best
+LIGHT = 0.5
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
 # before an option's name: PETSc's own store keeps under that name what a preset has put in
 PRESET = "preset_"
@@ -58,12 +62,15 @@ def is_wide(matrix):
     return matrix.getInfo()["nz_used"] > WIDE * matrix.getSize()[0]
 
 
-def automatic(size, dim, symmetric, fresh, stiffness, wide=False):
+def automatic(size, dim, symmetric, fresh, stiffness, wide=False, lumped=False):
     """The preset that suits ``size`` unknowns in ``dim`` dimensions. fresh: the tangent is made in every
-    iteration; stiffness: how many times as much stiffness as inertia it has; wide: see ``is_wide``."""
+    iteration; stiffness: how many times as much stiffness as inertia it has; wide: see ``is_wide``; lumped:
+    so is the inertia."""
     kept, made = (WIDE_DIRECT_UP_TO, WIDE_FRESH_UP_TO) if wide else (DIRECT_UP_TO[dim], FRESH_UP_TO[dim])
     if size <= (made if fresh and stiffness <= STIFF else kept):
         return "direct"
+    if fresh and lumped and not wide and stiffness <= LIGHT:
+        return "jacobi"
     return "gamg" if stiffness > STIFF else "cg" if symmetric else "gmres"
 
 
@@ -76,7 +83,7 @@ def configure(ksp, prefix, name, coordinates, symmetric):
         _factorise(ksp, options, asked or name, symmetric)
     else:
         ksp.setType("cg" if symmetric and name != "gmres" else "gmres")
-        ksp.setTolerances(rtol=1e-8)
+        ksp.setTolerances(rtol=1e-3 if name == "jacobi" else 1e-8)
         simple = "sor" if is_wide(ksp.getOperators()[0]) else "bjacobi"
         _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), coordinates)
 

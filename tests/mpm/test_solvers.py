@@ -27,7 +27,8 @@ def motion(solid, dt=0.01, steps=3):
 
 @pytest.mark.parametrize("solver, described", [
     ("direct", CHOLESKY), ("cholesky", CHOLESKY), ("lu", LU), ("cg", "cg, bjacobi"),
-    ("gmres", "gmres, bjacobi"), ("gamg", "cg, gamg"), pytest.param("hypre", "cg, hypre", marks=HYPRE)])
+    ("gmres", "gmres, bjacobi"), ("jacobi", "cg, jacobi"), ("gamg", "cg, gamg"),
+    pytest.param("hypre", "cg, hypre", marks=HYPRE)])
 def test_every_solver_gives_the_same_motion(make_mpm, options, solver, described):
     options(snes_rtol=1e-12, snes_atol=1e-12)
     automatic, solid = make_mpm(**BLOCK), make_mpm(**BLOCK, numerics=Numerics(solver))
@@ -44,6 +45,17 @@ def test_a_tangent_that_is_not_symmetric(make_mpm, options, solver, described):
     solid = make_mpm(**BLOCK, **SOIL, numerics=Numerics(solver))
     assert np.abs(motion(solid) - motion(make_mpm(**BLOCK, **SOIL, numerics=Numerics("lu")))).max() < 1e-11
     assert described in solid.step.newton.describe()
+
+
+def test_the_diagonal_preconditions_soil_while_inertia_dominates(make_mpm, monkeypatch):
+    monkeypatch.setattr(solvers, "FRESH_UP_TO", {2: 0, 3: 0})
+    solid = make_mpm(**{**BLOCK, **SOIL, "velocity": lambda x: 0.1 * x[:, ::-1]})
+    motion(solid, dt=1e-4, steps=1)
+    assert solid.step.tangents.now.stiffness_over_inertia < solvers.LIGHT
+    assert "gmres, jacobi" in solid.step.newton.describe()
+    motion(solid, dt=0.03, steps=1)
+    assert solid.step.tangents.now.stiffness_over_inertia > 2.0 * solvers.LIGHT
+    assert "gmres, bjacobi" in solid.step.newton.describe()
 
 
 def test_one_preset_leaves_nothing_behind_for_the_next(make_mpm, options):
@@ -75,6 +87,9 @@ def test_the_automatic_choice():
     assert [solvers.automatic(n, 3, stiffness=1.0, **fresh) for n in (3_000, 3_001)] == ["direct", "cg"]
     assert solvers.automatic(3_001, 3, stiffness=1e3, **fresh) == "direct"
     assert solvers.automatic(30_000, 2, symmetric=False, fresh=True, stiffness=1.0) == "gmres"
+    light = dict(symmetric=False, stiffness=0.5)
+    assert solvers.automatic(30_000, 3, fresh=True, lumped=True, **light) == "jacobi"
+    assert solvers.automatic(30_000, 3, fresh=True, lumped=False, **light) == "gmres"
 
 
 @pytest.mark.parametrize("solver, law, sentence", [

@@ -22,11 +22,13 @@ class Structure:
     name: of its forces; x: vertices [m], shape (n, dim); elements, shape (m, dim): segments a→b with the
     outside on their left, or triangles that run counter-clockwise seen from outside; a closed surface that is
     inside out is turned. friction: Coulomb's coefficient with the soil [-], one, or one of each element,
-    shape (m,). motion: displacement of the vertices since the start [m] as a function of time [s], shape
-    (dim,) or (n, dim), zero at the start, see ``moving`` and ``turning``. cell: number of the force cell of
-    each element, shape (m,), from 0 on; None: the whole is one. stiffness: of its contact with the soil per
-    area [Pa/m], see ``Penalty``. material: its name in the DEM; None: that of the structure. names: of the
-    force cells, which go behind that of the structure ("bed_ice"); None: they are numbered from 1 on.
+    shape (m,). xi: Voellmy's coefficient of turbulent friction [m/s^2], likewise (inf: none), which resists
+    slip with the velocity v by rho g v^2 / xi per area besides. motion: displacement of the vertices since
+    the start [m] as a function of time [s], shape (dim,) or (n, dim), zero at the start, see ``moving`` and
+    ``turning``. cell: number of the force cell of each element, shape (m,), from 0 on; None: the whole is
+    one. stiffness: of its contact with the soil per area [Pa/m], see ``Penalty``. material: its name in the
+    DEM; None: that of the structure. names: of the force cells, which go behind that of the structure
+    ("bed_ice"); None: they are numbered from 1 on.
 
     >>> wall = Structure.box("wall", Box((1.0, 0.0, 0.0), (1.1, 0.4, 0.3)), cells=(1, 2, 1), friction=0.3)
     >>> wall.cells, wall.closed, len(wall.elements)
@@ -42,6 +44,7 @@ class Structure:
     stiffness: Optional[float] = None
     material: Optional[str] = None
     names: Optional[Sequence[str]] = None
+    xi: Any = np.inf
 
     contact: ClassVar[str] = "surface"  # as of a ``Penalty``, see there
     separates: ClassVar[bool] = True
@@ -69,15 +72,16 @@ class Structure:
             put(name, value)
 
     def _check_rubbing(self, n: int) -> None:
-        given, rule = f"the friction of {self.name}", "it must be 0 or more (inf sticks)"
-        if np.ndim(self.friction):
-            values = check.shaped(given, self.friction, (n,))
-            if not (values >= 0.0).all():
-                check.refuse(given, float(values[~(values >= 0.0)][0]), rule)
-            object.__setattr__(self, "friction", values)
-        elif isinstance(self.friction, bool) or not (isinstance(self.friction, (int, float))
-                                                     and self.friction >= 0):
-            check.refuse(given, self.friction, rule)
+        for field, least, rule in (("friction", 0.0, "it must be 0 or more (inf sticks)"),
+                                   ("xi", 5e-324, "it must be positive (inf: no turbulent friction)")):
+            given, value = f"the {field} of {self.name}", getattr(self, field)
+            if np.ndim(value):
+                values = check.shaped(given, value, (n,))
+                if not (values >= least).all():
+                    check.refuse(given, float(values[~(values >= least)][0]), rule)
+                object.__setattr__(self, field, values)
+            elif isinstance(value, bool) or not (isinstance(value, (int, float)) and value >= least):
+                check.refuse(given, value, rule)
         if self.motion is not None:
             check.function(f"the motion of {self.name}", self.motion)
         if self.stiffness is not None:

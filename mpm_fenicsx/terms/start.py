@@ -18,6 +18,11 @@ class Start:
             self._tree = cKDTree(np.concatenate([term.points.x for term in bodies]))
             self._owner = np.repeat(np.arange(len(bodies)), [len(term.points) for term in bodies])
 
+    @property
+    def pull(self):
+        """Size of gravity [m/s^2]."""
+        return float(np.linalg.norm(self._gravity))
+
     def field(self, x):
         """What points at places x have besides, where there are several fields: the ``field`` of each."""
         fields = np.array([term.field for term in self._bodies])

@@ -30,7 +30,7 @@ class WallElements(NamedTuple):
 class Surface(NamedTuple):
     """A wall: its ``record`` and ``name``, particles x (n, D) [m], ``motion`` or None, ``elements`` (m, D),
     and ``front`` (n, D), directions to the front; names of its force ``cells``; of each element the ``cell``
-    and the coefficient of ``friction``, (m,)."""
+    and the coefficients of ``friction``, mu [-] and ``xi`` [m/s^2], (m,)."""
 
     record: object
     name: str
@@ -41,6 +41,7 @@ class Surface(NamedTuple):
     cells: tuple
     cell: np.ndarray
     friction: np.ndarray
+    xi: np.ndarray
 
 
 def nearest(p, x, bins: Bins, elements: WallElements, far, weight, best_weight, work):
@@ -144,7 +145,8 @@ def find_surfaces(scene, background):
         watched = front is not None and not getattr(condition, "follows", False)
         if watched and len(facets) and facets.shape[1] == background.dim:
             surfaces.append(Surface(condition, condition.name, x, motion, facets, front, (condition.name,),
-                                    np.zeros(len(facets), int), np.full(len(facets), condition.friction)))
+                                    np.zeros(len(facets), int), np.full(len(facets), condition.friction),
+                                    np.full(len(facets), np.inf)))
     return surfaces
 
 
@@ -163,7 +165,8 @@ def _of_structure(structure, background):
     x = structure.x[elements].reshape(elements.size, -1)
     return Surface(structure, structure.name, x, None if given is None else motion, own, np.zeros_like(x),
                    structure.cells, structure.cell[kept],
-                   np.broadcast_to(np.asarray(structure.friction, float), len(structure.elements))[kept])
+                   *(np.broadcast_to(np.asarray(values, float), len(structure.elements))[kept]
+                     for values in (structure.friction, structure.xi)))
 
 
 def _near_grid(structure, background):

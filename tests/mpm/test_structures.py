@@ -61,6 +61,8 @@ def test_a_surface_inside_out_is_turned():
     (lambda: Structure("w", [(0.0, 0.0), (1.0, 0.0)], [(0, 1)], cell=[1]), "number them from 0 on"),
     (lambda: Structure("w", [(0.0, 0.0), (1.0, 0.0)], [(0, 1)], cell=[0.5]), "number them from 0 on"),
     (lambda: Structure("w", [(0.0, 0.0), (1.0, 0.0)], [(0, 1)], friction=True), "friction of w is True"),
+    (lambda: Structure("w", [(0.0, 0.0), (1.0, 0.0)], [(0, 1)], xi=0.0), "xi of w is 0.0: it must be pos"),
+    (lambda: Structure("w", [(0.0, 0.0), (1.0, 0.0)], [(0, 1)], xi=[-1.0]), "xi of w is -1.0"),
     (lambda: Structure.box("w", BOXES[0], (1, 0)), "force cells of w .* 0"),
     (lambda: Structure.box("w", BOXES[0], (10**9, 10**9)), "give at most 10000 in all"),
     (lambda: Structure.box("w", BOXES[0]).turning(1.0, (0, 0), (0, 0, 1)), "give none in a plane scene"),

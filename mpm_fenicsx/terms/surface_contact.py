@@ -15,15 +15,11 @@ along it with
 
 which moves the foot exactly with every linear field. So forces do the work that the gaps tell, and go to the
 nodes with their momentum and, about any axis, their moment as at the foot; they need no cell, no node and no
-rank besides those of the point.
-
-Where a wall has xi, Voellmy's turbulent friction, it resists slip by rho g v^2 / xi per area besides mu N
-(Voellmy 1955; as in Christen, Kowalski & Bartelt 2010, doi 10.1016/j.coldregions.2010.04.005, S = mu N + rho
-g u^2 / xi), with the velocity at the start of the step, as N is. The area is the point's share at the start.
-
-(Bird et al. 2024, arXiv 2412.01565, measure the gap at the boundary of the points' domains, too. Domains that
-follow F are of no use in soil: there F is mostly flow, and points that it stretches were thrown from the
-floor; measured, the energy of a column rose by a tenth.)
+rank besides those of the point. A wall with xi resists slip by rho g v^2 / xi per area besides mu N (Voellmy
+1955; S of Christen, Kowalski & Bartelt 2010, doi 10.1016/j.coldregions.2010.04.005). (Bird et al. 2024, arXiv
+2412.01565, measure the gap at the boundary of the points' domains, too. Domains that follow F are of no use
+in soil: there F is mostly flow, and points that it stretches were thrown from the floor; measured, the energy
+of a column rose by a tenth.)
 """
 import numpy as np
 
@@ -47,8 +43,8 @@ class SurfaceContact:
     which walls with creases have several (see ``flanks``), force [N], gap along the wall [m], status in the
     tangent in use, and element (-1: none); ``half`` and ``sunk``: see ``feet.ThickPoints``.
 
-    body: its term; stiffness: of each wall per area, at each point [Pa/m], shape (walls, n); gravity: its
-    size [m/s^2]."""
+    body: its term; stiffness: of each wall per area, at each point [Pa/m], shape (walls, n); gravity
+    [m/s^2]."""
 
     follows, points, kinks = False, None, True
     _sticks = False  # friction in the step to come holds whatever comes
@@ -73,7 +69,7 @@ class SurfaceContact:
               wall_force=np.zeros((n, M, D)), wall_gap=np.zeros((n, M, D)),
               wall_foot=np.zeros((n, M, D)), wall_element=np.full((n, M), -1, np.int32))
         self._friction, self._xi = zip(*((surface.friction, surface.xi) for surface in surfaces))
-        self._drags, self._gravity = any(np.isfinite(xi).any() for xi in self._xi), gravity
+        self._gravity, self._drags = gravity, any(np.isfinite(xi).any() for xi in self._xi)
         self._compile(background)
         found, _ = self._find_feet()
         np.maximum.at(p.sunk, found.point, -found.gap)
@@ -157,21 +153,19 @@ class SurfaceContact:
         limit[rubs] *= pressed[rubs] / stiffness[rubs]
         if self._drags:
             drag = self._drag(grid, feet, np.concatenate([xi[e] for xi, e in zip(self._xi, at)]))
-            limit += np.where(pressed > 0.0, drag / stiffness, 0.0)
-            self._smooth &= drag == 0.0
+            limit, self._smooth = limit + (pressed > 0.0) * drag / stiffness, self._smooth & (drag == 0.0)
         self._springs = Springs(base, normal, stiffness, limit, np.ones(len(limit), bool),
                                 LEAD if grid.dt > 0.0 else 1.0)
         self._answer = Answer(np.empty_like(base), np.zeros_like(base), np.empty(len(limit), np.int8))
 
     def _drag(self, grid, feet, xi):
-        """What resists slip besides friction, rho g v^2 / xi on the area of each point [N], by the velocity v
-        along the wall at the start of the step."""
-        v, normal = np.zeros((len(xi), self._dim)), feet.normal
+        """rho g v^2 / xi on each point's share of area [N], by its velocity along the wall at the start."""
+        v = np.zeros((len(xi), self._dim))
         self._follow(self._basis, 1.0, grid.v, v)
         v -= self._wall_moved / grid.dt if self.moves and grid.dt > 0.0 else 0.0
-        square = np.sum(v**2, axis=1) - np.sum(v * normal, axis=1) ** 2
+        square = np.maximum(np.sum(v**2, axis=1) - np.sum(v * feet.normal, axis=1) ** 2, 0.0)
         area = surface_shares(self._body.points.V0[feet.point], self._body.thickness, self._dim)
-        return self._body.body.rho * self._gravity * area * np.maximum(square, 0.0) / xi
+        return self._body.body.rho * self._gravity * area * square / xi
 
     def _motion(self, feet, time):
         """Places of the wall at the feet at ``time`` [s], shape (m, D) [m]."""

@@ -101,7 +101,7 @@ def _excess(p, P_c, volume, q, x):
 def _flow(p, P_c, volume, q):
     """Compaction of the step."""
     full = _critical(p, P_c, volume)
-    low, high, share = 0.0, 1.0, 0.5
+    low, high, share, last = 0.0, 1.0, 0.5, 1.0
     for _ in range(100):
         value, slope = _excess(p, P_c, volume, q, share * full)
         if value > 0.0:
@@ -110,12 +110,12 @@ def _flow(p, P_c, volume, q):
             high = share
         step = value / (slope * full) if slope * full != 0.0 else 2.0
         size = min(share, 1.0 - share)
-        if low <= share - step <= high:
-            share -= step
+        if low <= share - step <= high and abs(step) <= 0.5 * last:  # else it creeps along an exponential
+            share, last = share - step, abs(step)
             if abs(step) <= 1e-8 * size:  # converging quadratically, it is exact then
                 break
         else:
-            share = 0.5 * (low + high)
+            share, last = 0.5 * (low + high), high - low
             if high - low <= 1e-16:
                 break
     return share * full

@@ -4,6 +4,8 @@ import pytest
 from scipy.optimize import brentq
 
 from mpm_fenicsx import PATHS, Body, Box, Grid, Stage, at_rest, cam_clay, drive, neo_hooke
+from mpm_fenicsx.compiled import specialise
+from mpm_fenicsx.laws.cam_clay import FLOW
 from mpm_fenicsx.laws.plastic_parts import strains_of
 
 PHI, LAM, KAPPA, G, P_C, P_R = 25.0, 0.1, 0.02, 2e6, 1e5, 10.0
@@ -79,6 +81,27 @@ def test_the_stress_stays_on_the_ellipse_or_within(name, keys):
     np.testing.assert_allclose(excess[flows] / P_c[flows] ** 2, 0.0, atol=1e-9)
     assert (np.diff(table["plastic_work"]) >= -1e-9 * table["plastic_work"][-1]).all()
     assert table["work"][-1] == pytest.approx(table["energy"][-1] + table["plastic_work"][-1], rel=0.05)
+
+
+def test_the_return_finds_the_ellipse_from_far_away():
+    """From trial strains of any kind, as large as Newton's method may try: P of the exponential elasticity is
+    then beyond any stress that there is."""
+    law, random, least = clay(), np.random.default_rng(0), 1e-3  # [Pa]: below it P is round-off of the strain
+    parts, flowing = dict(law.parts), 0
+    return_map = specialise(parts["return_map"], D=2)
+    for _ in range(5000):
+        shape, volume = 10 ** random.uniform(-6, -0.5), 10 ** random.uniform(-6, -0.3)
+        e = random.normal(0, shape, 3) + random.normal(0, volume)
+        before = random.normal(0, 0.2)
+        *t, region = return_map(law.params, before, 0.1, *-np.sort(-e))
+        P = -np.mean(t)
+        q = np.sqrt(1.5 * np.sum((t + P) ** 2))
+        assert np.isfinite(t).all()
+        if region == FLOW and least < P:
+            P_c = P_C * np.exp((before - e.sum() - KAPPA * np.log1p(P / P_R)) / (LAM - KAPPA))
+            assert (q / M) ** 2 + P * (P - P_c) == pytest.approx(0.0, abs=1e-8 * P_c**2)
+            flowing += 1
+    assert flowing > 2000
 
 
 def test_what_was_pulled_apart_is_as_hard_when_it_is_as_dense():

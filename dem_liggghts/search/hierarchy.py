@@ -234,10 +234,11 @@ def share_force(found, end):
 
 @compiled
 def before(found, a, b, radius):
-    """Order of the hierarchy: nearer first; at equal distance the face before the edge before the vertex."""
+    """Order of the hierarchy: nearer first; at equal distance the face before the edge before the vertex, then
+    the first: never by round-off, or two sides of a seam would take turns at random."""
     equal = abs(found[a, DISTANCE] - found[b, DISTANCE]) < 1e-12 * radius
     if equal and found[a, FEATURE] != found[b, FEATURE]:
         return found[a, FEATURE] < found[b, FEATURE]
-    if found[a, DISTANCE] != found[b, DISTANCE]:
-        return found[a, DISTANCE] < found[b, DISTANCE]
-    return found[a, PAIR] < found[b, PAIR]
+    if equal:
+        return found[a, PAIR] < found[b, PAIR]
+    return found[a, DISTANCE] < found[b, DISTANCE]

@@ -5,7 +5,8 @@ import pytest
 from dem_liggghts import Material, Scene, Spheres, Wall
 from dem_liggghts.scene.arrays import in_space
 from dem_liggghts.scene.tables import wall_table
-from dem_liggghts.search.elements import MovingWall, closest, corners_of
+from dem_liggghts.search.elements import COLUMNS, DISTANCE, PAIR, MovingWall, closest, corners_of
+from dem_liggghts.search.hierarchy import before
 
 STEEL = Material(2.1e11, 0.3)
 RADIUS, OVERLAP = 0.01, 1e-6
@@ -162,3 +163,13 @@ def test_closest_points_against_a_search():
         assert best - 0.03 <= r <= best + 1e-12
     assert features == {0, 1, 2}
     assert in_space(np.ones((2, 2))).tolist() == [[1, 1, 0], [1, 1, 0]]
+
+
+@pytest.mark.parametrize("digit", [-1e-17, 0.0, 1e-17, 5e-15])
+def test_round_off_does_not_choose_between_elements(digit):
+    """At equal distance from a sphere of 1 cm the first of two elements counts; else the nearer one."""
+    found = np.zeros((2, COLUMNS))
+    found[:, DISTANCE], found[:, PAIR] = (0.01 + digit, 0.01), (3.0, 4.0)
+    assert before(found, 0, 1, 0.01) and not before(found, 1, 0, 0.01)
+    found[0, DISTANCE] = 0.01 + 1e-12
+    assert before(found, 1, 0, 0.01) and not before(found, 0, 1, 0.01)

@@ -99,8 +99,8 @@ inline Levers levers_of(const Vec *node, int corners, bool disc)
 
 inline bool before(const Contact &a, const Contact &b, double radius)
 {
-    if (std::fabs(a.distance - b.distance) < 1e-12 * radius && a.feature != b.feature) return a.feature < b.feature;
-    return a.distance != b.distance ? a.distance < b.distance : a.element < b.element;
+    if (std::fabs(a.distance - b.distance) >= 1e-12 * radius) return a.distance < b.distance;
+    return a.feature != b.feature ? a.feature < b.feature : a.element < b.element;  // never by round-off
 }
 
 inline void erase_dropped(std::vector<Contact> &contacts)

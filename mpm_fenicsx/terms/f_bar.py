@@ -199,13 +199,17 @@ def couple(nodes, patches: Patches, Kp):
     nodes: (patches, M) of the patches, which have rows of their own here."""
     volume, gradient, bulk, push, pull = patches
     M = gradient.shape[1]
+    pushed, changed = np.empty((D, M)), np.empty((D, M))  # of one patch, in the order of its matrix
     for row in range(len(volume)):
         if volume[row, 0] > 0.0:
             share = 1.0 / volume[row, 0]
+            for i in range(D):
+                for e in range(M):
+                    pushed[i, e], changed[i, e] = push[row, e, i], gradient[row, e, i]
             for b in range(M):
                 for k in range(D):
                     change = share * gradient[row, b, k]
                     back = share * (pull[row, b, k] + bulk[row, 1] * change)
                     for i in range(D):
                         for e in range(M):
-                            Kp[row, b, k, i, e] += push[row, e, i] * change + gradient[row, e, i] * back
+                            Kp[row, b, k, i, e] += pushed[i, e] * change + changed[i, e] * back

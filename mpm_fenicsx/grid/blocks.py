@@ -8,16 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-import mpm_dem_checks as check
-
 from ..compiled import compiled
-from ..scene.lattice import axes_of, cell_count, check_size, lattice_cells
+from ..scene.lattice import SIDE, axes_of, block_counts, cell_count, check_size, lattice_cells
 
-SIDE = {2: 32, 3: 8}  # cells of a block along each direction
 AHEAD = {2: 32, 3: 8}  # cells around points that are made, at most SIDE
 NEEDED = 3  # cells around points that a step may ask for
+FULL = 0.25  # of all cells: with more a grid is judged as a whole
 MISSING = -1
-BYTES = 5  # of the tables, for each block of the whole grid
 
 
 def come_in_blocks(scene, smooth):
@@ -55,15 +52,11 @@ class Present(NamedTuple):
 
 
 def divide(grid):
-    """``Division`` of a ``Grid``. ValueError where there are too many blocks."""
-    counts = np.asarray(grid.cells, np.int64)
-    side = np.full(grid.dim, SIDE[grid.dim], np.int64)
-    blocks = -(-counts // side)
-    total = float(np.prod(blocks.astype(float)))
-    check.check_memory(f"{total:.3g} blocks of the grid (cells={','.join(map(str, grid.cells))})",
-                       BYTES * total, "take larger and fewer cells (h), or a smaller box")
-    return Division(np.asarray(grid.box.lower, float), grid.box.size / counts, counts, side, blocks,
-                    cell_count((1,) * grid.dim, grid.cell))
+    """``Division`` of a ``Grid``."""
+    D, counts = grid.dim, np.asarray(grid.cells, np.int64)
+    return Division(np.asarray(grid.box.lower, float), grid.box.size / counts, counts,
+                    np.full(D, SIDE[D], np.int64), np.array(block_counts(grid.cells), np.int64),
+                    cell_count((1,) * D, grid.cell))
 
 
 @compiled
@@ -122,7 +115,9 @@ def renumber(number, division: Division, present: Present):
 
 
 class Blocks:
-    """Those of a ``Grid`` that are there: ``numbers``, sorted, shape (b,), the same on every rank."""
+    """Those of a ``Grid`` that are there: ``numbers``, sorted, shape (b,), with ``count`` cells, the same on every
+    rank. ValueError where these, or all cells if these are most of them, need more memory or time than there
+    is."""
 
     def __init__(self, grid, numbers):
         self.grid, self.numbers, self.division = grid, np.asarray(numbers, np.int64), divide(grid)
@@ -132,6 +127,9 @@ class Blocks:
         place = np.full(int(np.prod(blocks)), MISSING, np.int32)
         place[self.numbers] = np.arange(len(self.numbers))
         sizes = self.division.simplices * np.prod(within, axis=1)
+        self.count = int(sizes.sum())
+        whole = self.count > FULL * cell_count(grid.cells, grid.cell)
+        check_size(grid.cells, grid.cell, None if whole else self.count)
         self._present = Present(place, np.cumsum(sizes) - sizes, within)
         self._there = place != MISSING
 

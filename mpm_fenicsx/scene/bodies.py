@@ -9,7 +9,7 @@ import mpm_dem_checks as check
 from ..laws import Law, check_declared
 from .force_cells import check_force_cells
 from .hollow import without_rocks
-from .lattice import LARGE, cell_count, check_size
+from .lattice import LARGE, cell_count, check_blocks, check_size
 from .mesh import Box, Mesh, cell_of
 
 AXES = "xyz"
@@ -35,7 +35,9 @@ class Grid:
         check.record("box of the grid", self.box, Box)
         object.__setattr__(self, "cells", check.counts("cells of the grid", self.cells, self.box.dim))
         object.__setattr__(self, "cell", cell_of(self.box.dim, self.cell, "grid"))
-        if not self.large:
+        if self.large:
+            check_blocks(self.cells)
+        else:
             check_size(self.cells, self.cell)
 
     @property

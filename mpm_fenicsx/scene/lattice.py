@@ -10,6 +10,9 @@ import mpm_dem_checks as check
 from .mesh import BYTES_PER_CELL, CELLS, Box
 
 START_PER_CELL = 2.5e4  # operations to set up a grid, measured
+SIDE = {2: 32, 3: 8}  # cells of a block of a large grid along each direction
+BYTES_PER_BLOCK = 5  # of a large grid, of those without cells as well
+REMEDY = "take larger and fewer cells (h), or a smaller box"
 LARGE = 1_000_000  # cells; a smaller grid is made as a whole: that costs less than blocks that change
 
 
@@ -18,13 +21,31 @@ def cell_count(counts: Sequence[int], cell: Optional[str]) -> int:
     return math.prod(counts) * {"triangle": 2, "tetrahedron": 6}.get(cell or "", 1)
 
 
-def check_size(counts: Sequence[int], cell: Optional[str]) -> None:
-    """ValueError where all cells of a regular grid need more memory or time than there is."""
+def block_counts(counts: Sequence[int]) -> Tuple[int, ...]:
+    """Blocks of ``SIDE`` cells along each direction."""
+    return tuple(-(-int(n) // SIDE[len(counts)]) for n in counts)
+
+
+def check_size(counts: Sequence[int], cell: Optional[str], made: Optional[int] = None) -> None:
+    """ValueError where the cells of a regular grid need more memory or time than there is. made: so many of
+    them, None: all."""
     n = cell_count(counts, cell)
     what = f"{n:.3g} cells of the grid (cells={','.join(map(str, counts))})"
-    remedy = "take larger and fewer cells (h), or a smaller box"
-    check.check_memory(what, n * BYTES_PER_CELL[len(counts)], remedy)
-    check.check_work(f"{what} at the start", n * START_PER_CELL, remedy)
+    if made is not None:
+        what = f"{made:.3g} of {what}, those near the material,"
+    _check(what, n if made is None else made, len(counts))
+
+
+def check_blocks(counts: Sequence[int]) -> None:
+    """ValueError where a regular grid has too many blocks."""
+    n = float(math.prod(block_counts(counts)))
+    check.check_memory(f"{n:.3g} blocks of the grid (cells={','.join(map(str, counts))})", BYTES_PER_BLOCK * n,
+                       REMEDY)
+
+
+def _check(what: str, n: int, D: int) -> None:
+    check.check_memory(what, n * BYTES_PER_CELL[D], REMEDY)
+    check.check_work(f"{what} at the start", n * START_PER_CELL, REMEDY)
 
 
 def lattice(box: Box, counts: Sequence[int], cell: Optional[str]) -> Tuple[np.ndarray, np.ndarray]:

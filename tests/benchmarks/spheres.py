@@ -33,7 +33,7 @@ def main(backend="reference", counts=(1_000, 10_000, 100_000)):
     """Print a line for each of the ``counts``."""
     for count in counts:
         seconds, n = per_step(count, backend)
-        print(f"{backend}: {n} spheres, {1e3 * seconds:.2f} ms per step, {1e9 * seconds / n:.0f} ns per sphere")
+        print(f"{backend}: {n} spheres, {1e3 * seconds:.2f} ms per step, {1e9 * seconds / n:.0f} ns for each")
 
 
 if __name__ == "__main__":

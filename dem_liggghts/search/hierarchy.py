@@ -234,8 +234,8 @@ def share_force(found, end):
 
 @compiled
 def before(found, a, b, radius):
-    """Order of the hierarchy: nearer first; at equal distance the face before the edge before the vertex, then
-    the first: never by round-off, or two sides of a seam would take turns at random."""
+    """Order of the hierarchy: nearer first; at equal distance the face before the edge before the vertex,
+    then the first: never by round-off, or two sides of a seam would take turns at random."""
     equal = abs(found[a, DISTANCE] - found[b, DISTANCE]) < 1e-12 * radius
     if equal and found[a, FEATURE] != found[b, FEATURE]:
         return found[a, FEATURE] < found[b, FEATURE]

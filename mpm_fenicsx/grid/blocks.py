@@ -13,7 +13,7 @@ from ..scene.lattice import SIDE, axes_of, block_counts, cell_count, check_size,
 
 AHEAD = {2: 32, 3: 8}  # cells around points that are made, at most SIDE
 NEEDED = 3  # cells around points that a step may ask for
-FULL = 0.25  # of all cells: with more a grid is judged as a whole
+FULL = 0.1  # of all cells: with more a grid is judged as a whole
 MISSING = -1
 
 
@@ -115,9 +115,9 @@ def renumber(number, division: Division, present: Present):
 
 
 class Blocks:
-    """Those of a ``Grid`` that are there: ``numbers``, sorted, shape (b,), with ``count`` cells, the same on every
-    rank. ValueError where these, or all cells if these are most of them, need more memory or time than there
-    is."""
+    """Those of a ``Grid`` that are there: ``numbers``, sorted, shape (b,), with ``count`` cells, the same on
+    every rank. ValueError where these need more memory or time than there is, or all cells if these are more
+    than ``FULL`` of them."""
 
     def __init__(self, grid, numbers):
         self.grid, self.numbers, self.division = grid, np.asarray(numbers, np.int64), divide(grid)

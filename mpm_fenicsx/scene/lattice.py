@@ -39,8 +39,8 @@ def check_size(counts: Sequence[int], cell: Optional[str], made: Optional[int] =
 def check_blocks(counts: Sequence[int]) -> None:
     """ValueError where a regular grid has too many blocks."""
     n = float(math.prod(block_counts(counts)))
-    check.check_memory(f"{n:.3g} blocks of the grid (cells={','.join(map(str, counts))})", BYTES_PER_BLOCK * n,
-                       REMEDY)
+    what = f"{n:.3g} blocks of the grid (cells={','.join(map(str, counts))})"
+    check.check_memory(what, BYTES_PER_BLOCK * n, REMEDY)
 
 
 def _check(what: str, n: int, D: int) -> None:

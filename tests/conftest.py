@@ -2,6 +2,7 @@
 skipped."""
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +18,8 @@ OPEN_MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"
             "OMPI_MCA_rmaps_base_oversubscribe": "1",  # Open MPI 4
             # Open MPI 5; other MPIs know none of these
             "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe"}
+# A shell lets what it starts in the background ignore interrupts, and so would all runs that tests interrupt.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(params=["reference", "liggghts"])

@@ -215,7 +215,8 @@ def test_bad_friction():
         Body(Box((0.0, 0.0), (1.0, 1.0)), (4, 4), 2, linear(1e5, 0.3), 1000.0, friction=-0.1)
 
 
-TIGHT = "-mpm_snes_rtol", "1e-12", "-mpm_snes_atol", "1e-9"  # a kept tangent ends anywhere within the tolerance
+# with a kept tangent Newton's method ends anywhere within its tolerance
+TIGHT = "-mpm_snes_rtol", "1e-12", "-mpm_snes_atol", "1e-9"
 RUN = """
 import sys
 import numpy as np

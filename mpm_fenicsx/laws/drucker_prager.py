@@ -23,10 +23,10 @@ from typing import NamedTuple, Optional
 
 import mpm_dem_checks as check
 
-from ..compiled import called
 from .hencky import ELASTIC, OPEN, deviatoric_moduli, hencky_law
 from .law import Law, lame
 from .mohr_coulomb import soil_angles, tension_limit
+from .plastic_parts import trial
 from .viscosity import with_viscosity
 
 CONE = 2
@@ -46,17 +46,9 @@ class Params(NamedTuple):
     viscosity: float
 
 
-@called
-def _trial(p, e1, e2, e3):
-    """Mean strain, q and p [Pa] of the trial state."""
-    mean = (e1 + e2 + e3) / 3.0
-    q = p.mu * math.sqrt(2.0 * ((e1 - mean) ** 2 + (e2 - mean) ** 2 + (e3 - mean) ** 2))
-    return mean, q, (3.0 * p.lam + 2.0 * p.mu) * mean
-
-
 def return_map(p, hardening, dt, e1, e2, e3):
     """Kirchhoff stresses [Pa] and region of the trial strains e1 >= e2 >= e3, see ``hencky``."""
-    mean, q, pressure = _trial(p, e1, e2, e3)
+    mean, q, pressure = trial(p, e1, e2, e3)
     excess = q + p.eta * pressure - p.xi
     q_new, p_new, region = q, pressure, ELASTIC
     if not excess <= 0.0:
@@ -71,7 +63,7 @@ def return_map(p, hardening, dt, e1, e2, e3):
 
 def moduli(p, hardening, dt, e1, e2, e3, region):
     """Derivatives of the stresses by the trial strains [Pa], see ``hencky``."""
-    _, q, _ = _trial(p, e1, e2, e3)
+    _, q, _ = trial(p, e1, e2, e3)
     mu2, bulk = 2.0 * p.mu, p.lam + 2.0 / 3.0 * p.mu
     if region == ELASTIC:
         return deviatoric_moduli(e1, e2, e3, bulk, 0.0, 0.0, mu2, mu2)

@@ -29,6 +29,7 @@ import mpm_dem_checks as check
 from ..compiled import called
 from .hencky import ELASTIC, OPEN, deviatoric_moduli, hencky_law
 from .law import Law
+from .plastic_parts import trial
 
 FLOW = 2
 
@@ -43,14 +44,6 @@ class Params(NamedTuple):
     k: float
     n: float
     T: float
-
-
-@called
-def _trial(p, e1, e2, e3):
-    """Mean strain, q and mean stress [Pa] of the trial state."""
-    mean = (e1 + e2 + e3) / 3.0
-    q = p.mu * math.sqrt(2.0 * ((e1 - mean) ** 2 + (e2 - mean) ** 2 + (e3 - mean) ** 2))
-    return mean, q, (3.0 * p.lam + 2.0 * p.mu) * mean
 
 
 @called
@@ -87,7 +80,7 @@ def _left(p, dt, q):
 
 def return_map(p, hardening, dt, e1, e2, e3):
     """Kirchhoff stresses [Pa] and region of the trial strains e1 >= e2 >= e3, see ``hencky``."""
-    mean, q, pressure = _trial(p, e1, e2, e3)
+    mean, q, pressure = trial(p, e1, e2, e3)
     left = _left(p, dt, q)[0]
     region = ELASTIC if left == 1.0 else FLOW
     if not pressure <= p.T:
@@ -100,7 +93,7 @@ def return_map(p, hardening, dt, e1, e2, e3):
 def moduli(p, hardening, dt, e1, e2, e3, region):
     """Derivatives of the stresses by the trial strains [Pa], see ``hencky``."""
     bulk = 0.0 if region == OPEN else p.lam + 2.0 / 3.0 * p.mu
-    left, along = _left(p, dt, _trial(p, e1, e2, e3)[1])
+    left, along = _left(p, dt, trial(p, e1, e2, e3)[1])
     return deviatoric_moduli(e1, e2, e3, bulk, 0.0, 0.0, 2.0 * p.mu * left, 2.0 * p.mu * along)
 
 

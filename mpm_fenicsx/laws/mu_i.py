@@ -25,6 +25,7 @@ import mpm_dem_checks as check
 from ..compiled import called
 from .hencky import ELASTIC, OPEN, deviatoric_moduli, hencky_law
 from .law import Law, lame
+from .plastic_parts import trial
 
 FLOW = 2
 
@@ -42,14 +43,6 @@ class Params(NamedTuple):
 
 
 @called
-def _trial(p, e1, e2, e3):
-    """Mean strain, q and pressure [Pa] of the trial state."""
-    mean = (e1 + e2 + e3) / 3.0
-    q = p.mu * math.sqrt(2.0 * ((e1 - mean) ** 2 + (e2 - mean) ** 2 + (e3 - mean) ** 2))
-    return mean, q, -(3.0 * p.lam + 2.0 * p.mu) * mean
-
-
-@called
 def _slip(p, dt, q, pressure):
     """Slip of the step and inertial number, where q > mu_s pressure > 0; none in no time."""
     if dt == 0.0:
@@ -64,7 +57,8 @@ def _slip(p, dt, q, pressure):
 
 def return_map(p, hardening, dt, e1, e2, e3):
     """Kirchhoff stresses [Pa] and region of the trial strains e1 >= e2 >= e3, see ``hencky``."""
-    mean, q, pressure = _trial(p, e1, e2, e3)
+    mean, q, stress = trial(p, e1, e2, e3)
+    pressure = -stress
     if pressure <= 0.0:
         return 0.0, 0.0, 0.0, OPEN if pressure < 0.0 or q > 0.0 else ELASTIC
     left, region = 1.0, ELASTIC
@@ -80,7 +74,8 @@ def moduli(p, hardening, dt, e1, e2, e3, region):
     bulk, mu2 = p.lam + 2.0 / 3.0 * p.mu, 2.0 * p.mu
     if region == OPEN:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    _, q, pressure = _trial(p, e1, e2, e3)
+    _, q, stress = trial(p, e1, e2, e3)
+    pressure = -stress
     if region == ELASTIC or dt == 0.0:
         return deviatoric_moduli(e1, e2, e3, bulk, 0.0, 0.0, mu2, mu2)
     slip, inertial = _slip(p, dt, q, pressure)

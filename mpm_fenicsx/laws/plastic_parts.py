@@ -1,9 +1,10 @@
 """What laws of ``hencky`` may have of their own: hardening and elasticity of those that have not."""
+import math
 from typing import Callable, Optional
 
 import numpy as np
 
-from ..compiled import specialise
+from ..compiled import called, specialise
 from .law import Law
 
 
@@ -14,6 +15,15 @@ def plastic_strain_of(old):
 
 def keep_nothing(old, new, volume):
     """The plastic strain is there already; volume: plastic strain of volume of the step."""
+
+
+@called
+def trial(p, e1, e2, e3):
+    """Mean strain, q and mean stress [Pa] of the trial state with these strains, by Hencky's law with Lamé's
+    parameters."""
+    mean = (e1 + e2 + e3) / 3.0
+    q = p.mu * math.sqrt(2.0 * ((e1 - mean) ** 2 + (e2 - mean) ** 2 + (e3 - mean) ** 2))
+    return mean, q, (3.0 * p.lam + 2.0 * p.mu) * mean
 
 
 def linear_strains(p, t):

@@ -52,13 +52,15 @@ def set_lag_jacobian(snes, lag):
     _check(_petsc.SNESSetLagJacobian(snes.handle, lag))
 
 
-def set_line_search(snes, kind, most=None):
-    """Line search of the SNES: "bt", "basic", …, and its largest number of iterations (None: its default)."""
+def set_line_search(snes, kind, most=None, rtol=None):
+    """Line search of the SNES: "bt", "basic", …, its largest number of iterations, and what of the slope
+    along the line is small enough to end it (None: the defaults of PETSc)."""
     search = _handle()
     _check(_petsc.SNESGetLineSearch(snes.handle, ctypes.byref(search)))
     _check(_petsc.SNESLineSearchSetType(search, kind.encode()))
     if most is not None:
-        _check(_petsc.SNESLineSearchSetTolerances(search, *[float(PETSc.DEFAULT)] * 5, most))
+        default = float(PETSc.DEFAULT)
+        _check(_petsc.SNESLineSearchSetTolerances(search, default, default, rtol, default, default, most))
 
 
 def option_used(name):

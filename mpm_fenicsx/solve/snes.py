@@ -46,14 +46,14 @@ class Newton:
         self._equations, self._tangents, self._coordinates = equations, tangents, coordinates
         self._doubt = doubt
         self._comm, self._shape = active_cells.comm, (active_cells.owned, active_cells.dim)
-        self._failure = self._trial = None
+        self._failure = self._trial = self._residual = None
         self.u, r = active_cells.vector(active_cells.dim), active_cells.vector(active_cells.dim)
         self.snes = snes = PETSc.SNES().create(active_cells.comm)
         snes.setOptionsPrefix(PREFIX)
         snes.setFunction(self._function, r)
         snes.setJacobian(self.tangent_wanted, active_cells.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
-        self._search, self._other_search = ("cp", 5) if kinks else ("bt",), ("basic",)
+        self._search, self._other_search = ("cp", 5, 0.1) if kinks else ("bt",), ("basic",)
         compat.set_lag_jacobian(snes, tangents.lag)
         compat.set_line_search(snes, *self._search)
         snes.getKSP().setOperators(active_cells.matrix)
@@ -127,9 +127,13 @@ class Newton:
     # ---------------------------------------------------------------- what the SNES asks
 
     def _function(self, snes, u, r):
-        out = r.array_w.reshape(self._shape)
+        u, out = self._read(u), r.array_w.reshape(self._shape)
         try:
-            self._trial = self._equations.residual(self._read(u), out)
+            if self._is_trial(u):  # line search cp ends with one more residual where it has stopped
+                out[:] = self._residual
+            else:
+                self._trial = self._equations.residual(u, out)
+                self._residual = out.copy()
         except Exception as error:
             self._fail(error)
             out[:] = np.nan
@@ -151,9 +155,14 @@ class Newton:
     def _trial_at(self, u):
         """The last trial if it is that of the vector u, else a new one there."""
         u = self._read(u)
-        if somewhere(self._comm, self._trial is None or not np.array_equal(u, self._trial.u))[0]:
-            self._trial = self._equations.residual(u, np.empty(self._shape))
+        if not self._is_trial(u):
+            self._residual = np.empty(self._shape)
+            self._trial = self._equations.residual(u, self._residual)
         return self._trial
+
+    def _is_trial(self, u):
+        """Whether the last trial is that of the displacement u, shape (owned, D). Collective."""
+        return not somewhere(self._comm, self._trial is None or not np.array_equal(u, self._trial.u))[0]
 
     def make_tangent(self, trial):
         """The tangent of ``trial`` into the matrix."""

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import LAWS, Box, Grid, Support, mohr_coulomb
+from mpm_fenicsx import LAWS, Box, Grid, Structure, Support, mohr_coulomb
 
 # one iteration of Newton's method as preconditioner
 NEWTON = dict(npc_snes_type="newtonls", npc_snes_max_it=1)
@@ -71,6 +71,19 @@ def test_newton_evaluates_no_residual_twice(run):
     seen = evaluations(solid.step)
     solid.advance(0.01)
     assert len(seen) == solid.iterations + 1
+
+
+def test_a_line_search_that_full_steps_please_costs_nothing(make_mpm):
+    """Contact has line search cp, which of its own accord evaluates five residuals and the last one twice."""
+    solid = make_mpm("quadrilateral", box=((0.0, 0.0), (1.0, 0.5)), body_cells=(8, 4), gravity=(0.0, -10.0),
+                     grid=Grid(Box((-0.5, -0.5), (1.5, 1.0)), (8, 6)), interface=None,
+                     structures=[Structure.plane("floor", (0.0, 0.0), "+y", Box((-0.5, -0.5), (1.5, 1.0)))])
+    solid.advance(0.01)
+    seen, iterations = evaluations(solid.step), 0
+    for _ in range(5):
+        solid.advance(0.01)
+        iterations += solid.iterations
+    assert iterations >= 5 and len(seen) == iterations + 5
 
 
 def test_a_trial_of_another_place_is_not_taken(run):

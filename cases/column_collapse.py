@@ -69,7 +69,7 @@ def main(
     if initial == "geostatic":
         stress = at_rest(size[1], soil.rho, g, soil.at_rest if ratio is None else ratio)
     body = Body(Box((0.0,) * dim, size), tuple(n * fine for n in Grid.counts(size, h)),
-                POINTS[kind] if points is None else points, soil.material(dim), soil.rho, cell=kind,
+                POINTS[kind] if points is None else points, soil.material(dim, h), soil.rho, cell=kind,
                 f_bar=f_bar, stress=stress)
     grid = flow_grid(size, h, fall_room(size, g, steps.t_end, ways) if box is None else box, ways, cell)
     supports, walls = level_floor(granular.floor_kind(floor), h, dim)

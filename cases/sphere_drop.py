@@ -46,7 +46,7 @@ def main(
     length, height, width = check.numbers("size", size, 3, "m", check.positive)
     bed = (0.5 * length, height, 0.5 * width)[:dim]
     stress = at_rest(height, soil.rho, g, soil.at_rest)
-    body = Body(Box((0.0,) * dim, bed), Grid.counts(bed, h), 2, soil.material(dim), soil.rho, f_bar=True,
+    body = Body(Box((0.0,) * dim, bed), Grid.counts(bed, h), 2, soil.material(dim, h), soil.rho, f_bar=True,
                 thickness=width, stress=stress)
     grid = flow_grid(bed, h, (bed[0], height + 4 * h, bed[-1])[:dim], "")  # with room for what is thrown up
     down = (0.0, -g, 0.0)[:dim]

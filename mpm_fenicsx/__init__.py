@@ -37,6 +37,7 @@ from .laws import (  # noqa: E402
     mohr_coulomb,
     mu_i,
     neo_hooke,
+    softened,
     von_mises,
 )
 from .laws.driver import drive  # noqa: E402
@@ -67,7 +68,7 @@ __all__ = [  # a scene; how it is computed; laws; points; what is read off; erro
     "fall_room", "flow_grid", "from_dolfinx", "level_floor", "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS", "Settled",
     "LAWS", "Law", "PATHS", "Soil", "Stage", "cam_clay", "check_law", "drive", "drucker_prager",
-    "herschel_bulkley", "linear", "mohr_coulomb", "mu_i", "neo_hooke", "von_mises",
+    "herschel_bulkley", "linear", "mohr_coulomb", "mu_i", "neo_hooke", "softened", "von_mises",
     "of_points", "seed",
     "FlowGauges",
     "MPMDivergedError", "MPMError"]

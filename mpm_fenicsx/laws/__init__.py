@@ -10,11 +10,12 @@ from .linear import linear
 from .mohr_coulomb import mohr_coulomb
 from .mu_i import mu_i
 from .neo_hooke import neo_hooke
+from .softened import softened
 from .von_mises import von_mises
 
 __all__ = ["ELASTIC_STATE", "LAWS", "Law", "LawReport", "SHOWN", "bound", "cam_clay", "check_declared",
            "check_law", "check_together", "drucker_prager", "herschel_bulkley", "kernels", "lame", "linear",
-           "mohr_coulomb", "mu_i", "neo_hooke", "von_mises"]
+           "mohr_coulomb", "mu_i", "neo_hooke", "softened", "von_mises"]
 
 LAWS: Dict[str, Callable[..., Law]] = {
     "linear": linear, "neo_hooke": neo_hooke, "mohr_coulomb": mohr_coulomb, "drucker_prager": drucker_prager,

@@ -40,9 +40,9 @@ SHOWN = ("x", "gid", "velocity", "acceleration", "mass", "F", "cauchy_stress", "
 class Law(NamedTuple):
     """Parameters, state record and kernels of one material; ``thickness`` is the closed form of the stretch
     across the plane in plane stress, for laws that have one: thickness(p, F). ``parts``: names and templates
-    of functions that the kernels call by these names, where several laws share their kernels; a law among
-    them brings ``NAME_stress``, ``NAME_tangent`` and ``NAME_energy``. ``symmetric``: A is, and so may be the
-    solver."""
+    of functions that the kernels call by these names, and those after them, where several laws share their
+    kernels; a law among them brings ``NAME_stress``, ``NAME_tangent`` and ``NAME_energy``. ``symmetric``: A
+    is, and so may be the solver."""
 
     name: str
     params: NamedTuple
@@ -101,20 +101,27 @@ def check_together(laws: Iterable[Law]) -> None:
                                  f"one as {law.state[name]}: give one of them another name")
 
 
+def compiled_parts(law: Law, constants: Dict[str, Any]) -> Dict[str, Callable]:
+    """Functions of ``Law.parts``, by name, with the ``constants`` (D at least) fixed."""
+    parts: Dict[str, Callable] = {}
+    for name, part in law.parts:
+        if isinstance(part, Law):
+            stress, tangent = kernels(part, constants["D"], law.name)
+            parts |= {f"{name}_stress": stress, f"{name}_tangent": tangent,
+                      f"{name}_energy": bound(part, part.energy, constants["D"], law.name)}
+        else:
+            known = {other: parts[other] for other in part.__code__.co_names if other in parts}
+            parts[name] = specialise(part, **constants, **known)
+    return parts
+
+
 def bound(law: Law, template: Callable, D: int, within: str = "", **others: Any) -> Callable:
     """``template`` compiled for ``D`` dimensions with the law's parts; ``within``: name of the law that it is
     part of, whose records are longer. What several laws share is compiled for each size of their records:
     numba would take kernels of shorter ones for it, and warn."""
     within = within or (f"{law.state.itemsize} bytes" if law.parts else "")
     constants: Dict[str, Any] = dict(D=D, WITHIN=within) if within else dict(D=D)
-    parts: Dict[str, Callable] = {}
-    for name, part in law.parts:
-        if isinstance(part, Law):
-            stress, tangent = kernels(part, D, law.name)
-            parts |= {f"{name}_stress": stress, f"{name}_tangent": tangent,
-                      f"{name}_energy": bound(part, part.energy, D, law.name)}
-        else:
-            parts[name] = specialise(part, **constants)
+    parts = compiled_parts(law, constants)
     return specialise(template, **constants, **parts, **others)
 
 

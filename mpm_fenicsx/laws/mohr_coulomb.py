@@ -46,17 +46,18 @@ class Params(NamedTuple):
 
 
 @called
-def _young(p):
+def young(p):
+    """Young's modulus [Pa]."""
     return p.mu * (3.0 * p.lam + 2.0 * p.mu) / (p.lam + p.mu)
 
 
 @called
-def _edge_compliance(p, r, g):
+def edge_compliance(p, r, g):
     """g . C r with the elastic compliance C: how far a strain moves the stress along an edge with direction
     r, where g is normal to the plastic flow."""
     nu = 0.5 * p.lam / (p.lam + p.mu)
     product = g[0] * r[0] + g[1] * r[1] + g[2] * r[2]
-    return ((1.0 + nu) * product - nu * (g[0] + g[1] + g[2]) * (r[0] + r[1] + r[2])) / _young(p)
+    return ((1.0 + nu) * product - nu * (g[0] + g[1] + g[2]) * (r[0] + r[1] + r[2])) / young(p)
 
 
 @called
@@ -69,12 +70,12 @@ def _shear(p, e1, e2, e3, s1, s2, s3, excess):
     if t1 >= t2 >= t3:
         return t1, t2, t3, SHEAR
     # On an edge t = (0, .., -S) + x r: from the trial point only plastic flow is left, so g . (e - C t) = 0.
-    nu, E = 0.5 * lam / (lam + p.mu), _young(p)
+    nu, E = 0.5 * lam / (lam + p.mu), young(p)
     if t1 < t2:
-        x = (e1 + e2 + M * e3 - p.S * (2.0 * nu - M) / E) / _edge_compliance(p, (1.0, 1.0, N), (1.0, 1.0, M))
+        x = (e1 + e2 + M * e3 - p.S * (2.0 * nu - M) / E) / edge_compliance(p, (1.0, 1.0, N), (1.0, 1.0, M))
         return x, x, N * x - p.S, COMPRESSION_EDGE
     x = ((e1 + M * (e2 + e3) - 2.0 * p.S * (nu - M * (1.0 - nu)) / E)
-         / _edge_compliance(p, (1.0, N, N), (1.0, M, M)))
+         / edge_compliance(p, (1.0, N, N), (1.0, M, M)))
     return x, N * x - p.S, N * x - p.S, EXTENSION_EDGE
 
 
@@ -92,7 +93,7 @@ def return_map(p, hardening, dt, e1, e2, e3):
             return t1, t2, t3, region
     if low >= T:  # no planes of tension below the apex
         return T, T, T, OPEN
-    nu, E = 0.5 * p.lam / (p.lam + p.mu), _young(p)
+    nu, E = 0.5 * p.lam / (p.lam + p.mu), young(p)
     drop = (s1 - T) * nu / (1.0 - nu)
     t2, t3, region = s2 - drop, s3 - drop, TENSION
     if t2 > T:
@@ -110,7 +111,7 @@ def return_map(p, hardening, dt, e1, e2, e3):
 @called
 def _along(p, r, g):
     """Moduli on an edge: stress moves along r only, by strain along g."""
-    x = 1.0 / _edge_compliance(p, r, g)
+    x = 1.0 / edge_compliance(p, r, g)
     return ((x * r[0] * g[0], x * r[0] * g[1], x * r[0] * g[2]), (x * r[1] * g[0], x * r[1] * g[1],
                                                                   x * r[1] * g[2]),
             (x * r[2] * g[0], x * r[2] * g[1], x * r[2] * g[2]))

@@ -1,6 +1,6 @@
 """Soil by the numbers of a soil report: stiffness, density, angles and strengths, of which a law is made."""
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, Optional
 
 import mpm_dem_checks as check
@@ -8,6 +8,7 @@ import mpm_dem_checks as check
 from .drucker_prager import drucker_prager
 from .law import Law
 from .mohr_coulomb import mohr_coulomb
+from .softened import softened
 from .von_mises import von_mises
 
 
@@ -15,10 +16,15 @@ def _rubs(keys: dict) -> bool:
     return keys["law"] != "von_mises"
 
 
+def _softens(keys: dict) -> bool:
+    return keys["softening"] is not None
+
+
 @dataclass(frozen=True)
 class Soil:
-    """An elastic, perfectly plastic soil. ``counts``: of a field as a key of a case, when it has an effect.
-    ValueError for impossible numbers comes with the ``material``.
+    """An elastic, perfectly plastic soil, or with ``softening`` one that loses strength and dilation, see
+    ``softened``. ``counts``: of a field as a key of a case, when it has an effect. ValueError
+    for impossible numbers comes with the ``material``.
 
     >>> Soil(E=50e3, nu=0.4, rho=1300.0, phi=22.0).material(dim=2).name
     'mohr_coulomb'
@@ -33,17 +39,29 @@ class Soil:
     tension: Optional[float] = None  # greatest tension [Pa]; none: up to the apex of the yield surface
     viscosity: float = 0.0  # beside its strength [Pa s]
     law: Literal["mohr_coulomb", "drucker_prager", "von_mises"] = "mohr_coulomb"  # of the soil
+    softening: Optional[float] = None  # plastic shear strain to the residual strength [-]; none: keeps it
+    softening_length: Optional[float] = None  # width of the bands in which that strain is meant [m]
+    residual_phi: Optional[float] = None  # friction angle after softening [degrees]; none: as before
+    residual_cohesion: Optional[float] = None  # cohesion after softening [Pa]; none: as before
 
-    counts: ClassVar[dict] = dict.fromkeys(("phi", "psi", "tension"),
-                                           (_rubs, "for soil, not for law=von_mises"))
+    counts: ClassVar[dict] = {
+        **dict.fromkeys(("phi", "psi", "tension", "softening"), (_rubs, "for soil, not for law=von_mises")),
+        **dict.fromkeys(("softening_length", "residual_phi", "residual_cohesion"),
+                        (_softens, "with softening=, a plastic shear strain"))}
 
-    def material(self, dim: int) -> Law:
+    def material(self, dim: int, cell: Optional[float] = None) -> Law:
         """The law in ``dim`` dimensions: Drucker–Prager matches Mohr–Coulomb in plane strain, in space in
-        triaxial compression; von Mises yields in pure shear at the cohesion.
+        triaxial compression; von Mises yields in pure shear at the cohesion. cell: size of the background
+        cells [m], which softening needs.
 
         >>> Soil(E=50e3, nu=0.4, rho=1300.0, phi=0.0, cohesion=100.0, law="von_mises").material(3).params.Y
         173.20508075688772
+        >>> Soil(E=1e7, nu=0.3, rho=1800.0, phi=20.0, cohesion=2e4, softening=0.1, softening_length=0.05,
+        ...      residual_cohesion=1e4).material(2, cell=0.1).name
+        'softening_mohr_coulomb'
         """
+        if self.softening is not None:
+            return self._softened(dim, cell)
         if self.law == "von_mises":
             check.positive("cohesion", self.cohesion, "Pa",
                            "law=von_mises has its strength from it, give a positive number")
@@ -56,6 +74,22 @@ class Soil:
         if self.law == "mohr_coulomb":
             return mohr_coulomb(*numbers, viscosity=self.viscosity)
         return drucker_prager(*numbers, "plane_strain" if dim == 2 else "compression", self.viscosity)
+
+    def _softened(self, dim: int, cell: Optional[float]) -> Law:
+        """See ``softened``."""
+        for name, value in (("softening_length", self.softening_length), ("cell", cell)):
+            if value is None:
+                raise ValueError(f"{name} is none: softening={self.softening:g} needs it, give a length in m")
+        phi = self.phi if self.residual_phi is None else self.residual_phi
+        cohesion = self.cohesion if self.residual_cohesion is None else self.residual_cohesion
+        check.between("residual_phi", phi, 0, self.phi, "degrees",
+                      f"give at least 0 and at most phi, {self.phi:g}")
+        check.between("residual_cohesion", cohesion, 0, self.cohesion, "Pa",
+                      f"give at least 0 and at most the cohesion, {self.cohesion:g}")
+        peak = replace(self, softening=None)
+        residual = replace(peak, phi=phi, psi=0.0, cohesion=cohesion, tension=None)
+        return softened(peak.material(dim), residual.material(dim), self.softening, self.softening_length,
+                        cell)
 
     @property
     def at_rest(self) -> float:

@@ -157,6 +157,6 @@ def ratio(inflow, record):
     """Arguments ``ratio`` and ``phi`` of ``at_rest`` for the law of the body ``record``."""
     p = record.law.params
     given = p.lam / (p.lam + 2.0 * p.mu) if inflow.ratio is None else inflow.ratio
-    if record.law.name != "mohr_coulomb" or p.S > 0.0 or p.N <= 1.0:
+    if "mohr_coulomb" not in record.law.name or p.S > 0.0 or p.N <= 1.0:
         return given, None
     return given, math.degrees(math.asin((p.N - 1.0) / (p.N + 1.0)))

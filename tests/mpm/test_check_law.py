@@ -4,7 +4,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from mpm_fenicsx import LAWS, check_law, drucker_prager, herschel_bulkley, mohr_coulomb, von_mises
+from mpm_fenicsx import LAWS, check_law, drucker_prager, herschel_bulkley, mohr_coulomb, softened, von_mises
 from mpm_fenicsx.laws import ELASTIC_STATE, Law
 from tests.mpm.kelvin_voigt import kelvin_voigt
 
@@ -21,6 +21,10 @@ OTHERS = {"no cohesion": mohr_coulomb(5e7, 0.3, 30.0), "cone": drucker_prager(5e
           "cut": mohr_coulomb(5e7, 0.2, 30.0, 5.0, 1e4, tension_cutoff=1e3),
           "cut cone": drucker_prager(5e7, 0.2, 30.0, 5.0, 1e4, tension_cutoff=1e3),
           "newton": herschel_bulkley(1e6, 10.0, tension_cutoff=None),
+          "softening": softened(mohr_coulomb(5e7, 0.3, 30.0, 5.0, 1e5),
+                                mohr_coulomb(5e7, 0.3, 20.0, 0.0, 2e4), 0.1, 0.05, 0.1),
+          "softening cone": softened(drucker_prager(5e7, 0.3, 30.0, 5.0, 1e5),
+                                     drucker_prager(5e7, 0.3, 20.0, 0.0, 2e4), 0.1, 0.05, 0.1),
           "hard metal": von_mises(210e9, 0.3, 235e6, 1e9)}
 
 

@@ -7,11 +7,11 @@ from numba import njit
 from numba.core.runtime import _nrt_python, rtsys
 from scipy.optimize import nnls
 
-from mpm_fenicsx import cam_clay, drucker_prager, herschel_bulkley, mohr_coulomb, mu_i, von_mises
-from mpm_fenicsx.compiled import specialise
+from mpm_fenicsx import cam_clay, drucker_prager, herschel_bulkley, mohr_coulomb, mu_i, softened, von_mises
 from mpm_fenicsx.laws import kernels
 from mpm_fenicsx.laws.drucker_prager import CONE
 from mpm_fenicsx.laws.hencky import ELASTIC, OPEN
+from mpm_fenicsx.laws.law import compiled_parts
 from mpm_fenicsx.laws.mohr_coulomb import (
     COMPRESSION_EDGE,
     CORNER,
@@ -25,6 +25,21 @@ from mpm_fenicsx.laws.von_mises import FLOW
 
 DT = 0.1  # as of ``Element``
 MC = dict(E=1.0, nu=0.3, friction_angle=30.0, dilation_angle=10.0, cohesion=0.01)
+WEAK = dict(E=1.0, nu=0.3, friction_angle=20.0, cohesion=0.003)
+CUT = dict(E=1.0, nu=0.2, friction_angle=30.0, dilation_angle=10.0, cohesion=0.01)
+
+
+def soft(make, cell=0.1, peak=MC, residual=WEAK, **both):
+    """Softens within plastic strains of about those that are tested."""
+    return softened(make(**peak, **both), make(**residual, **both), 0.4, 0.1, cell)
+
+
+def soft_cut(make):
+    """The same with a cut-off that falls."""
+    return softened(make(**CUT, tension_cutoff=0.004),
+                    make(**{**CUT, "dilation_angle": 0.0}, tension_cutoff=0.001), 0.4, 0.1, 0.1)
+
+
 LAWS = {"pyramid": (mohr_coulomb(**MC), (ELASTIC, SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, OPEN)),
         "no dilation": (mohr_coulomb(1.0, 0.4, 22.0, 0.0, 0.01), (ELASTIC, SHEAR, COMPRESSION_EDGE,
                                                                   EXTENSION_EDGE, OPEN)),
@@ -44,6 +59,13 @@ LAWS = {"pyramid": (mohr_coulomb(**MC), (ELASTIC, SHEAR, COMPRESSION_EDGE, EXTEN
         "mud": (herschel_bulkley(0.8, 0.02, 0.01, 0.5, 0.4), (ELASTIC, FLOW, OPEN)),
         "paste": (herschel_bulkley(0.8, 0.05, 0.01, 1.7, 0.4, 0.01), (ELASTIC, FLOW, OPEN)),
         "Bingham": (herschel_bulkley(0.8, 0.02, 0.01, 1.0, 0.4), (ELASTIC, FLOW, OPEN)),
+        "soft soil": (soft(mohr_coulomb), (ELASTIC, SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, OPEN)),
+        "cut soft soil": (soft_cut(mohr_coulomb), (ELASTIC, SHEAR, COMPRESSION_EDGE, EXTENSION_EDGE, TENSION,
+                                                   TENSION_EDGE, SHEAR_TENSION, CORNER, OPEN)),
+        "viscous soft soil": (soft(mohr_coulomb, viscosity=0.02), (ELASTIC, SHEAR, COMPRESSION_EDGE,
+                                                                   EXTENSION_EDGE, OPEN)),
+        "soft cone": (soft(drucker_prager), (ELASTIC, CONE, OPEN)),
+        "cut soft cone": (soft_cut(drucker_prager), (ELASTIC, CONE, OPEN)),
         "Newton": (herschel_bulkley(0.8, 0.02, shear_modulus=0.4), (FLOW, OPEN))}
 IN_REGIONS = [pytest.param(law, region, dim, id=f"{name}-{region}-{dim}D") for name, (law, regions)
               in LAWS.items() for region in regions for dim in (2, 3)]
@@ -62,7 +84,7 @@ def dim(request):
 def principal(law):
     """Return mapping and moduli of a law as functions of three sorted strains."""
     soil = dict(law.parts).get("soil", law)  # without viscosity
-    parts = {name: specialise(part, D=2) for name, part in soil.parts}
+    parts = compiled_parts(soil, dict(D=2))
 
     def stress(e):
         *t, region = parts["return_map"](law.params, 0.0, DT, *e)

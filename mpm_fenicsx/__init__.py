@@ -48,9 +48,10 @@ from .output.gauges import FlowGauges  # noqa: E402
 from .points.points import of_points, seed  # noqa: E402
 from .scene.balls import Balls  # noqa: E402
 from .scene.beam import SimplySupportedBeam  # noqa: E402
-from .scene.bodies import Body, Cloud, Grid, Support  # noqa: E402
+from .scene.bodies import Body, Cloud, Grid  # noqa: E402
 from .scene.conditions import GridWall, Load, Penalty  # noqa: E402
 from .scene.flow import fall_room, flow_grid, level_floor  # noqa: E402
+from .scene.from_checkpoint import FromCheckpoint  # noqa: E402
 from .scene.geostatic import at_rest  # noqa: E402
 from .scene.interface import Interface, Resampling  # noqa: E402
 from .scene.mesh import Box, Mesh  # noqa: E402
@@ -59,13 +60,14 @@ from .scene.numerics import SOLVERS, Numerics  # noqa: E402
 from .scene.openings import Inflow, Outflow  # noqa: E402
 from .scene.raster import Raster  # noqa: E402
 from .scene.structures import Structure  # noqa: E402
+from .scene.supports import Support  # noqa: E402
 from .scene.terrain import Terrain  # noqa: E402
 from .settling import Settled  # noqa: E402
 
 __all__ = [  # a scene; how it is computed; laws; points; what is read off; errors
-    "Balls", "Body", "Box", "Cloud", "Grid", "GridWall", "Inflow", "Interface", "Load", "Mesh", "Outflow",
-    "Penalty", "Raster", "Resampling", "SimplySupportedBeam", "Structure", "Support", "Terrain", "at_rest",
-    "fall_room", "flow_grid", "from_dolfinx", "level_floor", "read_cloud", "read_mesh",
+    "Balls", "Body", "Box", "Cloud", "FromCheckpoint", "Grid", "GridWall", "Inflow", "Interface", "Load",
+    "Mesh", "Outflow", "Penalty", "Raster", "Resampling", "SimplySupportedBeam", "Structure", "Support",
+    "Terrain", "at_rest", "fall_room", "flow_grid", "from_dolfinx", "level_floor", "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS", "Settled",
     "LAWS", "Law", "PATHS", "Soil", "Stage", "cam_clay", "check_law", "drive", "drucker_prager",
     "herschel_bulkley", "linear", "mohr_coulomb", "mu_i", "neo_hooke", "softened", "von_mises",

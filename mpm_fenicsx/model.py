@@ -38,7 +38,7 @@ from .terms.kernels import compile_grid_kernels
 from .terms.loads import SurfaceLoads
 from .terms.scene_contacts import make_meetings, warn_if_thin
 from .terms.scene_penalties import make_contacts, make_penalties
-from .terms.start import Start, warn_if_in_pieces
+from .terms.start import Start, start_from_checkpoints, warn_if_in_pieces
 from .terms.transfers import TRANSFERS, make_bodies
 
 
@@ -61,6 +61,7 @@ class Model(Accounts):
         self._in_blocks = come_in_blocks(scene, self.basis.smooth)
         free = self.gravity + scene.frame_pull(0.0)
         self._bodies = make_bodies(scene, scene.grid, free, self.basis, self._transfer.body)
+        start_from_checkpoints(self._bodies, self.origin, comm)
         self._feeds = self._make_feeds()
         x = np.concatenate([body.points.x for body in self._bodies])
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)

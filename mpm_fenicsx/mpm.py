@@ -15,7 +15,7 @@ from .points.boundary_particles import near_mass
 from .points.outline import OutlineChange
 from .readings import Readings
 from .scene.balls import Balls
-from .scene.bodies import Body, Grid, Support
+from .scene.bodies import Body, Grid
 from .scene.conditions import GridWall, Load, Penalty
 from .scene.interface import Interface
 from .scene.mesh import Mesh
@@ -23,6 +23,7 @@ from .scene.numerics import Numerics
 from .scene.openings import Inflow, Outflow
 from .scene.solid import SolidScene
 from .scene.structures import Structure
+from .scene.supports import Support
 from .solve.clock import PHASES
 from .solve.options import Doubt
 from .solve.problem import Problem

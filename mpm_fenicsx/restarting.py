@@ -31,7 +31,8 @@ class Restarting(Stepped):
         numbered = Numbered(self.background, self._router)
         applied = getattr(self._forces, "applied", None)
         return {"scene": self._fingerprint[OF_RANKS:].copy(), "time": self.time, "steps": self.steps,
-                "ranks": self.comm.size, "owner": self.background.owner.copy(), "blocks": self._blocks(),
+                "origin": self.origin.copy(), "ranks": self.comm.size,
+                "owner": self.background.owner.copy(), "blocks": self._blocks(),
                 "rebalances": np.array(self.rebalances, float).reshape(-1, 3),
                 "ladder": self._ladder.get_checkpoint(), "losses": self._losses.get_state(),
                 **self._impulses.get_state(), **self._works.get_state(), **self._feeds.get_state(),

@@ -7,9 +7,10 @@ import numpy as np
 import mpm_dem_checks as check
 
 from ..laws import Law
-from .bodies import Body, Grid, Support
+from .bodies import Body, Grid
 from .interface import Interface
 from .mesh import Box
+from .supports import Support
 
 BESIDE = 0.0026  # [m] of grid beside a beam on a grid that is given by its cells
 

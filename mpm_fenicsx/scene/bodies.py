@@ -1,4 +1,4 @@
-"""Bodies, grids and supports of a scene: frozen data in SI units, checked when made."""
+"""Bodies and grids of a scene: frozen data in SI units, checked when made."""
 from dataclasses import dataclass, replace
 from typing import Any, Callable, Optional, Sequence, Tuple, Union
 
@@ -8,6 +8,7 @@ import mpm_dem_checks as check
 
 from ..laws import Law, check_declared
 from .force_cells import check_force_cells
+from .from_checkpoint import FromCheckpoint
 from .hollow import without_rocks
 from .lattice import LARGE, cell_count, check_blocks, check_size
 from .mesh import Box, Mesh, cell_of
@@ -117,7 +118,8 @@ class Body:
     is then at rest, not in free fall. friction: coefficient of friction (Coulomb) with other bodies; of two
     that touch the larger one counts. name: of the forces of other bodies and of particles on it. force_cells:
     into which it is divided for that, numbers along the axes, counted along x first, or a function from
-    places at the start (n, dim) to numbers from 0 on, (n,).
+    places at the start (n, dim) to numbers from 0 on, (n,). start: the points start with the state that they
+    have in a checkpoint, see ``FromCheckpoint``.
 
     >>> from mpm_fenicsx import linear
     >>> steel = linear(E=210e9, nu=0.3)
@@ -140,6 +142,7 @@ class Body:
     friction: float = 0.0
     name: Optional[str] = None
     force_cells: Union[Sequence[int], Callable, None] = None
+    start: Optional[FromCheckpoint] = None
 
     def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 - the class is frozen
@@ -162,6 +165,8 @@ class Body:
             check.choice("stress_state", self.stress_state, states))
         if self.stress is not None:
             check.function("stress of the body", self.stress)
+        if self.start is not None:
+            check.record("start of the body", self.start, FromCheckpoint).check_alone(self.stress)
         if not callable(self.velocity):
             put("velocity", check.array("velocity of the body", self.velocity, (), (self.dim,), unit="m/s"))
         if not isinstance(self.shape, Cloud):
@@ -214,47 +219,3 @@ class Body:
     def dim(self) -> int:
         """Number of dimensions."""
         return self.shape.x.shape[1] if isinstance(self.shape, Cloud) else self.shape.dim
-
-
-@dataclass(frozen=True)
-class Support:
-    """Grid nodes whose motion is given.
-
-    where: function from node positions [m], shape (n, dim), to a mask, shape (n,). fix: the directions held,
-    such as "y" or "xy". motion: displacement from the start [m] as a function of time [s], one number or one
-    per direction of ``fix``; None holds still.
-
-    >>> floor = Support(lambda x: x[:, 1] < 1e-6, fix="xy", name="floor")
-    >>> floor.where(np.array([(0.0, 0.0), (0.0, 1.0)]))
-    array([ True, False])
-    """
-
-    where: Callable
-    fix: str
-    motion: Optional[Callable] = None
-    name: str = "support"
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.fix, str) or not self.fix or set(self.fix) - set(AXES):
-            raise ValueError(f"{self.name} fixes {check.shown(self.fix)}: give one or more of the letters x, "
-                             "y, z")
-        check.function(f"where of {self.name}", self.where)
-        if self.motion is not None:
-            check.function(f"motion of {self.name}", self.motion)
-
-    @staticmethod
-    def column(axis: str, at: float, grid: Grid, fix: str, motion: Optional[Callable] = None,
-               name: str = "support") -> "Support":
-        """Support on the grid nodes of the column (in space: plane) across ``axis`` that is nearest to ``at``
-        [m].
-
-        >>> grid = Grid(Box((0.0, 0.0), (1.0, 1.0)), (10, 10))
-        >>> Support.column("x", 0.52, grid, "y").where(np.array([(0.5, 0.3), (0.6, 0.3)]))
-        array([ True, False])
-        """
-        check.record("grid", grid, Grid)
-        d = AXES.index(check.choice("axis", axis, tuple(AXES[:grid.dim])))
-        at = check.finite("at", at, "m")
-        h = grid.box.size[d] / grid.cells[d]
-        nearest = grid.box.lower[d] + h * np.rint((at - grid.box.lower[d]) / h)
-        return Support(lambda x: np.abs(x[:, d] - nearest) < 0.25 * h, fix, motion, name)

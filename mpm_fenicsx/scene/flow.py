@@ -6,9 +6,10 @@ import numpy as np
 
 import mpm_dem_checks as check
 
-from .bodies import AXES, Grid, Support
+from .bodies import AXES, Grid
 from .conditions import GridWall
 from .mesh import Box
+from .supports import Support
 
 HIGHER = 1.25  # the room over the height of the body
 

@@ -13,13 +13,14 @@ from typing import Any, Sequence, Union
 import numpy as np
 
 from .balls import Balls
-from .bodies import Body, Cloud, Grid, Support
+from .bodies import Body, Cloud, Grid
 from .conditions import GridWall, Load, Penalty
 from .interface import SIDES, Interface, Resampling
 from .mesh import Box, Mesh
 from .openings import Inflow, Outflow
 from .solid import SolidScene
 from .structures import Structure
+from .supports import Support
 
 FAR = 64.0  # distance from zero over the size of the grid: from there on six bits of the coordinates are lost
 

@@ -8,7 +8,7 @@ import mpm_dem_checks as check
 from mpm_dem_series import over_time
 
 from .balls import Balls
-from .bodies import Body, Grid, Support
+from .bodies import Body, Grid
 from .conditions import GridWall, Load, Penalty
 from .interface import Interface
 from .lattice import cell_count
@@ -16,6 +16,7 @@ from .mesh import BYTES_PER_CELL, Mesh
 from .numerics import Numerics
 from .openings import Inflow, Outflow
 from .structures import Structure
+from .supports import Support
 
 INERTIA = "consistent", "lumped", "ghost"  # the kinds there are
 # what else gives momentum, see ``Impulses``

@@ -12,8 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..points.points import half_widths
-from ..scene.bodies import Cloud, Support
+from ..scene.bodies import Cloud
 from ..scene.geostatic import at_rest
+from ..scene.supports import Support
 
 COLUMN = 2.0  # cells, its length
 ROUND = 1e-9  # of a layer or a cell: less than that is round-off

@@ -3,6 +3,8 @@ import warnings
 
 import numpy as np
 
+import mpm_dem_store as store
+
 
 class Start:
     """The bodies at the start as functions of places x [m], shape (n, D), as of boundary particles: a place
@@ -73,3 +75,77 @@ def warn_if_in_pieces(bodies, background):
             warnings.warn(f"the material points of body {n + 1} lie in {groups} groups of cells without "
                           "common nodes, and nothing holds these together: seed more points, or take a "
                           "coarser grid", stacklevel=3)
+
+
+def start_from_checkpoints(bodies, origin, comm):
+    """Give the points of ``bodies``, terms that still have all their points, the state that their ``start``
+    names, see ``FromCheckpoint``; origin: of their coordinates [m]. Collective. ValueError for one that does
+    not fit."""
+    for number, term in enumerate(bodies):
+        start = term.body.start
+        if start is not None:
+            _take_state(term, start, *_read_points(start, f"body {number}", comm), origin)
+
+
+def _read_points(start, who, comm):
+    """Fields of all points of a body in a checkpoint in the order of their numbers, name → array, and the
+    origin of their coordinates [m]."""
+    if store.read_head(start.file, comm).get("kind") not in ("MPM", "run"):
+        raise ValueError(f"{who} starts from {start.file}, which is of something else: give a checkpoint of "
+                         "an MPM or of a run")
+    tree = store.read(start.file, comm)
+    tree = tree.get("solid", tree)
+    found = {name for name in tree["points"] if name.startswith("points")}
+    name = f"points{start.body or ''}"
+    if name not in found:
+        raise ValueError(f"{who} starts with body {start.body} of {start.file}, which has {len(found)}: give "
+                         f"a number from 0 to {len(found) - 1}")
+    if "origin" not in tree:
+        raise ValueError(f"{start.file} is a checkpoint of an older version: write it anew")
+    rows = tree["points"][name].fields
+    return {key: np.concatenate(comm.allgather(rows[key])) for key in sorted(rows)}, tree["origin"], who
+
+
+def _take_state(term, start, found, there, who, origin):
+    """Fields of ``found``, with the origin ``there``, become those of the points of ``term``."""
+    p, law = term.points, term.body.law
+    _check_fits(p, law, found, f"{who} starts with body {start.body} of {start.file}")
+    order = np.argsort(found["gid"])
+    if start.places:
+        p.x[:] = found["x"][order] + (there - origin)
+    p.F[:], p.F33[:], p.a[:] = found["F"][order], found["F33"][order], 0.0
+    for part in law.state.names:
+        p.state[part] = found[f"state.{part}"][order]
+    if start.velocities:
+        for name in {"v", "a", "C"} & set(p.names) & set(found):
+            getattr(p, name)[:] = found[name][order]
+        term.velocity_at = _nearest(p.x.copy(), p.v.copy())
+
+
+def _nearest(x, v):
+    """The function from places to the velocities v [m/s] of the nearest of the points x [m]."""
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(x)
+    return lambda at: v[tree.query(at)[1]] if len(at) else np.zeros(np.shape(at))
+
+
+def _check_fits(p, law, found, what):
+    """ValueError where the points p do not go with the ``found`` ones."""
+    if found["x"].shape[1] != p.x.shape[1]:
+        raise ValueError(f"{what}, which has {found['x'].shape[1]} dimensions, and has {p.x.shape[1]}: give "
+                         "a checkpoint of as many")
+    if len(found["gid"]) != len(p):
+        raise ValueError(f"{what}, which has {len(found['gid'])} points, and has {len(p)}: state the body as "
+                         "it was stated there; points that have left or come in cannot be taken over")
+    volume = found["V0"][np.argsort(found["gid"])]
+    same = np.isclose(volume, p.V0, rtol=1e-9, atol=0.0)
+    if not same.all():
+        n = int(np.argmin(same))
+        raise ValueError(f"{what}, where point {n} has a volume of {volume[n]:.6g} m^3, here {p.V0[n]:.6g}: "
+                         "state the body as it was stated there")
+    kept = {name[6:] for name in found if name.startswith("state.")}
+    if kept != set(law.state.names) or any(
+            found[f"state.{name}"].shape[1:] != law.state[name].shape for name in law.state.names):
+        raise ValueError(f"{what}, whose points remember {', '.join(sorted(kept))}, but its law {law.name} "
+                         f"remembers {', '.join(law.state.names)}: give it a law like that of the checkpoint")

@@ -1,5 +1,4 @@
 """Initial stress of soil, in equilibrium with its weight."""
-import math
 from typing import Any, Callable, Optional
 
 import numpy as np
@@ -8,6 +7,7 @@ import mpm_dem_checks as check
 
 from ..laws import Law
 from ..laws.plastic_parts import strains_of
+from .ground import Ground, Layer, check_ratio
 
 
 def at_rest(top: float, rho: float, gravity: Any, ratio: float,
@@ -29,40 +29,14 @@ def at_rest(top: float, rho: float, gravity: Any, ratio: float,
     array([[ -6000.,   4500.],
            [  4500., -12000.]])
     """
-    check.not_negative("ratio", ratio, rule="the ratio of horizontal to vertical stress must be 0 or a "
-                       "positive number")
     if np.ndim(gravity):
-        return _on_slope(top, rho, np.array(check.array("gravity", gravity, (2,), (3,), unit="m/s^2")),
-                         ratio, phi)
+        up = [0.0, 1.0, 0.0][:len(gravity)]
+        return Ground([Layer(None, rho, ratio, phi)], np.multiply(top, up), gravity, up).stress
+    check_ratio(ratio)
 
     def stress(x: np.ndarray) -> np.ndarray:
         vertical = -rho * gravity * np.maximum(top - x[:, 1], 0.0)
         return np.column_stack([ratio * vertical, vertical, ratio * vertical])
-
-    return stress
-
-
-def _on_slope(top: float, rho: float, g: np.ndarray, ratio: float,
-              phi: Optional[float]) -> Callable[[np.ndarray], np.ndarray]:
-    """See ``at_rest``. With t the tangent of the slope and s = sin phi, Mohr's circle through the stress
-    across the surface, (1, t), and along it, (K, -t), touches the yield surface where (1 - s^2) K^2 - 2 (1 +
-    s^2) K + 1 - s^2 + 4 t^2 = 0."""
-    if not g[1] < 0.0:
-        raise ValueError(f"gravity is {g} m/s^2: its part along y must be negative, as the surface is above")
-    along = np.array([g[0], 0.0, g[2] if len(g) == 3 else 0.0])
-    t = float(np.linalg.norm(along) / -g[1])
-    down, side = along / (np.linalg.norm(along) or 1.0), ratio
-    if phi is not None:
-        s = math.sin(math.radians(check.between("phi", phi, 0, 90, "degrees", ends="[)")))
-        root = math.sqrt(max((1.0 + s**2) ** 2 - (1.0 - s**2) * (1.0 - s**2 + 4.0 * t**2), 0.0))
-        ratio = min(max(ratio, (1.0 + s**2 - root) / (1.0 - s**2)), (1.0 + s**2 + root) / (1.0 - s**2))
-        middle, radius = 0.5 * (1.0 + ratio), math.hypot(0.5 * (1.0 - ratio), t)
-        side = min(max(side, middle - radius), middle + radius)
-    unit = np.diag([side, 1.0, side]) + (ratio - side) * np.outer(down, down)
-    unit -= t * (np.outer(down, (0.0, 1.0, 0.0)) + np.outer((0.0, 1.0, 0.0), down))
-
-    def stress(x: np.ndarray) -> np.ndarray:
-        return rho * g[1] * np.maximum(top - x[:, 1], 0.0)[:, None, None] * unit
 
     return stress
 

@@ -146,3 +146,9 @@ def terrain():
 def flume():
     """The module ``cases/flume.py``."""
     return load("flume")
+
+
+@pytest.fixture(scope="session")
+def dam_break():
+    """The module ``cases/dam_break.py``."""
+    return load("dam_break")

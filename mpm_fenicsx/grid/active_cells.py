@@ -45,7 +45,7 @@ class ActiveCells:
         is the matrix; averaged: whether a body needs the patches; facets: None, or ``ghost.Facets`` that need
         matrices; walls: None on all ranks where there are no springs, else a mask of the local cells that may
         hold particles of walls; meeting: pairs of fields between which something acts."""
-        self.comm, self.dim = background.comm, background.dim
+        self.comm, self.dim, self.origin = background.comm, background.dim, background.origin
         self._vectors, self._symmetric = {}, symmetric
         grid_vec = ghosted_vector(background.node_numbering, self.comm)
         # nodes of filled cells, on any rank

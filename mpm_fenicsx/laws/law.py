@@ -9,7 +9,7 @@ functions that ``specialise`` compiles for a dimension D:
 
 p: parameters (NamedTuple). F: deformation gradient at the end of the step, shape (D, D). F33: stretch across
 the plane of a plane scene, and 1 in space. dt: length of the step [s]; 0 for the stress of a state that is
-there already (F and ``old`` belong to the same time: no rate is known, and none is needed); infinite in load
+there already (F and ``old`` belong to the same time: what the rate was, ``old`` must tell); infinite in load
 steps without inertia (however fast F changes does not matter: rates, over dt, are zero). old, new: what the
 law remembers, at the start and at the end of the step: records with the fields of ``Law.state``, read and
 written by name (``new.plastic_strain``); zero at the start of a run. ParaView and checkpoints have them under

@@ -9,8 +9,9 @@ Computational Inelasticity, section 8.3: Green's strain of the step, pushed forw
 
 Yield and plastic flow are those of the soil without viscosity (Kelvin's arrangement): flowing at the rate g
 it bears eta g more shear than its strength, held no more than without. What the viscous stress takes counts
-as plastic work. The stress of a state that is there, dt = 0, has no viscous part, as no
-rate is known.
+as plastic work. The law remembers C and (C - C_old) / dt, which a turn of the body does not change: the
+stress of a state that is there, dt = 0, has the viscous part of the step that led to it, with -F^-T (dC/dt)
+F^-1 in place of c / dt in all formulas.
 """
 import math
 
@@ -22,7 +23,8 @@ from ..compiled import called
 from .algebra import cofactor, determinant
 from .law import Law
 
-PAST = "right_cauchy_green"  # C - 1 at the end of the step
+# C - 1 at the end of the step, and its change over the length of the step [1/s]
+PAST, RATE = "right_cauchy_green", "right_cauchy_green_rate"
 
 D = 2  # fixed by specialise, as is the law within
 inverse = strain_of_step = soil_stress = soil_tangent = soil_energy = None
@@ -39,25 +41,30 @@ def inverse(F):  # noqa: F811
 
 
 @called
-def _pushed(past, x, i, j, D):
-    """Component ij of F^-T C_old F^-1, x being F^-1."""
+def _pushed(past, one, x, i, j, D):
+    """Component ij of F^-T (one + past) F^-1, x being F^-1."""
     s = 0.0
     for m in range(D):
-        row = x[D * m + j]
+        row = one * x[D * m + j]
         for n in range(D):
             row += past[m, n] * x[D * n + j]
         s += x[D * m + i] * row
     return s
 
 
-def strain_of_step(old, x, F33):  # noqa: F811
-    """c, row by row, as a tuple, and its component across the plane (0 in space)."""
-    C = old.right_cauchy_green
+def strain_of_step(old, x, F33, dt):  # noqa: F811
+    """c, row by row, as a tuple, and its component across the plane (0 in space); for dt = 0 what takes the
+    place of c / dt."""
+    one, sign = (0.0, -1.0) if dt == 0.0 else (1.0, 1.0)
+    C = old.right_cauchy_green_rate if dt == 0.0 else old.right_cauchy_green
     if D == 2:
-        return ((_pushed(C, x, 0, 0, 2), _pushed(C, x, 0, 1, 2), _pushed(C, x, 1, 0, 2),
-                 _pushed(C, x, 1, 1, 2)), (1.0 + C[2, 2]) / (F33 * F33))
-    xx, yy, zz = _pushed(C, x, 0, 0, 3), _pushed(C, x, 1, 1, 3), _pushed(C, x, 2, 2, 3)
-    xy, yz, zx = _pushed(C, x, 0, 1, 3), _pushed(C, x, 1, 2, 3), _pushed(C, x, 2, 0, 3)
+        return ((sign * _pushed(C, one, x, 0, 0, 2), sign * _pushed(C, one, x, 0, 1, 2),
+                 sign * _pushed(C, one, x, 1, 0, 2), sign * _pushed(C, one, x, 1, 1, 2)),
+                sign * (one + C[2, 2]) / (F33 * F33))
+    xx, yy, zz = (sign * _pushed(C, one, x, 0, 0, 3), sign * _pushed(C, one, x, 1, 1, 3),
+                  sign * _pushed(C, one, x, 2, 2, 3))
+    xy, yz, zx = (sign * _pushed(C, one, x, 0, 1, 3), sign * _pushed(C, one, x, 1, 2, 3),
+                  sign * _pushed(C, one, x, 2, 0, 3))
     return (xx, xy, zx, xy, yy, yz, zx, yz, zz), 0.0
 
 
@@ -80,8 +87,8 @@ def _row(c, x, i, n, D):
 
 
 @called
-def _remember(F, F33, new, D):
-    """C - 1 at the end of the step."""
+def _remember(F, F33, dt, old, new, D):
+    """C - 1 at the end of the step and its rate, which stays where the state does."""
     for i in range(D):
         for j in range(D):
             s = -1.0 if i == j else 0.0
@@ -90,16 +97,22 @@ def _remember(F, F33, new, D):
             new.right_cauchy_green[i, j] = s
     if D == 2:
         new.right_cauchy_green[2, 2] = F33 * F33 - 1.0
+    for i in range(3):
+        for j in range(3):
+            rate = old.right_cauchy_green_rate[i, j]
+            if dt > 0.0:
+                rate = (new.right_cauchy_green[i, j] - old.right_cauchy_green[i, j]) / dt
+            new.right_cauchy_green_rate[i, j] = rate
 
 
 def stress(p, F, F33, dt, old, new, P):
     """Returns what the soil's returns."""
     found = soil_stress(p, F, F33, dt, old, new, P)
-    _remember(F, F33, new, D)
-    if 0.0 < dt < math.inf:
+    _remember(F, F33, dt, old, new, D)
+    if dt < math.inf:
         x = inverse(F)
-        c, c33 = strain_of_step(old, x, F33)
-        mean, eta = _mean(c, c33, D), p.viscosity / dt
+        c, c33 = strain_of_step(old, x, F33, dt)
+        mean, eta = _mean(c, c33, D), p.viscosity / (dt if dt > 0.0 else 1.0)
         square = (mean - c33) ** 2 if D == 2 else 0.0  # of the deviator of 1 - c
         for i in range(D):
             for j in range(D):
@@ -107,7 +120,8 @@ def stress(p, F, F33, dt, old, new, P):
                 square += ((mean if i == j else 0.0) - c[D * i + j]) ** 2
         if D == 2:
             P[D * D] += eta * (mean - c33) / F33
-        new.plastic_work += 0.5 * eta * square
+        if dt > 0.0:
+            new.plastic_work += 0.5 * eta * square
     return found
 
 
@@ -118,11 +132,11 @@ def tangent(p, F, F33, dt, old, new, P, A):
     """
     soil_tangent(p, F, F33, dt, old, new, P, A)
     stress(p, F, F33, dt, old, new, P)
-    if not 0.0 < dt < math.inf:
+    if not dt < math.inf:
         return
     x, last = inverse(F), D * D
-    c, c33 = strain_of_step(old, x, F33)
-    mean, eta = _mean(c, c33, D), p.viscosity / dt
+    c, c33 = strain_of_step(old, x, F33, dt)
+    mean, eta = _mean(c, c33, D), p.viscosity / (dt if dt > 0.0 else 1.0)
     for i in range(D):
         for k in range(D):
             for m in range(D):
@@ -150,12 +164,13 @@ def with_viscosity(law: Law) -> Law:
     where that is 0. Raises ValueError for a negative one.
 
     >>> from mpm_fenicsx.laws import von_mises
-    >>> von_mises(1e6, 0.3, 1e3, viscosity=50.0).state.names[-1]
-    'right_cauchy_green'
+    >>> von_mises(1e6, 0.3, 1e3, viscosity=50.0).state.names[-2:]
+    ('right_cauchy_green', 'right_cauchy_green_rate')
     """
     if check.not_negative("viscosity", law.params.viscosity, "Pa s") == 0.0:
         return law
-    state = np.dtype([*((name, law.state[name]) for name in law.state.names), (PAST, np.float64, (3, 3))])
+    state = np.dtype([*((name, law.state[name]) for name in law.state.names),
+                      *((name, np.float64, (3, 3)) for name in (PAST, RATE))])
     return law._replace(state=state, stress=stress, tangent=tangent, energy=energy, thickness=None,
                         symmetric=False, parts=(("soil", law), ("inverse", inverse),
                                                 ("strain_of_step", strain_of_step)))

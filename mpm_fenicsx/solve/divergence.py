@@ -19,10 +19,10 @@ ADVICE = {
 }
 
 
-def diverged(reason, when, iterations, tried, residual):
+def diverged(reason, when, iterations, tried, residual, lost=None):
     """The error for PETSc's ``reason``, or SINGULAR, in the step ``when``, with all that was ``tried`` in
-    ``iterations`` down to a ``residual`` [N]."""
-    in_vain = f"; {', '.join(tried)} did not help"
+    ``iterations`` down to a ``residual`` [N]; lost: None, or the ``NoStress`` of a point on the way."""
+    in_vain = f"; {', '.join(tried)} did not help" + (f"; {lost.text}" if lost else "")
     if reason == SINGULAR:
         return MPMDivergedError(f"the tangent of {when} cannot be factorised (nearly empty cells, stiff "
                                 f"bodies beside soft ones){in_vain}", "take more material points, a "

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..collective import somewhere, total
+from ..terms.failing import find_failing
 from ..terms.newmark import Increment
 from .tangents import Tangent
 
@@ -68,6 +69,10 @@ class Equations:
         r[idle] = self._tangents.now.idle_scale * (u - known[:n])[idle]
         self._clock.lap("residual")
         return trial
+
+    def failing(self, trial):
+        """The first point of this rank without a stress in ``trial``, a ``NoStress``, or None."""
+        return find_failing(self.terms, trial.of_terms, self._active_cells.origin)
 
     def imbalance(self, trial):
         """Forces [N], shape (owned, D), that the last residual, that of ``trial``, leaves to the supports and

@@ -46,7 +46,7 @@ class Newton:
         self._equations, self._tangents, self._coordinates = equations, tangents, coordinates
         self._doubt = doubt
         self._comm, self._shape = active_cells.comm, (active_cells.owned, active_cells.dim)
-        self._failure = self._trial = self._residual = None
+        self._failure = self._trial = self._residual = self._lost = None
         self.u, r = active_cells.vector(active_cells.dim), active_cells.vector(active_cells.dim)
         self.snes = snes = PETSc.SNES().create(active_cells.comm)
         snes.setOptionsPrefix(PREFIX)
@@ -134,6 +134,8 @@ class Newton:
             else:
                 self._trial = self._equations.residual(u, out)
                 self._residual = out.copy()
+                if self._lost is None and not np.isfinite(out.sum()):
+                    self._lost = self._equations.failing(self._trial)
         except Exception as error:
             self._fail(error)
             out[:] = np.nan
@@ -188,7 +190,7 @@ class Newton:
         words and the option to try."""
         if not self._user_atol:
             self.snes.setTolerances(atol=atol)
-        self._trial, iterations, tried, self.helped = None, 0, [], []
+        self._trial, self._lost, iterations, tried, self.helped = None, None, 0, [], []
         try:
             for rung in RUNGS:
                 if rung is not RUNGS[0]:
@@ -211,7 +213,8 @@ class Newton:
             if rung is not RUNGS[0]:
                 self._go_to(RUNGS[0])
         if reason < 0:
-            raise diverged(reason, when, iterations, tried, self.snes.getFunctionNorm())
+            lost = min((lost for lost in self._comm.allgather(self._lost) if lost), default=None)
+            raise diverged(reason, when, iterations, tried, self.snes.getFunctionNorm(), lost)
         self._doubt(self.snes.getFunctionNorm(), atol, when)
         return self._trial_at(self.u), iterations
 

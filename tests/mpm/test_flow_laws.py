@@ -2,7 +2,19 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import drucker_prager, herschel_bulkley, mohr_coulomb, mu_i, von_mises
+from mpm_fenicsx import (
+    MPM,
+    Body,
+    Box,
+    Grid,
+    Numerics,
+    Support,
+    drucker_prager,
+    herschel_bulkley,
+    mohr_coulomb,
+    mu_i,
+    von_mises,
+)
 
 # Glass beads of Jop, Forterre & Pouliquen 2006, as soil of 10 MPa under 100 Pa.
 MU_S, MU_2, I_0, GRAIN, RHO_S, E, NU, P0 = 0.382, 0.644, 0.279, 0.53e-3, 2450.0, 1e7, 0.3, 100.0
@@ -177,6 +189,67 @@ def test_a_turn_is_no_flow(element, dim, angle):
     P = point.P(F)
     point.dt = 1e-4
     np.testing.assert_allclose(point.P(Q @ F), Q @ P, rtol=0, atol=1e-8 * P0)
+
+
+@pytest.mark.parametrize("soil", SOILS)
+def test_the_stress_that_is_there_has_its_viscous_part(element, dim, soil):
+    """That of the step, to round-off, and of load steps none; also when the body has turned since."""
+    point, Q = element(SOILS[soil](viscosity=7.0), dim, 1e-4), np.eye(dim)
+    Q[:2, :2] = [[0.6, -0.8], [0.8, 0.6]]
+    start = squeezed(point, P0, K_BEADS)
+    for gamma in 1e-3 * np.arange(1, 21):
+        F = simple(gamma, dim) @ start
+        tau = point.step(F)
+    point.dt = 0.0
+    np.testing.assert_allclose(point.tau(F), tau, rtol=0, atol=1e-7 * abs(tau).max())
+    assert tau[0, 1] > 7.0 * 10.0
+    assert abs(point.old["right_cauchy_green_rate"]).max() == pytest.approx(10.0, rel=0.1)
+    np.testing.assert_allclose(point.tau(Q @ F)[:dim, :dim], Q @ tau[:dim, :dim] @ Q.T, rtol=0,
+                               atol=1e-7 * abs(tau).max())
+    new = point.step(F)
+    np.testing.assert_allclose(point.tau(F), new, rtol=0, atol=1e-9 * abs(tau).max())
+    point.dt = np.inf
+    point.step(F)
+    point.dt = 0.0
+    assert not point.old["right_cauchy_green_rate"].any() and abs(point.tau(F)[0, 1]) < tau[0, 1] - 0.9 * 70.0
+
+
+def test_the_tangent_of_the_stress_that_is_there(element, dim, taylor_rate):
+    """At a given rate of C, of a soil that does not yield."""
+    point, random = element(mohr_coulomb(1e3, NU, 30.0, cohesion=1e9, viscosity=7.0), dim, 0.1), (
+        np.random.default_rng(1))
+    point.step(np.eye(dim) + 0.2 * random.normal(size=(dim, dim)))
+    F = np.eye(dim) + 0.2 * random.normal(size=(dim, dim))
+    point.step(F)
+    point.dt = 0.0
+    dF = random.normal(size=(dim, dim))
+    assert taylor_rate(lambda h: point.P(F + h * dF), np.tensordot(point.A(F), dF, 2)) == pytest.approx(
+        2.0, abs=0.05)
+
+
+@pytest.mark.parametrize("transfer", ["newmark", "tpic"])
+@pytest.mark.parametrize("restarts", [False, True])
+def test_the_stress_of_the_points_has_its_viscous_part(transfer, restarts, tmp_path):
+    """A layer that is sheared at 2 /s: strength and eta g, in what is shown, and after a restart."""
+    eta, rate, strength = 50.0, 2.0, 100.0
+    mud = von_mises(1e6, 0.3, np.sqrt(3.0) * strength, viscosity=eta)
+    body = Body(Box((0.0, 0.0), (0.1, 0.2)), (1, 2), 2, mud, 1.0)
+    held = [Support(lambda x: x[:, 1] > -1.0, "y"), Support(lambda x: x[:, 1] < 1e-9, "x"),
+            Support(lambda x: x[:, 1] > 0.2 - 1e-9, "x", lambda t: 0.2 * rate * t)]
+    make = lambda: MPM(Grid(Box((0.0, 0.0), (0.1, 0.2)), (1, 2)), body, held, inertia="lumped",  # noqa: E731
+                       numerics=Numerics(transfer=transfer))
+    solid = make()
+    for _ in range(40):
+        solid.advance(1e-4)
+    if restarts:
+        solid.save(tmp_path / "sheared.h5")
+        solid.close()
+        solid = make()
+        solid.load(tmp_path / "sheared.h5")
+    assert solid.cauchy_stress()[:, 0, 1] == pytest.approx(strength + eta * rate, rel=1e-2)
+    shown = solid.snapshot()["points"][2]["cauchy_stress"]
+    assert shown.reshape(len(shown), -1)[:, 1] == pytest.approx(strength + eta * rate, rel=1e-2)
+    solid.close()
 
 
 def test_without_viscosity_it_costs_nothing():

@@ -32,6 +32,7 @@ from .laws import (  # noqa: E402
     cam_clay,
     check_law,
     drucker_prager,
+    from_energy,
     herschel_bulkley,
     linear,
     mohr_coulomb,
@@ -72,7 +73,7 @@ __all__ = [  # a scene; how it is computed; laws; points; what is read off; erro
     "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS", "Settled",
     "LAWS", "Law", "PATHS", "Soil", "Stage", "cam_clay", "check_law", "drive", "drucker_prager",
-    "herschel_bulkley", "linear", "mohr_coulomb", "mu_i", "neo_hooke", "softened", "von_mises",
+    "from_energy", "herschel_bulkley", "linear", "mohr_coulomb", "mu_i", "neo_hooke", "softened", "von_mises",
     "of_points", "seed",
     "FlowGauges",
     "MPMDivergedError", "MPMError"]

@@ -45,6 +45,13 @@ def test_the_law_that_is_shown_is_the_one_that_is_tested():
     assert f"```python\n{file[start:file.index('# ---', start)].strip()}\n```" in page
 
 
+def test_the_energy_that_is_shown_is_the_one_that_is_tested():
+    names = "own_law.md", "energy_law.py"
+    page, file = ((ROOT / "docs" / name).read_text(encoding="utf-8") for name in names)
+    start = file.index("def mooney_rivlin")
+    assert f"```python\n{file[start:file.index('# ---', start)].strip()}\n```" in page
+
+
 def test_the_index_names_all_pages():
     index = (ROOT / "docs/README.md").read_text(encoding="utf-8")
     assert not [page.name for page in PAGES[2:] if page.name != "README.md" and f"({page.name})" not in index]

@@ -41,8 +41,8 @@ class Law(NamedTuple):
     """Parameters, state record and kernels of one material; ``thickness`` is the closed form of the stretch
     across the plane in plane stress, for laws that have one: thickness(p, F). ``parts``: names and templates
     of functions that the kernels call by these names, and those after them, where several laws share their
-    kernels; a law among them brings ``NAME_stress``, ``NAME_tangent`` and ``NAME_energy``. ``symmetric``: A
-    is, and so may be the solver."""
+    kernels, or constants; a law among them brings ``NAME_stress``, ``NAME_tangent`` and ``NAME_energy``.
+    ``symmetric``: A is, and so may be the solver."""
 
     name: str
     params: NamedTuple
@@ -101,14 +101,16 @@ def check_together(laws: Iterable[Law]) -> None:
                                  f"one as {law.state[name]}: give one of them another name")
 
 
-def compiled_parts(law: Law, constants: Dict[str, Any]) -> Dict[str, Callable]:
-    """Functions of ``Law.parts``, by name, with the ``constants`` (D at least) fixed."""
-    parts: Dict[str, Callable] = {}
+def compiled_parts(law: Law, constants: Dict[str, Any]) -> Dict[str, Any]:
+    """``Law.parts`` by name, functions with the ``constants`` (D at least) fixed."""
+    parts: Dict[str, Any] = {}
     for name, part in law.parts:
         if isinstance(part, Law):
             stress, tangent = kernels(part, constants["D"], law.name)
             parts |= {f"{name}_stress": stress, f"{name}_tangent": tangent,
                       f"{name}_energy": bound(part, part.energy, constants["D"], law.name)}
+        elif not callable(part):
+            parts[name] = part
         else:
             known = {other: parts[other] for other in part.__code__.co_names if other in parts}
             parts[name] = specialise(part, **constants, **known)

@@ -12,11 +12,13 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "docs")]
+from energy_law import rubber  # noqa: E402
 from own_law import damped  # noqa: E402
+from ufl import det, ln, tr  # noqa: E402
 
-from mpm_fenicsx import drucker_prager, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
+from mpm_fenicsx import drucker_prager, from_energy, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
 from mpm_fenicsx.compiled import specialise  # noqa: E402
-from mpm_fenicsx.laws import kernels  # noqa: E402
+from mpm_fenicsx.laws import kernels, lame  # noqa: E402
 
 D = 2
 stress = tangent = None
@@ -30,6 +32,11 @@ def all_stresses(p, F, old, new, P, A):
 def all_tangents(p, F, old, new, P, A):
     for q in range(len(F)):
         tangent(p, F[q], 1.0, 1e-3, old[q], new[q], P, A)
+
+
+def neo_hookean(F, mu, lam):
+    """The energy of ``neo_hooke``."""
+    return mu / 2 * (tr(F.T * F) - 3) - mu * ln(det(F)) + lam / 2 * ln(det(F)) ** 2
 
 
 def measure(law, dim, points, repeat):
@@ -55,9 +62,11 @@ def measure(law, dim, points, repeat):
 
 
 def main(points=19200, repeat=50):
+    lam, mu = lame(5e4, 0.4)
     laws = [linear(5e4, 0.4), neo_hooke(5e4, 0.4), mohr_coulomb(5e4, 0.4, 22.0),
             drucker_prager(5e4, 0.4, 22.0), von_mises(5e4, 0.4, 100.0),
-            damped(5e4, 0.4, 100.0)]
+            damped(5e4, 0.4, 100.0),
+            from_energy(neo_hookean, mu=mu, lam=lam), rubber(5e3, 2e3, 8e4)]
     print("| law | dimensions | stress [ns] | tangent [ns] | flowing | opened |\n| --- | --- | --- | --- | "
           "--- | --- |")
     for dim in (2, 3):

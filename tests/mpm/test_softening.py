@@ -79,6 +79,19 @@ def test_without_the_length_a_band_breaks_the_sooner_the_finer_the_grid():
     assert half[0] > 1.6 * half[1]
 
 
+@pytest.mark.parametrize("name", LAWS)
+def test_under_great_pressure_friction_is_lost_at_once(name):
+    """Where it falls faster than the soil unloads, no stress lies between peak and residual strength: the
+    first slide beyond the peak ends at the residual one."""
+    law = soft(LAWS[name], strain=0.005)
+    table = drive(law, PATHS["simple_shear"](shear=0.06, pressure=1e6, steps=100))
+    sheared = table["stage"] == table["stage"].max()
+    k = table["plastic_strain"][sheared]
+    assert not ((k > 0.02 * law.params.full) & (k < law.params.full)).any() and k[-1] > law.params.full
+    tau = table["s_xy"][sheared]
+    assert tau[-1] < 0.8 * tau.max()
+
+
 def test_a_law_that_does_not_soften_has_nothing_of_it():
     plain = [name for name, _ in mohr_coulomb(E, NU, **PEAK).parts]
     assert "weakened" not in plain and "after" not in plain

@@ -8,8 +8,10 @@ compiles it, once: what is made stays in the folder of dolfinx' form compiler, w
 import contextlib
 import logging
 import os
+import re
 import shutil
 import sysconfig
+import warnings
 from inspect import signature
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, NoReturn, Sequence, Tuple
 
@@ -53,12 +55,14 @@ def _refuse(name: str, what: str, remedy: str) -> NoReturn:
 
 @contextlib.contextmanager
 def _quietly(level: int) -> Iterator[None]:
-    """Without what libraries log up to that level: UFL warns of each number that it does not know, setuptools
-    tells the command lines of the compiler."""
+    """Without what libraries log up to that level, and their warnings: UFL warns of each number that it does
+    not know, setuptools tells the command lines of the compiler."""
     before = logging.root.manager.disable
     logging.disable(level)
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
     finally:
         logging.disable(before)
 
@@ -131,7 +135,9 @@ def _why(error: Exception) -> str:
         return (f"cannot be compiled, there is no C compiler ({compiler}): install gcc, or name another one "
                 "as CC=…")
     if isinstance(error, TimeoutError):
-        return f"is being compiled by another run, or one that was ended in between ({said})"
+        file = re.search(r"remove (.+?\.c)\)", said)
+        return ("is being compiled by another run, or was by one that is gone: wait, or remove "
+                f"{file.group(1) if file else said}")
     return (f"cannot be compiled ({said}): look for functions that UFL knows and C does not, and whether gcc "
             "and the headers of Python (python3-dev) are there")
 

@@ -12,7 +12,7 @@ import ufl
 from ufl import det, ln, tr
 
 from mpm_fenicsx import MPM, Body, Box, Grid, check_law, drive, from_energy, neo_hooke
-from mpm_fenicsx.laws import lame
+from mpm_fenicsx.laws import compat, lame
 from mpm_fenicsx.laws.paths import triaxial
 
 ROOT = Path(__file__).parents[2]
@@ -172,6 +172,17 @@ def run_script(tmp_path):
         return done.stdout.strip(), len(list((tmp_path / "cache").rglob("*.so")))
 
     return run
+
+
+def test_what_another_run_has_begun_is_waited_for(monkeypatch, tmp_path):
+    """Whoever finds the file of another one waits for its end."""
+    monkeypatch.setattr(compat, "WAIT", 1)
+    monkeypatch.setattr(compat, "_folder", lambda: str(tmp_path))
+    law = from_energy(neo, mu=1.0, lam=3.0)
+    next(tmp_path.glob("*.c.cached")).unlink()
+    with pytest.raises(RuntimeError, match="compiled by another run, or was by one that is gone: wait, or "
+                                           f"remove {tmp_path}/.*.c$"):
+        from_energy(neo, mu=1.0, lam=law.params.lam)
 
 
 def test_it_is_compiled_once_for_all_processes_and_moduli(run_script):

@@ -19,8 +19,12 @@ petsc4py.init(words())  # before dolfinx is imported: afterwards PETSc no longer
 
 from petsc4py import PETSc  # noqa: E402
 
-if not PETSc.Options().hasName("options_left"):
-    PETSc.Options()["options_left"] = "no"  # `unused_options` says it; PETSc from 3.21 on would say it, too
+for option, value in {
+    "options_left": "no",  # `unused_options` says it; PETSc from 3.21 on would say it, too
+    "vec_mdot_use_gemv": "no",  # the round-off of PETSc's newer VecMDot depends on where vectors lie in memory
+}.items():
+    if not PETSc.Options().hasName(option):
+        PETSc.Options()[option] = value
 
 import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
 

@@ -21,7 +21,7 @@ from petsc4py import PETSc  # noqa: E402
 
 for option, value in {
     "options_left": "no",  # `unused_options` says it; PETSc from 3.21 on would say it, too
-    "vec_mdot_use_gemv": "no",  # the round-off of PETSc's newer VecMDot depends on where vectors lie in memory
+    "vec_mdot_use_gemv": "no",  # round-off of the newer VecMDot depends on where vectors lie in memory
 }.items():
     if not PETSc.Options().hasName(option):
         PETSc.Options()[option] = value

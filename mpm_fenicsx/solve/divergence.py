@@ -4,6 +4,7 @@ from petsc4py import PETSc
 from ..errors import MPMDivergedError
 
 ZERO_PIVOT = 81  # PETSc's error of a factorisation that fails
+FACTOR_FAILED = -11  # KSP_DIVERGED_PC_FAILED: one that fails without an error
 REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if isinstance(value, int)}
 SINGULAR = -ZERO_PIVOT  # beside PETSc's reasons, of one attempt
 NOT_POSITIVE = SINGULAR, PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE  # perhaps, of the tangent

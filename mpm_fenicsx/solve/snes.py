@@ -12,7 +12,7 @@ from ..collective import somewhere
 from ..errors import MPMError
 from ..grid import compat
 from . import options, solvers
-from .divergence import ANY_SIGN, NOT_POSITIVE, SINGULAR, ZERO_PIVOT, diverged
+from .divergence import ANY_SIGN, FACTOR_FAILED, NOT_POSITIVE, SINGULAR, ZERO_PIVOT, diverged
 from .options import PREFIX
 from .options import unused as unused_options  # noqa: F401 - known by this name
 from .rungs import RUNGS
@@ -247,6 +247,8 @@ class Newton:
         failure, self._failure = self._failure, None
         if failure is not None:
             raise failure
+        if self.snes.getKSP().getConvergedReason() == FACTOR_FAILED:
+            self.snes.getKSP().getPC().reset()  # nor can MUMPS
         return self.snes.getConvergedReason(), self.snes.getIterationNumber()
 
     def destroy(self):

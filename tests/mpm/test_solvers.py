@@ -113,7 +113,7 @@ def test_all_presets_are_documented():
 
 
 def test_round_off_does_not_depend_on_where_vectors_lie_in_memory():
-    """It did with PETSc's newer VecMDot: rigid-body modes, and with them multigrid, differed between two runs."""
+    """With the newer VecMDot it did, by the rigid-body modes: so multigrid differed from run to run."""
     modes = np.linalg.qr(np.random.default_rng(1).standard_normal((70, 3)))[0].T
     memory, left = np.zeros(500), []
     for starts in ((0, 100, 200), (0, 100, 210)):  # at one distance, as chance would have it, and not

@@ -37,6 +37,20 @@ def test_the_layer_sways_as_the_shear_modulus_says(energy_law, tmp_path):
 
 
 @pytest.mark.mpi
+def test_one_rank_compiles_for_all(run_ranks, monkeypatch, tmp_path):
+    """Without a compiler every rank ends with one sentence, in which no rank waits for another one."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("CC", "no-compiler")
+    done = run_ranks(2, FILE, "t_end=0.004", f"out={tmp_path / 'out'}")
+    sentence = "the energy mooney_rivlin cannot be compiled, there is no C compiler (no-compiler)"
+    assert done.returncode != 0 and done.stderr.count(sentence) == 1
+    monkeypatch.delenv("CC")
+    done = run_ranks(2, FILE, "t_end=0.004", f"out={tmp_path / 'out'}")
+    assert done.returncode == 0, done.stderr
+    assert len(list((tmp_path / "cache").rglob("libffcx_expressions_*.so"))) == 1
+
+
+@pytest.mark.mpi
 def test_it_goes_on_from_a_checkpoint_on_other_ranks(run_ranks, tmp_path):
     """To the last bit on as many ranks, to round-off on others."""
     first = tmp_path / "first"

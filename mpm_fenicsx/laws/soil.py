@@ -8,12 +8,25 @@ import mpm_dem_checks as check
 from .drucker_prager import drucker_prager
 from .law import Law
 from .mohr_coulomb import mohr_coulomb
+from .mu_i import mu_i
 from .softened import softened
 from .von_mises import von_mises
 
 
 def _rubs(keys: dict) -> bool:
     return keys["law"] != "von_mises"
+
+
+def _rubs_evenly(keys: dict) -> bool:
+    return keys["law"] not in ("von_mises", "mu_i")
+
+
+def _no_flow(keys: dict) -> bool:
+    return keys["law"] != "mu_i"
+
+
+def _flows(keys: dict) -> bool:
+    return keys["law"] == "mu_i"
 
 
 def _softens(keys: dict) -> bool:
@@ -38,20 +51,29 @@ class Soil:
     cohesion: float = 0.0  # [Pa]; of von_mises: its strength in shear
     tension: Optional[float] = None  # greatest tension [Pa]; none: up to the apex of the yield surface
     viscosity: float = 0.0  # beside its strength [Pa s]
-    law: Literal["mohr_coulomb", "drucker_prager", "von_mises"] = "mohr_coulomb"  # of the soil
+    law: Literal["mohr_coulomb", "drucker_prager", "von_mises", "mu_i"] = "mohr_coulomb"  # of the soil
     softening: Optional[float] = None  # plastic shear strain to the residual strength [-]; none: keeps it
     softening_length: Optional[float] = None  # width of the bands in which that strain is meant [m]
     residual_phi: Optional[float] = None  # friction angle after softening [degrees]; none: as before
     residual_cohesion: Optional[float] = None  # cohesion after softening [Pa]; none: as before
+    phi_2: float = 32.8  # angle of the friction of fast flow; of glass beads [degrees]
+    I_0: float = 0.279  # inertial number half-way between phi and phi_2; of glass beads [-]
+    grain_diameter: float = 1e-3  # [m]
+    grain_density: float = 2450.0  # [kg/m^3]
 
     counts: ClassVar[dict] = {
-        **dict.fromkeys(("phi", "psi", "tension", "softening"), (_rubs, "for soil, not for law=von_mises")),
+        "phi": (_rubs, "for soil, not for law=von_mises"),
+        **dict.fromkeys(("psi", "tension", "softening"), (_rubs_evenly, "with law=mohr_coulomb or "
+                                                          "drucker_prager")),
+        **dict.fromkeys(("cohesion", "viscosity"), (_no_flow, "for laws other than mu_i")),
+        **dict.fromkeys(("phi_2", "I_0", "grain_diameter", "grain_density"), (_flows, "with law=mu_i")),
         **dict.fromkeys(("softening_length", "residual_phi", "residual_cohesion"),
                         (_softens, "with softening=, a plastic shear strain"))}
 
     def material(self, dim: int, cell: Optional[float] = None) -> Law:
         """The law in ``dim`` dimensions: Drucker–Prager matches Mohr–Coulomb in plane strain, in space in
-        triaxial compression; von Mises yields in pure shear at the cohesion. cell: size of the background
+        triaxial compression; von Mises yields in pure shear at the cohesion; mu(I) has the friction
+        coefficients tan phi at rest and tan phi_2. cell: size of the background
         cells [m], which softening needs.
 
         >>> Soil(E=50e3, nu=0.4, rho=1300.0, phi=0.0, cohesion=100.0, law="von_mises").material(3).params.Y
@@ -68,12 +90,21 @@ class Soil:
             return von_mises(self.E, self.nu, math.sqrt(3.0) * self.cohesion, viscosity=self.viscosity)
         check.between("phi", self.phi, 0, 90, "degrees",
                       "the friction angle must be at least 0 and less than 90", "[)")
+        if self.law == "mu_i":
+            return self._flowing()
         check.between("psi", self.psi, 0, self.phi, "degrees",
                       f"the dilation angle must lie from 0 to phi, {self.phi:g}")
         numbers = self.E, self.nu, self.phi, self.psi, self.cohesion, self.tension
         if self.law == "mohr_coulomb":
             return mohr_coulomb(*numbers, viscosity=self.viscosity)
         return drucker_prager(*numbers, "plane_strain" if dim == 2 else "compression", self.viscosity)
+
+    def _flowing(self) -> Law:
+        """See ``mu_i``."""
+        check.between("phi_2", self.phi_2, self.phi, 90, "degrees",
+                      f"friction grows with the rate, give from phi, {self.phi:g}, to less than 90", "[)")
+        at_rest, fast = (math.tan(math.radians(angle)) for angle in (self.phi, self.phi_2))
+        return mu_i(self.E, self.nu, at_rest, fast, self.I_0, self.grain_diameter, self.grain_density)
 
     def _softened(self, dim: int, cell: Optional[float]) -> Law:
         """See ``softened``."""

@@ -19,6 +19,7 @@ VARIANTS = [  # and their front after 0.05 s [cm]
     (dict(floor="slip"), 10.9216), (dict(floor="0.4"), 10.5827),
             (dict(cell="triangle", f_bar=False), 10.5274),
     (dict(body_cell="quadrilateral"), 10.6101), (dict(cohesion=500.0, inertia="consistent"), 10.2359),
+    (dict(law="mu_i", phi=20.9), 10.6612),
     (dict(phi=35.0, psi=5.0), 10.4779), (dict(aspect=0.5), 10.1466), (dict(box=(0.3, 0.25)), 10.6728)]
 COARSE = dict(h=0.025, dt=1e-3, t_end=0.1)
 
@@ -152,3 +153,17 @@ def test_default_run(column, tmp_path):
     assert abs(history["volume"] / 0.02 - 1).max() < 0.015
     # of single points, to which others give energy; free fall from the top: 1.98
     assert history["speed"].max() < 2.1
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize("aspect", [1.0, 2.0])
+def test_run_out_with_mu_of_I(column, tmp_path, aspect):
+    """With the numbers of Lagrée, Staron & Popinet 2011, whose mu(I) continuum runs out 2.2 a, and is 0.65
+    a^0.35 high in the end, both in widths of the column."""
+    h, width = 0.02, 0.1
+    end = round(4.5 * np.sqrt(aspect * width / 9.81) / 2e-3) * 2e-3
+    history = column.main(aspect=aspect, h=h, dt=2e-3, t_end=end, law="mu_i", phi=17.745, phi_2=30.964,
+                          I_0=0.4, grain_diameter=aspect * width / 65, rho=1470.0,
+                          out=str(tmp_path))["solid"]
+    assert history["front"][-1] / width - 1.0 == pytest.approx(2.2 * aspect, rel=0.1)
+    assert history["height"][-1] / width == pytest.approx(0.65 * aspect**0.35, rel=0.1)

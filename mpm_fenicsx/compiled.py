@@ -5,8 +5,10 @@
     compiled    a kernel as it stands
     inlined     a small function that kernels call with their sizes as arguments, always made part of them
     called      a function that kernels call, made part of them where LLVM finds that good
+    merged      a long function that is made part of a loop over points with packed arithmetic
     multiply    products of small matrices, with packed arithmetic
     call_energy a C function that was given a name by ``link``
+    where       one of two numbers, without a branch
 
 Numba treats global names as constants, so a loop over ``range(D)`` with a global ``D`` is unrolled: measured
 on the residual of 15 360 points in the plane, 0.64 ms against 2.3 ms with the dimension read from the arrays
@@ -27,7 +29,7 @@ from pathlib import Path
 from typing import Any, Callable
 
 from llvmlite import binding, ir
-from numba import float64, intp, njit, void
+from numba import boolean, float64, intp, njit, void
 from numba.core import cgutils
 from numba.extending import intrinsic
 
@@ -37,6 +39,9 @@ compiled = njit(cache=True, error_model="numpy")
 # triples the time that a kernel takes to compile.
 inlined = njit(forceinline=True, **OPTIONS)
 called = njit(error_model="numpy")
+# Numba's own inlining, for long functions in loops over many points: compiled by itself first, such a function comes
+# with some packed pairs of numbers, which keep LLVM from packing points.
+merged = njit(inline="always", **OPTIONS)
 
 
 @intrinsic(prefer_literal=True)
@@ -79,6 +84,16 @@ def multiply(typing, shape, keep, out, left, right):
         return context.get_dummy_value()
 
     return signature, generate
+
+
+@intrinsic
+def where(typing, condition, one, other):
+    """``one`` where the ``condition`` holds, else ``other``, both floats, without a branch: a loop in which LLVM
+    finds one it does not turn into packed arithmetic."""
+    def generate(context, b, signature, arguments):
+        return b.select(*arguments)
+
+    return float64(boolean, float64, float64), generate
 
 
 def link(key: str, kind: str, D: int, address: int) -> None:
@@ -145,7 +160,7 @@ def call_energy(typing, key, D, p, F, F33, out):
 
 def _module(value):
     """Where a compiled function or a group of arrays is defined; None for anything else."""
-    own = value is multiply or value is call_energy
+    own = value is multiply or value is where or value is call_energy
     function = value.__wrapped__ if own else getattr(value, "py_func", None)
     if function is not None:
         return inspect.getmodule(function)

@@ -2,7 +2,7 @@
 arithmetic."""
 import math
 
-from ..compiled import called
+from ..compiled import called, inlined, merged, where
 
 
 @called
@@ -25,58 +25,74 @@ def cofactor(F, i, j, D):
     return F[a, c] * F[b, d] - F[a, d] * F[b, c]
 
 
-@called
-def symmetric2(xx, yy, xy):
-    """Principal values (greater, smaller) and right-handed axes of [[xx, xy], [xy, yy]], in closed form."""
-    mean, half = 0.5 * (xx + yy), 0.5 * (xx - yy)
-    radius = math.sqrt(half * half + xy * xy)
-    c, s = 1.0, 0.0
-    if radius > 0.0:  # (radius + half, xy) or, the same direction without cancellation, (xy, radius - half)
-        c, s = (radius + half, xy) if half >= 0.0 else (xy, radius - half)
-        norm = math.sqrt(c * c + s * s)
-        c, s = c / norm, s / norm
-    return (mean + radius, mean - radius), ((c, s), (-s, c))
+# What follows has no branches, so that loops over many points become packed arithmetic, see ``batches``.
 
 
-@called
-def _dot(a, b):
+@inlined
+def dot(a, b):
     """a . b in space."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@called
+@inlined
 def _cross(a, b):
     """a x b, and the square of its length."""
     c = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-    return c, _dot(c, c)
+    return c, dot(c, c)
 
 
-@called
+@inlined
 def _furthest_root(r):
     """The greatest root of x^3 - 3 x = 2 r, 0 <= r <= 1, which is 2 cos(acos(r) / 3): a polynomial within
     2e-4, then Newton's method, which leaves of an error e at most 0.6 e^2."""
     x = 1.7319 + r * (0.3328 + r * (-0.0811 + r * 0.0165))
-    for _ in range(3):
-        x -= ((x * x - 3.0) * x - 2.0 * r) / (3.0 * x * x - 3.0)
-    return x
+    x -= ((x * x - 3.0) * x - 2.0 * r) / (3.0 * x * x - 3.0)
+    x -= ((x * x - 3.0) * x - 2.0 * r) / (3.0 * x * x - 3.0)
+    return x - ((x * x - 3.0) * x - 2.0 * r) / (3.0 * x * x - 3.0)
 
 
-@called
+@inlined
+def _choose(first, a, b):
+    """a where ``first``, else b, three numbers each."""
+    return where(first, a[0], b[0]), where(first, a[1], b[1]), where(first, a[2], b[2])
+
+
+@inlined
 def _axis(xx, yy, zz, xy, yz, zx):
     """Unit vector in the kernel of a symmetric matrix of rank 2: across two of its rows, those of the longest
     product."""
     rows = (xx, xy, zx), (xy, yy, yz), (zx, yz, zz)
     w, square = _cross(rows[0], rows[1])
     other, another = _cross(rows[1], rows[2]), _cross(rows[2], rows[0])
-    if other[1] > square:
-        w, square = other
-    if another[1] > square:
-        w, square = another
+    better = other[1] > square
+    w, square = _choose(better, other[0], w), where(better, other[1], square)
+    better = another[1] > square
+    w, square = _choose(better, another[0], w), where(better, another[1], square)
     one = 1.0 / math.sqrt(square)
     return w[0] * one, w[1] * one, w[2] * one
 
 
-@called
+@inlined
+def _rotation(half, xy):
+    """Cosine and sine of the angle to the axis of the greater value of [[half, xy], [xy, -half]]; the root of its
+    square."""
+    radius = math.sqrt(half * half + xy * xy)
+    # (radius + half, xy) or, the same direction without cancellation, (xy, radius - half)
+    c, s = where(half >= 0.0, radius + half, xy), where(half >= 0.0, xy, radius - half)
+    square = c * c + s * s
+    one = 1.0 / math.sqrt(where(square > 0.0, square, 1.0))
+    return where(square > 0.0, c * one, 1.0), s * one, radius
+
+
+@inlined
+def symmetric2(xx, yy, xy):
+    """Principal values (greater, smaller) and right-handed axes of [[xx, xy], [xy, yy]], in closed form."""
+    mean = 0.5 * (xx + yy)
+    c, s, radius = _rotation(0.5 * (xx - yy), xy)
+    return (mean + radius, mean - radius), ((c, s), (-s, c))
+
+
+@merged
 def symmetric3(xx, yy, zz, xy, yz, zx):
     """Principal values in descending order and orthonormal axes of a symmetric 3x3 matrix.
 
@@ -88,24 +104,29 @@ def symmetric3(xx, yy, zz, xy, yz, zx):
     mean = (xx + yy + zz) / 3.0
     xx, yy, zz = xx - mean, yy - mean, zz - mean
     size = math.sqrt((0.5 * (xx * xx + yy * yy + zz * zz) + xy * xy + yz * yz + zx * zx) / 3.0)
-    if size == 0.0:
-        return (mean, mean, mean), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    one = 1.0 / size
-    xx, yy, zz, xy, yz, zx = xx * one, yy * one, zz * one, xy * one, yz * one, zx * one
+    one = 1.0 / where(size > 0.0, size, 1.0)
+    # Three equal values have any axes: those of another matrix.
+    xx, yy, zz = _choose(size > 0.0, (xx * one, yy * one, zz * one), (2.0, -1.0, -1.0))
+    xy, yz, zx = xy * one, yz * one, zx * one
     r = 0.5 * (xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * zx) + zx * (xy * yz - yy * zx))
-    far = math.copysign(_furthest_root(min(abs(r), 1.0)), r)
+    far = _furthest_root(where(abs(r) < 1.0, abs(r), 1.0))
+    far = where(r >= 0.0, far, -far)
     w = _axis(xx - far, yy - far, zz - far, xy, yz, zx)
-    sign = math.copysign(1.0, w[2])
+    sign = where(w[2] >= 0.0, 1.0, -1.0)
     a = -1.0 / (sign + w[2])
     b = w[0] * w[1] * a
     u, v = (1.0 + sign * w[0] * w[0] * a, sign * b, -sign * w[0]), (b, sign + w[1] * w[1] * a, -w[1])
     x, y, z = (xx, xy, zx), (xy, yy, yz), (zx, yz, zz)
-    Au, Av = (_dot(x, u), _dot(y, u), _dot(z, u)), (_dot(x, v), _dot(y, v), _dot(z, v))
-    near, ((c, s), _) = symmetric2(_dot(u, Au), _dot(v, Av), _dot(u, Av))
+    Au, Av = (dot(x, u), dot(y, u), dot(z, u)), (dot(x, v), dot(y, v), dot(z, v))
+    uu, vv = dot(u, Au), dot(v, Av)
+    c, s, radius = _rotation(0.5 * (uu - vv), dot(u, Av))
     u, v = ((c * u[0] + s * v[0], c * u[1] + s * v[1], c * u[2] + s * v[2]),
             (c * v[0] - s * u[0], c * v[1] - s * u[1], c * v[2] - s * u[2]))
-    far, high, low = mean + size * far, mean + size * near[0], mean + size * near[1]
-    return ((far, high, low), (w, u, v)) if r >= 0.0 else ((high, low, far), (u, v, w))
+    middle = 0.5 * (uu + vv)
+    far, high, low = mean + size * far, mean + size * (middle + radius), mean + size * (middle - radius)
+    first = r >= 0.0
+    return (_choose(first, (far, high, low), (high, low, far)),
+            _choose(first, w, u), _choose(first, u, v), _choose(first, v, w))
 
 
 @called

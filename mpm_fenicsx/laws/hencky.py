@@ -47,7 +47,7 @@ STATE = np.dtype([
 ELASTIC, OPEN = 0, 1
 
 D = 2  # fixed by specialise, as are the functions below
-return_map = moduli = hardening_of = elastic_strains = keep_hardening = None
+return_map = moduli = hardening_of = elastic_strains = keep_hardening = accumulate = None
 
 
 @called
@@ -86,13 +86,13 @@ def principal_axes(F, F33, C):
         plane, n = symmetric2(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 0, 1, D))
         squares = (plane[0], plane[1], F33 * F33 * (1.0 + C[2, 2]))
         return squares, n, (_pulled_back2(F, n[0], J), _pulled_back2(F, n[1], J))
-    squares, n = symmetric3(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 2, 2, D),
-                            _trial(F, C, 0, 1, D), _trial(F, C, 1, 2, D), _trial(F, C, 2, 0, D))
-    return squares, n, (_pulled_back3(F, n[0], J), _pulled_back3(F, n[1], J), _pulled_back3(F, n[2], J))
+    squares, k, l, m = symmetric3(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 2, 2, D),
+                                  _trial(F, C, 0, 1, D), _trial(F, C, 1, 2, D), _trial(F, C, 2, 0, D))
+    return squares, (k, l, m), (_pulled_back3(F, k, J), _pulled_back3(F, l, J), _pulled_back3(F, m, J))
 
 
 @called
-def _log_strain(square):
+def log_strain(square):
     return 0.5 * math.log(square) if square > 0.0 else math.nan
 
 
@@ -125,15 +125,29 @@ def from_axes(x, n, m):
         from_axes3(x, n, m)
 
 
-def remember(F33, old, new, m, e, ee, t, region):
-    """Fill ``new``: the elastic strains ee belong to the stresses t, the rest of e is plastic, on which the
-    stresses at the end of the step work. Soil closes at a tension, or without work."""
+def accumulate(old, new, e, ee, t, region):
+    """Fill ``new`` but for Cp: the elastic strains ee belong to the stresses t, the rest of e is plastic, on which
+    the stresses at the end of the step work. Soil closes at a tension, or without work. Returns whether Cp
+    changes."""
     if region == ELASTIC and old.opened == 0.0:
+        new.plastic_strain, new.opened = old.plastic_strain, 0.0
+        new.plastic_work = old.plastic_work
+        return False
+    f1, f2, f3 = e[0] - ee[0], e[1] - ee[1], e[2] - ee[2]
+    square = (f1 - f2) ** 2 + (f2 - f3) ** 2 + (f3 - f1) ** 2  # three times the square of the deviator
+    new.plastic_strain = old.plastic_strain + math.sqrt(2.0 * square) / 3.0
+    new.opened = max(f1 + f2 + f3, 0.0) if region == OPEN else 0.0
+    closing = max((t[0] + t[1] + t[2]) / 3.0, 0.0) * old.opened
+    new.plastic_work = old.plastic_work + t[0] * f1 + t[1] * f2 + t[2] * f3 - closing
+    return True
+
+
+def remember(F33, old, new, m, ee, flows):
+    """Cp in ``new``, where it ``flows`` that of the elastic strains ee in the axes m."""
+    if not flows:
         for i in range(3):
             for j in range(3):
                 new.plastic[i, j] = old.plastic[i, j]
-        new.plastic_strain, new.opened = old.plastic_strain, 0.0
-        new.plastic_work = old.plastic_work
         return
     squares = (math.exp(2.0 * ee[0]), math.exp(2.0 * ee[1]), math.exp(2.0 * ee[2]))
     for i in range(D):
@@ -146,12 +160,6 @@ def remember(F33, old, new, m, e, ee, t, region):
         new.plastic[i, i] -= 1.0
     if D == 2:
         new.plastic[2, 2] = squares[2] / (F33 * F33) - 1.0
-    f1, f2, f3 = e[0] - ee[0], e[1] - ee[1], e[2] - ee[2]
-    square = (f1 - f2) ** 2 + (f2 - f3) ** 2 + (f3 - f1) ** 2  # three times the square of the deviator
-    new.plastic_strain = old.plastic_strain + math.sqrt(2.0 * square) / 3.0
-    new.opened = max(f1 + f2 + f3, 0.0) if region == OPEN else 0.0
-    closing = max((t[0] + t[1] + t[2]) / 3.0, 0.0) * old.opened
-    new.plastic_work = old.plastic_work + t[0] * f1 + t[1] * f2 + t[2] * f3 - closing
 
 
 def stress(p, F, F33, dt, old, new, P):
@@ -161,7 +169,7 @@ def stress(p, F, F33, dt, old, new, P):
     """
     squares, n, m = principal_axes(F, F33, old.plastic)
     ahead = old.opened / 3.0
-    e = (_log_strain(squares[0]) + ahead, _log_strain(squares[1]) + ahead, _log_strain(squares[2]) + ahead)
+    e = (log_strain(squares[0]) + ahead, log_strain(squares[1]) + ahead, log_strain(squares[2]) + ahead)
     rank = _rank(e) if D == 2 else 2
     ordered = _sorted(e, rank)
     t1, t2, t3, region = return_map(p, hardening_of(old), dt, ordered[0], ordered[1], ordered[2])
@@ -172,14 +180,15 @@ def stress(p, F, F33, dt, old, new, P):
     from_axes(P, n, m)
     P[D * D] = t[2] / F33 if D == 2 else 0.0
     ee = elastic_strains(p, t)
-    remember(F33, old, new, m, e, ee, t, region)
+    flows = accumulate(old, new, e, ee, t, region)
+    remember(F33, old, new, m, ee, flows)
     volume = e[0] + e[1] + e[2] - ee[0] - ee[1] - ee[2] if region != ELASTIC else 0.0
     keep_hardening(old, new, volume)
     return squares, n, m, ordered, rank, t, region
 
 
 @called
-def _spin(squares, t, d, a, b):
+def spin(squares, t, d, a, b):
     """(t_a - t_b) / (l_a - l_b), and its limit where the two meet: the error of either is then below 1e-7 of
     it, also of materials that yield at a strain of 1e-5, from which on the limit curves."""
     if abs(squares[a] - squares[b]) > 1e-7 * (squares[a] + squares[b]):
@@ -202,9 +211,9 @@ def tangent(p, F, F33, dt, old, new, P, A):
         for b in range(D):
             A[a * D + a, b * D + b] = d[a][b]
             if a != b:
-                spin = _spin(squares, t, d, a, b)
-                A[a * D + b, a * D + b] = spin * squares[b]
-                A[a * D + b, b * D + a] = spin * squares[a] - t[a]
+                w = spin(squares, t, d, a, b)
+                A[a * D + b, a * D + b] = w * squares[b]
+                A[a * D + b, b * D + a] = w * squares[a] - t[a]
         A[a * D + a, a * D + a] -= t[a]
         if D == 2:
             A[a * D + a, last], A[last, a * D + a] = d[a][2] / F33, d[2][a] / F33
@@ -219,7 +228,7 @@ def tangent(p, F, F33, dt, old, new, P, A):
 def energy(p, F, F33, old):
     """Elastic energy lam tr(e)^2 / 2 + mu e:e of the state at the end of a step."""
     squares = principal_axes(F, F33, old.plastic)[0]
-    e = (_log_strain(squares[0]), _log_strain(squares[1]), _log_strain(squares[2]))
+    e = (log_strain(squares[0]), log_strain(squares[1]), log_strain(squares[2]))
     trace = e[0] + e[1] + e[2]
     return 0.5 * p.lam * trace * trace + p.mu * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
 
@@ -229,7 +238,7 @@ def hencky_law(name: str, params: NamedTuple, return_map: Callable, moduli: Call
     """The law with these parameters and functions; ``symmetric`` if the moduli are. own: functions in place
     of ``plastic_strain_of`` ("hardening_of"), ``linear_strains`` ("elastic_strains") and ``keep_nothing``
     ("keep_hardening")."""
-    shared = {"principal_axes": principal_axes, "from_axes": from_axes, "remember": remember,
+    shared = {"principal_axes": principal_axes, "from_axes": from_axes, "accumulate": accumulate, "remember": remember,
               "hardening_of": plastic_strain_of, "elastic_strains": linear_strains,
               "keep_hardening": keep_nothing, **(own or {})}
     return Law(name, params, STATE, stress, tangent, energy, symmetric=symmetric, parts=(

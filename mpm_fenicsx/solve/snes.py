@@ -16,6 +16,7 @@ from .divergence import ANY_SIGN, FACTOR_FAILED, NOT_POSITIVE, SINGULAR, ZERO_PI
 from .options import PREFIX
 from .options import unused as unused_options  # noqa: F401 - known by this name
 from .rungs import RUNGS
+from .secants import Secants
 
 
 def _first_line(error):
@@ -62,6 +63,8 @@ class Newton:
         self._symmetric, self._solver, self.preset, self._any_sign = symmetric, solver, "", False
         self._may_bear_any_sign = symmetric and not given("pc_type") and solver not in solvers.POSITIVE
         self.bears_any_sign, self.helped = True, []
+        self._secants = Secants(active_cells.comm)
+        snes.setLineSearchPreCheck(self._secants.correct)
         r.destroy()  # the SNES holds its own reference
 
     def full_steps_first(self):
@@ -169,6 +172,7 @@ class Newton:
     def make_tangent(self, trial):
         """The tangent of ``trial`` into the matrix."""
         self._tangents.made(self._equations.tangent(trial))
+        self._secants.forget()
         self.choose_solver()
 
     def _fail(self, error):
@@ -232,6 +236,7 @@ class Newton:
     def _run(self, guess, when):
         """Reason and number of iterations of one attempt."""
         self.u.array_w[:] = guess.ravel()
+        self._secants.forget()
         try:
             self.snes.solve(None, self.u)
         except PETSc.Error as error:

@@ -7,7 +7,7 @@ from mpm_dem_direct import direct
 from .. import laws
 from ..basis import shape, smooth
 from ..compiled import specialise
-from ..laws.stress_state import point_functions
+from ..laws.batches import batch_functions
 from ..points import transfer
 from . import f_bar, stencil_form, weakform
 
@@ -86,16 +86,16 @@ def compile_body_kernels(body, background, consistent):
     D, law, basis = body.dim, body.law, background.basis
     size = dict(D=D, K=basis.nodes(D, background.cells.shape[1]))
     stress, _ = laws.kernels(law, D)
-    point_stress, point_tangent = point_functions(law, body.stress_state, D)
+    batch = batch_functions(law, body.stress_state, D)
     form = dict(**size, CONSISTENT=consistent, FBAR=body.f_bar)
     tangent = stencil_form.tangent if basis.smooth else weakform.tangent
     couple = specialise(stencil_form.couple, **size) if basis.smooth else specialise(f_bar.couple, D=D)
     return BodyKernels(
         mean_changes=direct(specialise(f_bar.mean_changes, **size)),
-        residual=direct(specialise(weakform.residual, **form, point_stress=point_stress)),
+        residual=direct(specialise(weakform.residual, **form, batch_stress=batch.stress, new_work=batch.work)),
         add_pressure=direct(specialise(f_bar.add_pressure, D=D)),
-        tangent=direct(specialise(tangent, **form, point_tangent=point_tangent,
-                                  pull=specialise(weakform.pull, D=D, DD=D * D))),
+        tangent=direct(specialise(tangent, **form, batch_tangent=batch.tangent,
+                                  new_tangent_work=batch.tangent_work)),
         couple=direct(couple),
         energies=direct(specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D))),
         cauchy=specialise(weakform.cauchy, D=D, stress=stress))

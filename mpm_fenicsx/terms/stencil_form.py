@@ -11,6 +11,7 @@ import numpy as np
 from ..compiled import inlined
 from ..grid.elements import PointElements
 from ..laws.algebra import determinant
+from ..laws.batches import SIZE
 from .f_bar import StepGradients, by_mean_volume, deformed_gradients
 from .fields import Deformation, Patches, Quadrature
 from .newmark import Increment
@@ -18,7 +19,7 @@ from .weakform import time_of_law
 
 D, K = 2, 9
 CONSISTENT, FBAR = True, False
-point_tangent = pull = None
+batch_tangent = new_tangent_work = None
 
 
 class Present(NamedTuple):
@@ -116,12 +117,9 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     with FBAR also to bulk[:, 1], push and pull."""
     element, N, G, mass, V0 = points
     nodes = elements.nodes
-    F_old, F33_old, old_state = old
-    F, F33, new_state = new
     volume, _, bulk, push, pull_sums = patches
     dt, alpha, u = time_of_law(increment.dt), increment.alpha, increment.u
-    P, A = np.empty(D * D + 1), np.empty((D * D + 1, D * D + 1))
-    half, turned, B = np.empty((D, D, D, D)), np.empty((D, D)), np.empty((D, D, D, D))
+    P, moduli, work = np.empty((SIZE, D * D + 1)), np.empty((SIZE, D, D, D, D)), new_tangent_work()
     y = np.empty((D, D * D))
     forth, back, g = found = StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))
     present = Present(np.empty(K, np.int64), np.empty(K), np.empty((K, D)), np.empty(K, np.uint64),
@@ -129,18 +127,15 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     offset, flat = np.empty(K, np.int64), rows.reshape(rows.size)
     find_offsets(D, K, offset)
     for q in range(len(element)):
-        F33[q] = point_tangent(params, F[q], F33[q], dt, old_state[q], new_state[q], P, A)
-        c = element[q]
-        for e in range(K):
-            for j in range(D):
-                g[j * K + e] = G[q, e, j]
+        at = q % SIZE
+        if at == 0:
+            batch_tangent(params, dt, old, new, (q, min(SIZE, len(element) - q)), V0, work, (P, moduli))
+        c, B = element[q], moduli[at]
+        grown = V0[q] * deformed_gradients(c, q, nodes, G, u, D, K, found)
         if FBAR:
-            grown = V0[q] * determinant(F_old[q], D) * F33_old[q]
-            grown *= deformed_gradients(c, q, nodes, G, u, D, K, found)
-            pull(A, F[q], V0[q], half, turned, B)
-            bulk[c, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[c, 0] / volume[c, 0], D, forth, back)
-        else:
-            pull(A, F_old[q], V0[q], half, turned, B)
+            grown *= determinant(old.F[q], D) * old.F33[q]
+            bulk[c, 1] += by_mean_volume(B, P[at], new.F[q], V0[q], grown * bulk[c, 0] / volume[c, 0], D, forth,
+                                         back)
         count = find_present(N[q], g, nodes[c], offset, D, K, present)
         if FBAR:
             spread(forth, count, present, D, push[c])

@@ -10,7 +10,7 @@ With FBAR, F = r (I + du/dx) F_old with a mean volume change in r, and what foll
 ``f_bar``.
 
 Templates: ``specialise`` fixes D, K, FBAR, CONSISTENT (inertia as in eq. 11; otherwise the caller adds lumped
-inertia) and the law as ``point_stress``, ``point_tangent`` or ``energy``. Arguments throughout: points,
+inertia) and the law as ``batch_stress``, ``batch_tangent`` or ``energy``. Arguments throughout: points,
 elements, patches: see ``fields``; old, new: ``Deformation`` at the start and the end of the step; params: of
 the law; increment: see ``newmark``.
 """
@@ -19,6 +19,7 @@ import numpy as np
 from ..compiled import inlined, multiply
 from ..grid.elements import PointElements
 from ..laws.algebra import determinant
+from ..laws.batches import SIZE
 from .f_bar import (
     StepGradients,
     by_mean_volume,
@@ -34,7 +35,7 @@ from .newmark import Increment
 D, K = 2, 4
 DD = 4  # D * D, of ``pull``
 CONSISTENT, FBAR = True, False
-point_stress = point_tangent = strain_energy = stress = None
+batch_stress = batch_tangent = new_work = new_tangent_work = strain_energy = stress = None
 
 
 @inlined
@@ -43,64 +44,66 @@ def time_of_law(dt):
     return dt if dt > 0.0 else np.inf
 
 
+@inlined
+def deform(H, F_old, r, D, F):
+    """F = r (1 + H) F_old."""
+    for i in range(D):
+        for j in range(D):
+            f = F_old[i, j]
+            for k in range(D):
+                f += H[i, k] * F_old[k, j]
+            F[i, j] = r * f
+
+
+@inlined
+def inner_force(P, F_old, weight, D, T):
+    """T = weight P F_old^T."""
+    for i in range(D):
+        for j in range(D):
+            t = 0.0
+            for k in range(D):
+                t += P[i * D + k] * F_old[j, k]
+            T[i, j] = weight * t
+
+
 def residual(points: Quadrature, elements: PointElements, old: Deformation, new: Deformation,
              patches: Patches, params, increment: Increment, R):
     """Add internal and inertia forces [N] to R, shape (nodes, D), with FBAR all but the mean pressure's, for
     which bulk[:, 0] is added to; fills ``new``."""
     element, N, G, mass, V0 = points
     cells, patch, volume, bulk = elements.nodes, elements.patch, patches.volume, patches.bulk
-    F_old, F33_old, old_state = old
-    F, F33, new_state = new
-    dt, u, a = time_of_law(increment.dt), increment.u, increment.a
-    H = np.empty((D, D))
-    P = np.empty(D * D + 1)
-    A = np.empty((D * D + 1, D * D + 1))
+    F_old, F, u, a = old.F, new.F, increment.u, increment.a
+    dt = time_of_law(increment.dt)
+    H, P, work = np.empty((SIZE, D, D)), np.empty((SIZE, D * D + 1)), new_work()
     T = np.empty((D, D))
-    for q in range(len(element)):
-        c = element[q]
-        displacement_gradient(c, q, cells, G, u, D, K, H)
-        r = 1.0
-        if FBAR:
-            r = (volume[patch[c], 0] / volume[patch[c], 1] / volume_change(H, D)) ** (1.0 / D)
-        for i in range(D):
-            for j in range(D):
-                f = F_old[q, i, j]
-                for k in range(D):
-                    f += H[i, k] * F_old[q, k, j]
-                F[q, i, j] = r * f
-        F33[q] = point_stress(params, F[q], F33_old[q], dt, old_state[q], new_state[q], P, A)
-        if FBAR:
-            bulk[patch[c], 0] += deviatoric_force(P, F[q], H, V0[q], D, T)
-        else:
+    for first in range(0, len(element), SIZE):
+        count = min(SIZE, len(element) - first)
+        for q in range(first, first + count):
+            c, h = element[q], H[q - first]
+            displacement_gradient(c, q, cells, G, u, D, K, h)
+            r = 1.0
+            if FBAR:
+                r = (volume[patch[c], 0] / volume[patch[c], 1] / volume_change(h, D)) ** (1.0 / D)
+            deform(h, F_old[q], r, D, F[q])
+        batch_stress(params, dt, old, new, (first, count), work, P)
+        for q in range(first, first + count):
+            c = element[q]
+            if FBAR:
+                bulk[patch[c], 0] += deviatoric_force(P[q - first], F[q], H[q - first], V0[q], D, T)
+            else:
+                inner_force(P[q - first], F_old[q], V0[q], D, T)
             for i in range(D):
-                for j in range(D):
-                    t = 0.0
-                    for k in range(D):
-                        t += P[i * D + k] * F_old[q, j, k]
-                    T[i, j] = V0[q] * t
-        for i in range(D):
-            inertia = 0.0
-            if CONSISTENT:
+                inertia = 0.0
+                if CONSISTENT:
+                    for b in range(K):
+                        inertia += N[q, b] * a[cells[c, b], i]
+                    inertia *= mass[q]
+                t0, t1, t2 = T[i, 0], T[i, 1], T[i, D - 1]
                 for b in range(K):
-                    inertia += N[q, b] * a[cells[c, b], i]
-                inertia *= mass[q]
-            t0, t1, t2 = T[i, 0], T[i, 1], T[i, D - 1]
-            for b in range(K):
-                force = inertia * N[q, b] + t0 * G[q, b, 0] + t1 * G[q, b, 1]
-                if D == 3:
-                    force += t2 * G[q, b, D - 1]
-                R[cells[c, b], i] += force
-
-
-def pull(A, F, weight, half, turned, B):
-    """B = weight F A F^T on the second and fourth index, one after the other. half, in the shape of B, and
-    turned (D, D): work."""
-    for i in range(D):
-        for j in range(D):
-            turned[i, j] = weight * F[j, i]
-        multiply((D, D, DD), False, (half, i * D * DD, DD), (F, 0, D, 1), (A, i * D * (DD + 1), DD + 1))
-    for i in range(D):
-        multiply((DD, D, D), False, (B, i * D * DD, D), (half, i * D * DD, D, 1), (turned, 0, D))
+                    force = inertia * N[q, b] + t0 * G[q, b, 0] + t1 * G[q, b, 1]
+                    if D == 3:
+                        force += t2 * G[q, b, D - 1]
+                    R[cells[c, b], i] += force
 
 
 def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: Deformation, patches: Patches,
@@ -111,33 +114,26 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     the residual at u."""
     element, N, G, mass, V0 = points
     cells, row, patch, place = elements
-    F_old, F33_old, old_state = old
-    F, F33, new_state = new
     volume, _, bulk, push, pull_sums = patches
     dt, alpha, u = time_of_law(increment.dt), increment.alpha, increment.u
-    P = np.empty(D * D + 1)
-    A = np.empty((D * D + 1, D * D + 1))
-    half, turned, B = np.empty((D, D, D, D)), np.empty((D, D)), np.empty((D, D, D, D))
+    P, moduli, work = np.empty((SIZE, D * D + 1)), np.empty((SIZE, D, D, D, D)), new_tangent_work()
     forth, back, g = found = StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))
     y, w = np.empty(D * K), np.empty(K)
     for q in range(len(element)):
-        F33[q] = point_tangent(params, F[q], F33[q], dt, old_state[q], new_state[q], P, A)
-        c = element[q]
-        for e in range(K):
-            w[e] = alpha * mass[q] * N[q, e] if CONSISTENT else 0.0
-            for j in range(D):
-                g[j * K + e] = G[q, e, j]
+        at = q % SIZE
+        if at == 0:
+            batch_tangent(params, dt, old, new, (q, min(SIZE, len(element) - q)), V0, work, (P, moduli))
+        c, B = element[q], moduli[at]
+        grown = V0[q] * deformed_gradients(c, q, cells, G, u, D, K, found)
         if FBAR:
             own = patch[c]
-            grown = V0[q] * determinant(F_old[q], D) * F33_old[q]
-            grown *= deformed_gradients(c, q, cells, G, u, D, K, found)
-            pull(A, F[q], V0[q], half, turned, B)
-            bulk[own, 1] += by_mean_volume(B, P, F[q], V0[q], grown * bulk[own, 0] / volume[own, 0], D, forth,
-                                           back)
+            grown *= determinant(old.F[q], D) * old.F33[q]
+            bulk[own, 1] += by_mean_volume(B, P[at], new.F[q], V0[q], grown * bulk[own, 0] / volume[own, 0], D,
+                                           forth, back)
             spread(forth, g, place[c], D, K, push[own])
             spread(back, g, place[c], D, K, pull_sums[own])
-        else:
-            pull(A, F_old[q], V0[q], half, turned, B)
+        for e in range(K):
+            w[e] = alpha * mass[q] * N[q, e] if CONSISTENT else 0.0
         for k in range(D):
             for i in range(D):
                 to = (Ke[row[c]], (k * D + i) * K, D * D * K)

@@ -254,7 +254,7 @@ def test_principal_axes_are_orthogonal_and_rebuild_the_matrix(values):
     for seed in range(50):
         Q = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
         B = Q @ np.diag(values) @ Q.T
-        found, n = algebra.symmetric3(B[0, 0], B[1, 1], B[2, 2], B[0, 1], B[1, 2], B[2, 0])
+        found, *n = algebra.symmetric3(B[0, 0], B[1, 1], B[2, 2], B[0, 1], B[1, 2], B[2, 0])
         n = np.array(n)
         assert list(found) == sorted(found, reverse=True)
         np.testing.assert_allclose(found, values, rtol=0, atol=4e-15 * values[0])

@@ -1,0 +1,82 @@
+"""Laws at a batch of points at once give what they give point by point."""
+import numpy as np
+import pytest
+
+from mpm_fenicsx import (
+    cam_clay,
+    drucker_prager,
+    herschel_bulkley,
+    mohr_coulomb,
+    mu_i,
+    neo_hooke,
+    von_mises,
+)
+from mpm_fenicsx.laws import kernels
+from mpm_fenicsx.laws.batches import SIZE, batch_functions
+from mpm_fenicsx.terms.fields import Deformation
+
+DT, COUNT = 0.1, SIZE + 11  # a whole batch and a part of one
+MC = dict(E=1.0, nu=0.3, friction_angle=30.0, dilation_angle=10.0, cohesion=0.01)
+LAWS = {"Mohr-Coulomb": mohr_coulomb(**MC), "cut": mohr_coulomb(**MC, tension_cutoff=0.004),
+        "viscous": mohr_coulomb(**MC, viscosity=0.02), "Drucker-Prager": drucker_prager(**MC),
+        "von Mises": von_mises(1.0, 0.3, 0.03, 0.2), "clay": cam_clay(25.0, 0.1, 0.02, 0.4, 0.01, 0.005),
+        "grains": mu_i(1.0, 0.3, 0.38, 0.64, 0.28, 0.1, 1.0), "mud": herschel_bulkley(0.8, 0.02, 0.01, 0.5, 0.4),
+        "rubber": neo_hooke(1.0, 0.3)}
+
+
+def random_points(size, seed=0):
+    """F of points that are deformed by about that ``size``, the first of them not at all, and F33."""
+    change = np.random.default_rng(seed).standard_normal((COUNT, 3, 3))
+    change[0] = 0.0
+    return np.eye(3) + size * change, np.ones(COUNT)
+
+
+def in_batches(law, old, F, V0):
+    """P, B and the new state."""
+    batch = batch_functions(law, "plane_strain", 3)
+    P, B = np.zeros((COUNT, 10)), np.zeros((COUNT, 3, 3, 3, 3))
+    stress, new = P.copy(), Deformation(F, np.zeros(COUNT), old.state.copy())
+    for first in range(0, COUNT, SIZE):
+        part = first, min(SIZE, COUNT - first)
+        here, out = slice(first, sum(part)), (np.zeros((SIZE, 10)), np.zeros((SIZE, 3, 3, 3, 3)))
+        batch.stress(law.params, DT, old, new, part, batch.work(), out[0])
+        stress[here] = out[0][:part[1]]
+        new.F33[here] = old.F33[here]  # the tangent starts with what the stress has found
+        batch.tangent(law.params, DT, old, new, part, V0, batch.tangent_work(), out)
+        P[here], B[here] = out[0][:part[1]], out[1][:part[1]]
+    np.testing.assert_array_equal(stress[:, :9], P[:, :9])
+    return P, B, new
+
+
+def one_by_one(law, old, F, V0):
+    _, tangent = kernels(law, 3)
+    P, B, new = np.zeros((COUNT, 10)), np.zeros((COUNT, 3, 3, 3, 3)), old.state.copy()
+    for q in range(COUNT):
+        A = np.zeros((10, 10))
+        tangent(law.params, F[q], 1.0, DT, old.state[q], new[q], P[q], A)
+        B[q] = V0[q] * np.einsum("jJ,iJkL,lL->ijkl", F[q], A[:9, :9].reshape(3, 3, 3, 3), F[q])
+    return P, B, new
+
+
+@pytest.mark.parametrize("size", [0.003, 0.03, 0.3])
+@pytest.mark.parametrize("name", LAWS)
+def test_batches_are_points(name, size):
+    """Two steps, so that what the law remembers counts; up to strains beyond the reach of the series."""
+    law, V0 = LAWS[name], np.linspace(1.0, 2.0, COUNT)
+    F, F33 = random_points(size)
+    old = Deformation(np.tile(np.eye(3), (COUNT, 1, 1)), F33, np.zeros(COUNT, law.state))
+    for seed in (1, 2):
+        P, B, new = in_batches(law, old, F, V0)
+        expected = one_by_one(law, old, F, V0)
+        good = np.linalg.det(F) > 0.0
+        assert good.sum() > COUNT // 2
+        for found, right in ((P[:, :9], expected[0][:, :9]), (B, expected[1])):
+            scale = np.nanmax(np.abs(right[good]))
+            np.testing.assert_allclose(found[good], right[good], rtol=0, atol=1e-11 * scale)
+        assert name == "rubber" or np.isnan(P[~good, :9]).any(axis=1).all()  # turned inside out
+        for field in law.state.names:
+            right = expected[2][field][good]
+            np.testing.assert_allclose(new.state[field][good], right, rtol=0,
+                                       atol=1e-12 * max(1.0, np.nanmax(np.abs(right))))
+        old = Deformation(F, F33, np.where(good, expected[2], old.state))
+        F = F @ random_points(0.5 * size, seed)[0]

@@ -25,6 +25,11 @@ def _first_line(error):
     return next((line for line in reversed(lines) if line and "()" not in line), lines[0])
 
 
+# Springs that stick and slide in turn keep Newton's method from the last digits: from this iteration on so many times
+# the tolerance will do.
+LATE, LOOSER = 10, 100.0
+
+
 class Newton:
     """One SNES over the active cells, for ``equations``, with tangents as the policy ``tangents`` has it.
 
@@ -48,6 +53,7 @@ class Newton:
         self._doubt = doubt
         self._comm, self._shape = active_cells.comm, (active_cells.owned, active_cells.dim)
         self._failure = self._trial = self._residual = self._lost = None
+        self._atol = 0.0
         self.u, r = active_cells.vector(active_cells.dim), active_cells.vector(active_cells.dim)
         self.snes = snes = PETSc.SNES().create(active_cells.comm)
         snes.setOptionsPrefix(PREFIX)
@@ -60,6 +66,8 @@ class Newton:
         snes.getKSP().setOperators(active_cells.matrix)
         given = PETSc.Options(PREFIX).hasName
         self._user_atol, self._user_search = given("snes_atol"), given("snes_linesearch_type")
+        if kinks and not (self._user_atol or given("snes_rtol")):
+            snes.setUpdate(self._loosen)
         self._symmetric, self._solver, self.preset, self._any_sign = symmetric, solver, "", False
         self._may_bear_any_sign = symmetric and not given("pc_type") and solver not in solvers.POSITIVE
         self.bears_any_sign, self.helped = True, []
@@ -183,6 +191,11 @@ class Newton:
         if self._comm.size > 1:
             raise error
 
+    def _loosen(self, snes, iteration):
+        """PETSc's callback at the start of an iteration."""
+        if iteration == LATE:
+            snes.setTolerances(atol=LOOSER * self._atol)
+
     # ---------------------------------------------------------------- one solve
 
     def solve(self, guess, rest, atol, when):
@@ -192,8 +205,7 @@ class Newton:
         rest: the displacement that only moves supported nodes; atol: residual norm to stop at [N]; when: a
         text for the message, such as "step 3, t = 1e-6 s". Raises MPMDivergedError with PETSc's reason in
         words and the option to try."""
-        if not self._user_atol:
-            self.snes.setTolerances(atol=atol)
+        self._atol = atol
         self._trial, self._lost, iterations, tried, self.helped = None, None, 0, [], []
         try:
             for rung in RUNGS:
@@ -237,6 +249,8 @@ class Newton:
         """Reason and number of iterations of one attempt."""
         self.u.array_w[:] = guess.ravel()
         self._secants.forget()
+        if not self._user_atol:
+            self.snes.setTolerances(atol=self._atol)
         try:
             self.snes.solve(None, self.u)
         except PETSc.Error as error:

@@ -39,8 +39,8 @@ compiled = njit(cache=True, error_model="numpy")
 # triples the time that a kernel takes to compile.
 inlined = njit(forceinline=True, **OPTIONS)
 called = njit(error_model="numpy")
-# Numba's own inlining, for long functions in loops over many points: compiled by itself first, such a function comes
-# with some packed pairs of numbers, which keep LLVM from packing points.
+# Numba's own inlining, for long functions in loops over many points: compiled by itself first, such a one has
+# packed pairs of numbers already, which keep LLVM from packing points.
 merged = njit(inline="always", **OPTIONS)
 
 
@@ -88,8 +88,8 @@ def multiply(typing, shape, keep, out, left, right):
 
 @intrinsic
 def where(typing, condition, one, other):
-    """``one`` where the ``condition`` holds, else ``other``, both floats, without a branch: a loop in which LLVM
-    finds one it does not turn into packed arithmetic."""
+    """``one`` where the ``condition`` holds, else ``other``, both floats, without a branch: LLVM does not
+    turn a loop into packed arithmetic in which it finds one."""
     def generate(context, b, signature, arguments):
         return b.select(*arguments)
 

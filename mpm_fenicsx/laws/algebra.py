@@ -74,8 +74,8 @@ def _axis(xx, yy, zz, xy, yz, zx):
 
 @inlined
 def _rotation(half, xy):
-    """Cosine and sine of the angle to the axis of the greater value of [[half, xy], [xy, -half]]; the root of its
-    square."""
+    """Cosine and sine of the angle to the axis of the greater value of [[half, xy], [xy, -half]], and that
+    value."""
     radius = math.sqrt(half * half + xy * xy)
     # (radius + half, xy) or, the same direction without cancellation, (xy, radius - half)
     c, s = where(half >= 0.0, radius + half, xy), where(half >= 0.0, xy, radius - half)

@@ -3,10 +3,11 @@
     batch_stress(p, dt, old, new, part, work, P)
     batch_tangent(p, dt, old, new, part, V0, work, (P, B))
 
-fill P (SIZE, D D + 1) with the stress of the points of a ``part`` (first, count), and B (SIZE, D, D, D, D) with V0 F
-A F^T on the second and fourth index of A = dP/dF, which is what the tangent of the weak form is made of, see there. old,
-new: groups of F, F33 and state, at the start and at the end of the step, new.F being given; work: of ``new_work()`` and
-``new_tangent_work()``. Laws of ``hencky`` in space have functions of their own, all others go point by point.
+fill P (SIZE, D D + 1) with the stress of the points of a ``part`` (first, count), and B (SIZE, D, D, D, D)
+with V0 F A F^T on the second and fourth index of A = dP/dF, of which the tangent of the weak form is made.
+old, new: groups of F, F33 and state, at the start and at the end of the step, where new.F is given; work:
+of ``new_work()`` and ``new_tangent_work()``. Laws of ``hencky`` in space have functions of their own, all
+others go point by point.
 """
 from typing import Callable, NamedTuple
 

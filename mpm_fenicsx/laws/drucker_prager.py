@@ -23,10 +23,10 @@ from typing import NamedTuple, Optional
 
 import mpm_dem_checks as check
 
-from .hencky import ELASTIC, OPEN, deviatoric_moduli, hencky_law
+from .hencky import ELASTIC, OPEN, hencky_law
 from .law import Law, lame
 from .mohr_coulomb import soil_angles, tension_limit
-from .plastic_parts import trial
+from .plastic_parts import deviatoric_moduli, trial
 from .viscosity import with_viscosity
 
 CONE = 2

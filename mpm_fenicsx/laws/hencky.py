@@ -47,7 +47,7 @@ STATE = np.dtype([
 ELASTIC, OPEN = 0, 1
 
 D = 2  # fixed by specialise, as are the functions below
-return_map = moduli = hardening_of = elastic_strains = keep_hardening = accumulate = None
+return_map = moduli = hardening_of = elastic_strains = keep_hardening = None
 
 
 @called
@@ -86,13 +86,14 @@ def principal_axes(F, F33, C):
         plane, n = symmetric2(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 0, 1, D))
         squares = (plane[0], plane[1], F33 * F33 * (1.0 + C[2, 2]))
         return squares, n, (_pulled_back2(F, n[0], J), _pulled_back2(F, n[1], J))
-    squares, k, l, m = symmetric3(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 2, 2, D),
-                                  _trial(F, C, 0, 1, D), _trial(F, C, 1, 2, D), _trial(F, C, 2, 0, D))
-    return squares, (k, l, m), (_pulled_back3(F, k, J), _pulled_back3(F, l, J), _pulled_back3(F, m, J))
+    squares, n1, n2, n3 = symmetric3(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 2, 2, D),
+                                     _trial(F, C, 0, 1, D), _trial(F, C, 1, 2, D), _trial(F, C, 2, 0, D))
+    return squares, (n1, n2, n3), (_pulled_back3(F, n1, J), _pulled_back3(F, n2, J), _pulled_back3(F, n3, J))
 
 
 @called
 def log_strain(square):
+    """Of the square of a stretch; NaN unless that is positive."""
     return 0.5 * math.log(square) if square > 0.0 else math.nan
 
 
@@ -126,9 +127,9 @@ def from_axes(x, n, m):
 
 
 def accumulate(old, new, e, ee, t, region):
-    """Fill ``new`` but for Cp: the elastic strains ee belong to the stresses t, the rest of e is plastic, on which
-    the stresses at the end of the step work. Soil closes at a tension, or without work. Returns whether Cp
-    changes."""
+    """Fill ``new`` but for Cp: the elastic strains ee belong to the stresses t, the rest of e is plastic, on
+    which the stresses at the end of the step work. Soil closes at a tension, or without work. Returns whether
+    Cp changes."""
     if region == ELASTIC and old.opened == 0.0:
         new.plastic_strain, new.opened = old.plastic_strain, 0.0
         new.plastic_work = old.plastic_work
@@ -238,26 +239,9 @@ def hencky_law(name: str, params: NamedTuple, return_map: Callable, moduli: Call
     """The law with these parameters and functions; ``symmetric`` if the moduli are. own: functions in place
     of ``plastic_strain_of`` ("hardening_of"), ``linear_strains`` ("elastic_strains") and ``keep_nothing``
     ("keep_hardening")."""
-    shared = {"principal_axes": principal_axes, "from_axes": from_axes, "accumulate": accumulate, "remember": remember,
+    shared = {"principal_axes": principal_axes, "from_axes": from_axes, "accumulate": accumulate,
+              "remember": remember,
               "hardening_of": plastic_strain_of, "elastic_strains": linear_strains,
               "keep_hardening": keep_nothing, **(own or {})}
     return Law(name, params, STATE, stress, tangent, energy, symmetric=symmetric, parts=(
         *shared.items(), ("return_map", return_map), ("moduli", moduli)))
-
-
-@called
-def deviatoric_moduli(e1, e2, e3, volume, back, forth, across, along):
-    """Moduli of a law that knows mean stress and size of the deviator only: volume 11 + back 1n + forth n1 +
-    across (I - 11/3 - nn) + along nn, with n the direction of the deviatoric strain."""
-    mean = (e1 + e2 + e3) / 3.0
-    n1, n2, n3 = e1 - mean, e2 - mean, e3 - mean
-    norm = math.sqrt(n1 * n1 + n2 * n2 + n3 * n3)
-    if norm > 0.0:
-        n1, n2, n3 = n1 / norm, n2 / norm, n3 / norm
-    base, square = volume - across / 3.0, along - across
-    return ((base + back * n1 + forth * n1 + square * n1 * n1 + across, base + back * n2 + forth * n1 + square
-             * n1 * n2, base + back * n3 + forth * n1 + square * n1 * n3),
-            (base + back * n1 + forth * n2 + square * n2 * n1, base + back * n2 + forth * n2 + square * n2
-             * n2 + across, base + back * n3 + forth * n2 + square * n2 * n3),
-            (base + back * n1 + forth * n3 + square * n3 * n1, base + back * n2 + forth * n3 + square * n3
-             * n2, base + back * n3 + forth * n3 + square * n3 * n3 + across))

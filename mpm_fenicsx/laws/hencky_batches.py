@@ -1,10 +1,11 @@
 """Stress and tangent of ``hencky`` in space at a batch of points at once, see ``batches``.
 
-LLVM turns a loop over points into packed arithmetic, four or eight points in one instruction, where the loop has
-no branches and lies in one array. So the work array has a row of SIZE numbers, one per point, for each number of
-a point, and what all points do alike (principal axes, logarithms, the way back from the axes) is done row by row.
-In between every point goes through its return mapping on its own. Principal axes of a point take 15 ns in the
-place of 77, the stress 55 in the place of 235 (measured, AVX-512).
+LLVM turns a loop over points into packed arithmetic, four or eight points in one instruction, where the
+loop has no branches, stays in one array, and goes as far as the array is long (``len``), not to a constant.
+So the work array has a row of SIZE numbers, one per point, for each number of a point, and what all points
+do alike (principal axes, logarithms, the way back from the axes) is done in whole rows. In between every
+point goes through its return mapping on its own. Principal axes of a point take 15 ns in the place of 77,
+the stress 55 in the place of 235 (measured, AVX-512).
 """
 import math
 from typing import Callable, Tuple
@@ -14,11 +15,12 @@ import numpy as np
 from ..compiled import inlined, multiply, specialise, where
 from .algebra import dot, symmetric3
 from .hencky import ELASTIC, log_strain, spin
-from .law import Law
+from .law import Law, compiled_parts
 
 SIZE = 32  # points of a batch: the rows then take 15 kB, half of the fastest memory
 # Rows of the work array: the first of each group
-DEFORMATION, PLASTIC, AXES, PULLED, SQUARES, STRAINS, STRESSES, ELASTIC_STRAINS, PIOLA = 0, 9, 15, 24, 33, 36, 39, 42, 45
+DEFORMATION, PLASTIC, AXES, PULLED = 0, 9, 15, 24
+SQUARES, STRAINS, STRESSES, ELASTIC_STRAINS, PIOLA = 33, 36, 39, 42, 45
 FLOWS, FAR, REGION, ROWS = 54, 55, 56, 57
 NEAR = 0.1  # of a strain: up to there series are exact to round-off
 
@@ -50,7 +52,7 @@ def _exp_near_zero(x):
 
 
 def gather(F, old, first, count, W):  # noqa: F811
-    """Deformation and 1 + Cp^-1 - 1 of the points into their rows."""
+    """F and Cp^-1 of the points into their rows."""
     for q in range(count):
         for i in range(3):
             for j in range(3):
@@ -94,25 +96,25 @@ def _combined(factor, n, u, v, w):
 
 
 def find_axes(W):
-    """Squares of the trial stretches, their logarithms, axes n and m = F^-1 n, see ``hencky.principal_axes``."""
+    """Squares of the trial stretches, trial strains, axes n and m = F^-1 n, see ``hencky.principal_axes``."""
     for q in range(len(W) // ROWS):
         f, g, h = _three(W, 0, q), _three(W, 3, q), _three(W, 6, q)
         diagonal, rest = _three(W, PLASTIC, q), _three(W, PLASTIC + 3, q)
         a, b, c = (_times_symmetric(f, diagonal, rest), _times_symmetric(g, diagonal, rest),
                    _times_symmetric(h, diagonal, rest))
-        squares, k, l, m = symmetric3(dot(a, f), dot(b, g), dot(c, h), dot(a, g), dot(b, h), dot(c, f))
+        squares, n1, n2, n3 = symmetric3(dot(a, f), dot(b, g), dot(c, h), dot(a, g), dot(b, h), dot(c, f))
         u, v, w = _cross(g, h), _cross(h, f), _cross(f, g)
         J = dot(f, u)
         one = 1.0 / where(J > 0.0, J, math.nan)
         _put(W, SQUARES, q, squares)
         _put(W, STRAINS, q, (_half_log_near_one(squares[0]), _half_log_near_one(squares[1]),
                              _half_log_near_one(squares[2])))
-        _put(W, AXES, q, k)
-        _put(W, AXES + 3, q, l)
-        _put(W, AXES + 6, q, m)
-        _put(W, PULLED, q, _combined(one, k, u, v, w))
-        _put(W, PULLED + 3, q, _combined(one, l, u, v, w))
-        _put(W, PULLED + 6, q, _combined(one, m, u, v, w))
+        _put(W, AXES, q, n1)
+        _put(W, AXES + 3, q, n2)
+        _put(W, AXES + 6, q, n3)
+        _put(W, PULLED, q, _combined(one, n1, u, v, w))
+        _put(W, PULLED + 3, q, _combined(one, n2, u, v, w))
+        _put(W, PULLED + 6, q, _combined(one, n3, u, v, w))
 
 
 @inlined
@@ -123,8 +125,8 @@ def _strain(W, k, q):
 
 
 def return_points(p, dt, old, new, first, count, W):
-    """The return mapping of each point: its stresses and twice its elastic strains. Fills ``new`` but for what is
-    plastic."""
+    """The return mapping of each point: its stresses and twice its elastic strains. Fills ``new`` but for
+    Cp."""
     for q in range(count):
         before, after = old[first + q], new[first + q]
         ahead = before.opened / 3.0
@@ -139,7 +141,8 @@ def return_points(p, dt, old, new, first, count, W):
         for k in range(3):
             W[_at(ELASTIC_STRAINS + k, q)] = math.exp(2.0 * ee[k]) if far else 2.0 * ee[k]
         W[_at(FLOWS, q)], W[_at(FAR, q)] = 1.0 if flows else 0.0, 1.0 if far else 0.0
-        keep_hardening(before, after, e[0] + e[1] + e[2] - ee[0] - ee[1] - ee[2] if region != ELASTIC else 0.0)
+        volume = e[0] + e[1] + e[2] - ee[0] - ee[1] - ee[2] if region != ELASTIC else 0.0
+        keep_hardening(before, after, volume)
 
 
 def combine(W):
@@ -200,9 +203,9 @@ def _row(Y, row, a, x, b, y, N):
 
 
 def spatial_moduli(squares, t, d, axes, weight, N, Y, B):  # noqa: F811
-    """B = weight sum_abcd x_abcd n_a n_b n_c n_d, where x are the moduli in the principal axes as ``hencky.tangent``
-    has them, of the derivatives d of the stresses t by the trial strains. N: dyads n_a n_b, and Y: x times these,
-    (9, 9), work."""
+    """B = weight sum_abcd x_abcd n_a n_b n_c n_d, where x are the moduli in the principal axes as
+    ``hencky.tangent`` has them, with the derivatives d of the stresses t by the trial strains. N: the dyads
+    n_a n_b, and Y: x times these, (9, 9), work."""
     for a in range(3):
         for b in range(3):
             for i in range(3):
@@ -246,9 +249,10 @@ def rows_and_dyads():
 def rows_functions(law: Law) -> Tuple[Callable, ...]:
     """Of a ``law`` of ``hencky``: what ``batches.OfBatches`` holds."""
     record = dict(WITHIN=f"{law.state.itemsize} bytes")  # as in ``law.bound``
-    parts = {name: specialise(part, D=3, **record) for name, part in law.parts}
-    steps = dict(gather=specialise(gather, **record), find_axes=specialise(find_axes), combine=specialise(combine),
-                 return_points=specialise(return_points, **record, **{name: parts[name] for name in RETURN}),
+    parts = compiled_parts(law, dict(D=3, **record))
+    returns = {name: parts[name] for name in RETURN}
+    steps = dict(gather=specialise(gather, **record), find_axes=specialise(find_axes),
+                 return_points=specialise(return_points, **record, **returns), combine=specialise(combine),
                  scatter=specialise(scatter, **record))
     stress = specialise(batch_stress, **record, **steps)
     tangent = specialise(batch_tangent, **record, batch_stress=stress, moduli=parts["moduli"],

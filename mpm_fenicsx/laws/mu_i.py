@@ -23,9 +23,9 @@ from typing import NamedTuple
 import mpm_dem_checks as check
 
 from ..compiled import called
-from .hencky import ELASTIC, OPEN, deviatoric_moduli, hencky_law
+from .hencky import ELASTIC, OPEN, hencky_law
 from .law import Law, lame
-from .plastic_parts import trial
+from .plastic_parts import deviatoric_moduli, trial
 
 FLOW = 2
 

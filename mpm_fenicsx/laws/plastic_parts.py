@@ -32,6 +32,24 @@ def linear_strains(p, t):
     return (t[0] - mean) / (2.0 * p.mu), (t[1] - mean) / (2.0 * p.mu), (t[2] - mean) / (2.0 * p.mu)
 
 
+@called
+def deviatoric_moduli(e1, e2, e3, volume, back, forth, across, along):
+    """Moduli of a law that knows mean stress and size of the deviator only: volume 11 + back 1n + forth n1 +
+    across (I - 11/3 - nn) + along nn, with n the direction of the deviatoric strain."""
+    mean = (e1 + e2 + e3) / 3.0
+    n1, n2, n3 = e1 - mean, e2 - mean, e3 - mean
+    norm = math.sqrt(n1 * n1 + n2 * n2 + n3 * n3)
+    if norm > 0.0:
+        n1, n2, n3 = n1 / norm, n2 / norm, n3 / norm
+    base, square = volume - across / 3.0, along - across
+    return ((base + back * n1 + forth * n1 + square * n1 * n1 + across, base + back * n2 + forth * n1 + square
+             * n1 * n2, base + back * n3 + forth * n1 + square * n1 * n3),
+            (base + back * n1 + forth * n2 + square * n2 * n1, base + back * n2 + forth * n2 + square * n2
+             * n2 + across, base + back * n3 + forth * n2 + square * n2 * n3),
+            (base + back * n1 + forth * n3 + square * n3 * n1, base + back * n2 + forth * n3 + square * n3
+             * n2, base + back * n3 + forth * n3 + square * n3 * n3 + across))
+
+
 def _function(law: Law) -> Optional[Callable]:
     for name, part in law.parts:
         found = _function(part) if isinstance(part, Law) else part if name == "elastic_strains" else None

@@ -15,8 +15,9 @@ from typing import NamedTuple
 import mpm_dem_checks as check
 
 from ..compiled import called
-from .hencky import ELASTIC, deviatoric_moduli, hencky_law
+from .hencky import ELASTIC, hencky_law
 from .law import Law, lame
+from .plastic_parts import deviatoric_moduli
 from .viscosity import with_viscosity
 
 FLOW = 2

@@ -20,6 +20,12 @@ ADVICE = {
 }
 
 
+def first_line(error):
+    """What PETSc says itself, without the places in its source."""
+    lines = [line.split("] ", 1)[-1].strip() for line in str(error).splitlines()]
+    return next((line for line in reversed(lines) if line and "()" not in line), lines[0])
+
+
 def diverged(reason, when, iterations, tried, residual, lost=None):
     """The error for PETSc's ``reason``, or SINGULAR, in the step ``when``, with all that was ``tried`` in
     ``iterations`` down to a ``residual`` [N]; lost: None, or the ``NoStress`` of a point on the way."""

@@ -1,8 +1,8 @@
 """Steps of Newton's method with a kept tangent, corrected by what the steps before have done.
 
-With a tangent K that is kept, the steps g = -K^-1 r(u) make the residual smaller by a constant factor. How u and
-g have changed over the iterations before, du and dg, tells how g depends on u in these directions, so that the
-step (Anderson acceleration: Walker & Ni 2011, doi 10.1137/10078356X, eq. 2.1)
+With a tangent K that is kept, the steps g = -K^-1 r(u) make the residual smaller by a constant factor. How
+u and g have changed over the iterations before, du and dg, tells how g depends on u in these directions, so
+that the step (Anderson acceleration: Walker & Ni 2011, doi 10.1137/10078356X)
 
     g - sum_j c_j (du_j + dg_j),    c such that |g - sum_j c_j dg_j| is least,
 

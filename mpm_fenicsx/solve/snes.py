@@ -12,22 +12,20 @@ from ..collective import somewhere
 from ..errors import MPMError
 from ..grid import compat
 from . import options, solvers
-from .divergence import ANY_SIGN, FACTOR_FAILED, NOT_POSITIVE, SINGULAR, ZERO_PIVOT, diverged
+from .divergence import (
+    ANY_SIGN,
+    FACTOR_FAILED,
+    NOT_POSITIVE,
+    SINGULAR,
+    ZERO_PIVOT,
+    diverged,
+    first_line,
+)
 from .options import PREFIX
 from .options import unused as unused_options  # noqa: F401 - known by this name
 from .rungs import RUNGS
 from .secants import Secants
-
-
-def _first_line(error):
-    """What PETSc says itself, without the places in its source."""
-    lines = [line.split("] ", 1)[-1].strip() for line in str(error).splitlines()]
-    return next((line for line in reversed(lines) if line and "()" not in line), lines[0])
-
-
-# Springs that stick and slide in turn keep Newton's method from the last digits: from this iteration on so many times
-# the tolerance will do.
-LATE, LOOSER = 10, 100.0
+from .tolerance import Tolerance
 
 
 class Newton:
@@ -53,7 +51,6 @@ class Newton:
         self._doubt = doubt
         self._comm, self._shape = active_cells.comm, (active_cells.owned, active_cells.dim)
         self._failure = self._trial = self._residual = self._lost = None
-        self._atol = 0.0
         self.u, r = active_cells.vector(active_cells.dim), active_cells.vector(active_cells.dim)
         self.snes = snes = PETSc.SNES().create(active_cells.comm)
         snes.setOptionsPrefix(PREFIX)
@@ -65,9 +62,7 @@ class Newton:
         compat.set_line_search(snes, *self._search)
         snes.getKSP().setOperators(active_cells.matrix)
         given = PETSc.Options(PREFIX).hasName
-        self._user_atol, self._user_search = given("snes_atol"), given("snes_linesearch_type")
-        if kinks and not (self._user_atol or given("snes_rtol")):
-            snes.setUpdate(self._loosen)
+        self._user_search, self._tolerance = given("snes_linesearch_type"), Tolerance(snes, kinks)
         self._symmetric, self._solver, self.preset, self._any_sign = symmetric, solver, "", False
         self._may_bear_any_sign = symmetric and not given("pc_type") and solver not in solvers.POSITIVE
         self.bears_any_sign, self.helped = True, []
@@ -117,7 +112,7 @@ class Newton:
             solvers.configure(self.snes.getKSP(), PREFIX, self.preset, self._coordinates, symmetric)
             for_options.setFromOptions()
         except PETSc.Error as error:
-            raise MPMError(f"PETSc cannot take the options -{PREFIX}… ({_first_line(error)}): correct "
+            raise MPMError(f"PETSc cannot take the options -{PREFIX}… ({first_line(error)}): correct "
                            "them") from None
 
     def _bear_any_sign(self, any_sign):
@@ -191,11 +186,6 @@ class Newton:
         if self._comm.size > 1:
             raise error
 
-    def _loosen(self, snes, iteration):
-        """PETSc's callback at the start of an iteration."""
-        if iteration == LATE:
-            snes.setTolerances(atol=LOOSER * self._atol)
-
     # ---------------------------------------------------------------- one solve
 
     def solve(self, guess, rest, atol, when):
@@ -205,7 +195,6 @@ class Newton:
         rest: the displacement that only moves supported nodes; atol: residual norm to stop at [N]; when: a
         text for the message, such as "step 3, t = 1e-6 s". Raises MPMDivergedError with PETSc's reason in
         words and the option to try."""
-        self._atol = atol
         self._trial, self._lost, iterations, tried, self.helped = None, None, 0, [], []
         try:
             for rung in RUNGS:
@@ -215,12 +204,12 @@ class Newton:
                     searches = rung.full_steps and self._search == ("basic",)
                     tried.append("a line search" if searches else rung.news)
                 start = rest if rung.from_rest else guess
-                reason, more = self._run(start, when)
+                reason, more = self._run(start, atol, when)
                 iterations += more
                 if reason in NOT_POSITIVE and self._bear_any_sign(True):
                     tried.append(ANY_SIGN)
                     self.helped = [ANY_SIGN]
-                    reason, more = self._run(start, when)
+                    reason, more = self._run(start, atol, when)
                     iterations += more
                 if reason >= 0:
                     break
@@ -245,12 +234,11 @@ class Newton:
         anew = self._tangents.kept_one and not self._tangents.by_user
         return {1: anew, 3: not self._user_search}.get(RUNGS.index(rung), True)
 
-    def _run(self, guess, when):
+    def _run(self, guess, atol, when):
         """Reason and number of iterations of one attempt."""
         self.u.array_w[:] = guess.ravel()
         self._secants.forget()
-        if not self._user_atol:
-            self.snes.setTolerances(atol=self._atol)
+        self._tolerance.begin(self.snes, atol)
         try:
             self.snes.solve(None, self.u)
         except PETSc.Error as error:
@@ -258,7 +246,7 @@ class Newton:
                 self.snes.getKSP().getPC().reset()  # CHOLMOD cannot go on from a factor that failed
                 return SINGULAR, self.snes.getIterationNumber()
             if self._failure is None:
-                raise MPMError(f"PETSc stopped in the solver {self.describe()} ({_first_line(error)}): try "
+                raise MPMError(f"PETSc stopped in the solver {self.describe()} ({first_line(error)}): try "
                                "-mpm_pc_type lu or other options") from None
         except Exception:
             if self._failure is None:

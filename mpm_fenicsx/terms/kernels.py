@@ -92,7 +92,8 @@ def compile_body_kernels(body, background, consistent):
     couple = specialise(stencil_form.couple, **size) if basis.smooth else specialise(f_bar.couple, D=D)
     return BodyKernels(
         mean_changes=direct(specialise(f_bar.mean_changes, **size)),
-        residual=direct(specialise(weakform.residual, **form, batch_stress=batch.stress, new_work=batch.work)),
+        residual=direct(specialise(weakform.residual, **form, batch_stress=batch.stress,
+                                   new_work=batch.work)),
         add_pressure=direct(specialise(f_bar.add_pressure, D=D)),
         tangent=direct(specialise(tangent, **form, batch_tangent=batch.tangent,
                                   new_tangent_work=batch.tangent_work)),

@@ -134,8 +134,8 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
         grown = V0[q] * deformed_gradients(c, q, nodes, G, u, D, K, found)
         if FBAR:
             grown *= determinant(old.F[q], D) * old.F33[q]
-            bulk[c, 1] += by_mean_volume(B, P[at], new.F[q], V0[q], grown * bulk[c, 0] / volume[c, 0], D, forth,
-                                         back)
+            shared = grown * bulk[c, 0] / volume[c, 0]
+            bulk[c, 1] += by_mean_volume(B, P[at], new.F[q], V0[q], shared, D, forth, back)
         count = find_present(N[q], g, nodes[c], offset, D, K, present)
         if FBAR:
             spread(forth, count, present, D, push[c])

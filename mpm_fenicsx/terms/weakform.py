@@ -128,8 +128,8 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
         if FBAR:
             own = patch[c]
             grown *= determinant(old.F[q], D) * old.F33[q]
-            bulk[own, 1] += by_mean_volume(B, P[at], new.F[q], V0[q], grown * bulk[own, 0] / volume[own, 0], D,
-                                           forth, back)
+            shared = grown * bulk[own, 0] / volume[own, 0]
+            bulk[own, 1] += by_mean_volume(B, P[at], new.F[q], V0[q], shared, D, forth, back)
             spread(forth, g, place[c], D, K, push[own])
             spread(back, g, place[c], D, K, pull_sums[own])
         for e in range(K):

@@ -20,7 +20,8 @@ MC = dict(E=1.0, nu=0.3, friction_angle=30.0, dilation_angle=10.0, cohesion=0.01
 LAWS = {"Mohr-Coulomb": mohr_coulomb(**MC), "cut": mohr_coulomb(**MC, tension_cutoff=0.004),
         "viscous": mohr_coulomb(**MC, viscosity=0.02), "Drucker-Prager": drucker_prager(**MC),
         "von Mises": von_mises(1.0, 0.3, 0.03, 0.2), "clay": cam_clay(25.0, 0.1, 0.02, 0.4, 0.01, 0.005),
-        "grains": mu_i(1.0, 0.3, 0.38, 0.64, 0.28, 0.1, 1.0), "mud": herschel_bulkley(0.8, 0.02, 0.01, 0.5, 0.4),
+        "grains": mu_i(1.0, 0.3, 0.38, 0.64, 0.28, 0.1, 1.0),
+        "mud": herschel_bulkley(0.8, 0.02, 0.01, 0.5, 0.4),
         "rubber": neo_hooke(1.0, 0.3)}
 
 

@@ -1,0 +1,30 @@
+"""The residual at which Newton's method stops."""
+from petsc4py import PETSc
+
+from .options import PREFIX
+
+# Springs that stick and slide in turn keep the last digits from Newton's method: from this iteration on so
+# many times the tolerance will do.
+LATE, LOOSER = 10, 100.0
+
+
+class Tolerance:
+    """Of the ``snes``, in each solve anew; ``kinks``: the residual has some, as of springs. What the user's
+    options decide is left to them."""
+
+    def __init__(self, snes: PETSc.SNES, kinks: bool) -> None:
+        given = PETSc.Options(PREFIX).hasName
+        self._by_user, self._atol = given("snes_atol"), 0.0
+        if kinks and not (self._by_user or given("snes_rtol")):
+            snes.setUpdate(self._loosen)
+
+    def begin(self, snes: PETSc.SNES, atol: float) -> None:
+        """A solve that is to end at the norm ``atol`` [N]."""
+        self._atol = atol
+        if not self._by_user:
+            snes.setTolerances(atol=atol)
+
+    def _loosen(self, snes: PETSc.SNES, iteration: int) -> None:
+        """PETSc's callback at the start of an iteration."""
+        if iteration == LATE:
+            snes.setTolerances(atol=LOOSER * self._atol)

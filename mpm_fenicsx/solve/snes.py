@@ -11,16 +11,7 @@ from petsc4py import PETSc
 from ..collective import somewhere
 from ..errors import MPMError
 from ..grid import compat
-from . import options, solvers
-from .divergence import (
-    ANY_SIGN,
-    FACTOR_FAILED,
-    NOT_POSITIVE,
-    SINGULAR,
-    ZERO_PIVOT,
-    diverged,
-    first_line,
-)
+from . import divergence, options, solvers
 from .options import PREFIX
 from .options import unused as unused_options  # noqa: F401 - known by this name
 from .rungs import RUNGS
@@ -112,8 +103,8 @@ class Newton:
             solvers.configure(self.snes.getKSP(), PREFIX, self.preset, self._coordinates, symmetric)
             for_options.setFromOptions()
         except PETSc.Error as error:
-            raise MPMError(f"PETSc cannot take the options -{PREFIX}… ({first_line(error)}): correct "
-                           "them") from None
+            raise MPMError(f"PETSc cannot take the options -{PREFIX}… ({divergence.first_line(error)}): "
+                           "correct them") from None
 
     def _bear_any_sign(self, any_sign):
         """With ``any_sign`` the chosen solver in its form for tangents that are not positive (LU for
@@ -206,9 +197,9 @@ class Newton:
                 start = rest if rung.from_rest else guess
                 reason, more = self._run(start, atol, when)
                 iterations += more
-                if reason in NOT_POSITIVE and self._bear_any_sign(True):
-                    tried.append(ANY_SIGN)
-                    self.helped = [ANY_SIGN]
+                if reason in divergence.NOT_POSITIVE and self._bear_any_sign(True):
+                    tried.append(divergence.ANY_SIGN)
+                    self.helped = [divergence.ANY_SIGN]
                     reason, more = self._run(start, atol, when)
                     iterations += more
                 if reason >= 0:
@@ -219,7 +210,7 @@ class Newton:
                 self._go_to(RUNGS[0])
         if reason < 0:
             lost = min((lost for lost in self._comm.allgather(self._lost) if lost), default=None)
-            raise diverged(reason, when, iterations, tried, self.snes.getFunctionNorm(), lost)
+            raise divergence.diverged(reason, when, iterations, tried, self.snes.getFunctionNorm(), lost)
         self._doubt(self.snes.getFunctionNorm(), atol, when)
         return self._trial_at(self.u), iterations
 
@@ -242,19 +233,19 @@ class Newton:
         try:
             self.snes.solve(None, self.u)
         except PETSc.Error as error:
-            if self._failure is None and error.ierr == ZERO_PIVOT:
+            if self._failure is None and error.ierr == divergence.ZERO_PIVOT:
                 self.snes.getKSP().getPC().reset()  # CHOLMOD cannot go on from a factor that failed
-                return SINGULAR, self.snes.getIterationNumber()
+                return divergence.SINGULAR, self.snes.getIterationNumber()
             if self._failure is None:
-                raise MPMError(f"PETSc stopped in the solver {self.describe()} ({first_line(error)}): try "
-                               "-mpm_pc_type lu or other options") from None
+                raise MPMError(f"PETSc stopped in the solver {self.describe()} ({divergence.first_line(error)}): "
+                               "try -mpm_pc_type lu or other options") from None
         except Exception:
             if self._failure is None:
                 raise
         failure, self._failure = self._failure, None
         if failure is not None:
             raise failure
-        if self.snes.getKSP().getConvergedReason() == FACTOR_FAILED:
+        if self.snes.getKSP().getConvergedReason() == divergence.FACTOR_FAILED:
             self.snes.getKSP().getPC().reset()  # nor can MUMPS
         return self.snes.getConvergedReason(), self.snes.getIterationNumber()
 

@@ -78,8 +78,8 @@ def test_newton_evaluates_no_residual_twice(run):
 def resting(make_mpm):
     """A block on a floor, which springs make, from its first step on."""
     return lambda: make_mpm(
-        "quadrilateral", box=((0.0, 0.0), (1.0, 0.5)), body_cells=(8, 4), gravity=(0.0, -10.0), interface=None,
-        grid=Grid(Box((-0.5, -0.5), (1.5, 1.0)), (8, 6)),
+        "quadrilateral", box=((0.0, 0.0), (1.0, 0.5)), body_cells=(8, 4), gravity=(0.0, -10.0),
+        interface=None, grid=Grid(Box((-0.5, -0.5), (1.5, 1.0)), (8, 6)),
         structures=[Structure.plane("floor", (0.0, 0.0), "+y", Box((-0.5, -0.5), (1.5, 1.0)))])
 
 
@@ -89,13 +89,12 @@ def test_contact_ends_with_a_looser_tolerance_late(resting, monkeypatch, options
         monkeypatch.setattr(tolerance, "LATE", late)
         options(**given)
         solid, left = resting(), []
-        solid.step.newton.snes.setMonitor(lambda snes, n, norm: left.append((n, norm, snes.getTolerances()[1])))
+        solid.step.newton.snes.setMonitor(lambda snes, n, norm: left.append(snes.getTolerances()[1]))
         solid.advance(0.01)
         return left
     strict, loose, by_user = residuals(10), residuals(1), residuals(1, snes_rtol=1e-12)
-    assert {atol for _, _, atol in strict} == {strict[0][2]}
-    assert loose[-1][2] == pytest.approx(100.0 * strict[0][2]) and loose[0][2] == strict[0][2]
-    assert by_user[-1][2] == strict[0][2]
+    assert len(strict) > 1 and set(strict) == set(by_user)
+    assert loose[0] == strict[0] and loose[-1] == pytest.approx(100.0 * strict[0])
 
 
 def test_a_line_search_that_full_steps_please_costs_nothing(resting):

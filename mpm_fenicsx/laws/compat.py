@@ -23,7 +23,7 @@ from ufl.constantvalue import ConstantValue
 from ufl.core.expr import Expr
 from ufl.core.multiindex import MultiIndex
 from ufl.corealg.traversal import unique_pre_traversal
-from ufl.variable import Label
+from ufl.variable import Label, Variable
 
 import mpm_dem_cache as cache
 
@@ -32,6 +32,9 @@ KINDS = "energy", "stress", "tangent"
 # code is not made for this processor alone: ranks of a cluster may share it.
 FLAGS = ["-O2", "-g0", "-fno-math-errno"]
 WAIT = 60  # for another run that compiles the same energy [s]
+# Of the variable by which UFL differentiates: FFCx tells formulas apart by it, so that it must not count how
+# many variables there have been before. UFL gives such numbers to no other one.
+_ENTRIES = Label(10**9)
 
 
 class Functions(NamedTuple):
@@ -84,7 +87,7 @@ def _expressions(psi: Callable, name: str, count: int, D: int) -> List[Any]:
     parameters. One constant holds all they depend on. W is zero undeformed."""
     n = 5 if D == 2 else 9
     given = ufl.Constant(ufl.Mesh(_element()), shape=(n + count,))
-    x = ufl.variable(ufl.as_vector([given[i] for i in range(n)]))
+    x = Variable(ufl.as_vector([given[i] for i in range(n)]), _ENTRIES)
     F = ufl.as_matrix([[x[0], x[1], 0], [x[2], x[3], 0], [0, 0, x[4]]] if D == 2 else
                       [[x[3 * i + j] for j in range(3)] for i in range(3)])
     parameters = [given[n + i] for i in range(count)]

@@ -185,6 +185,20 @@ def test_what_another_run_has_begun_is_waited_for(monkeypatch, tmp_path):
         from_energy(neo, mu=1.0, lam=law.params.lam)
 
 
+def test_the_same_formula_is_compiled_once_in_a_process(monkeypatch, tmp_path):
+    """Whatever else UFL has been given in between, and whatever the names of its indices."""
+    def square(F, mu):
+        i, j = ufl.indices(2)
+        return mu / 2 * F[i, j] * F[i, j] - mu * ln(det(F)) + mu * ln(det(F)) ** 2
+
+    monkeypatch.setattr(compat, "_folder", lambda: str(tmp_path))
+    keys = set()
+    for mu in (1.0, 2.0):
+        keys.add(from_energy(square, mu=mu).parts)
+        ufl.variable(ufl.Constant(ufl.Mesh(compat._element())))
+    assert len(keys) == 1 and len(list(tmp_path.glob("*.so"))) == 1
+
+
 def test_it_is_compiled_once_for_all_processes_and_moduli(run_script):
     said, count = run_script(1.0, "alone")
     assert said.startswith("the energy soft cannot be compiled, there is no C compiler") and count == 0

@@ -182,18 +182,21 @@ class ActiveCells:
         facet = dof[self.nodes_of_facets].transpose(0, 2, 1)  # (facets, D, M), each direction on its own
         parts.append((facet[..., None], facet[:, :, None]))
         shapes = [np.broadcast_shapes(row.shape, column.shape) for row, column in parts]
-        rows, columns = ([np.broadcast_to(part[k], shape).ravel() for part, shape in zip(parts, shapes)]
-                         for k in (0, 1))
+        ends = np.cumsum([np.prod(shape, dtype=int) for shape in shapes])
+              # the largest arrays of a run, so they are filled in place
+        pattern = np.empty((2, ends[-1] + len(diagonal)), PETSc.IntType)
+        pattern[:, ends[-1]:] = diagonal
+        for indices, of_parts in zip(pattern, zip(*parts)):
+            for entries, part, shape in zip(np.split(indices, ends), of_parts, shapes):
+                entries.reshape(shape)[:] = part
         size = (self.owned * D, PETSc.DETERMINE)
         self.matrix = PETSc.Mat().create(self.comm)
         self.matrix.setSizes((size, size), bsize=D)
         self.matrix.setType(PETSc.Mat.Type.AIJ)
-        compat.set_coo_pattern(self.matrix, np.concatenate([*rows, diagonal]),
-                               np.concatenate([*columns, diagonal]))
+        compat.set_coo_pattern(self.matrix, *pattern)
         self.matrix.setOption(PETSc.Mat.Option.SYMMETRIC, self._symmetric)
-        self.values = np.zeros(sum(map(len, rows)) + len(diagonal))
-        matrices = [part.reshape(shape) for part, shape in
-                    zip(np.split(self.values, np.cumsum([len(part) for part in rows])), shapes)]
+        self.values = np.zeros(pattern.shape[1])
+        matrices = [part.reshape(shape) for part, shape in zip(np.split(self.values, ends), shapes)]
         self.element_matrices, self.facet_matrices = matrices[0], matrices[-1]
         self.pair_matrices = matrices.pop(1) if self.pairs else None
         self.point_matrices = matrices[1 if smooth else 0]

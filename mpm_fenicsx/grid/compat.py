@@ -38,8 +38,9 @@ def _check(code):
 
 
 def set_coo_pattern(A, rows, columns):
-    """Give the matrix its pattern: entry k goes to (rows[k], columns[k]), none to a negative index."""
-    i, j = rows.astype(PETSc.IntType), columns.astype(PETSc.IntType)  # copies: PETSc may overwrite them
+    """Give the matrix its pattern: entry k goes to (rows[k], columns[k]), none to a negative index. PETSc may
+    overwrite both."""
+    i, j = (np.ascontiguousarray(indices, PETSc.IntType) for indices in (rows, columns))
     _check(_petsc.MatSetPreallocationCOO(A.handle, i.size, i.ctypes.data, j.ctypes.data))
 
 

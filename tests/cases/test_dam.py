@@ -28,7 +28,7 @@ def test_water_on_a_coarse_grid(front):
 @pytest.mark.validation
 @pytest.mark.parametrize("aspect, floor, most", [(1, "slip", 0.057), (1, "stick", 0.03), (2, "slip", 0.03)])
 def test_front_of_water(front, aspect, floor, most):
-    """16 cells across the width. Over a smooth bed a square column comes to run ahead: docs/flows.md."""
+    """16 cells across the width. A square column comes to run ahead: docs/flows.md."""
     assert front(aspect, floor, 16)["front"] < most
 
 

@@ -76,6 +76,13 @@ def structures(solid: Any, grains: Any) -> List[Any]:
     return list({structure.name: structure for structure in reversed(both)}.values())[::-1]
 
 
+def motion_of(ground: Any, solid: Any, grains: Any) -> Any:
+    """That of the structure which is the surface of a terrain, ``ground``; None where none moves."""
+    x = np.asarray(getattr(ground, "x", ()))
+    return next((one.motion for one in structures(solid, grains) if one.motion is not None and np.array_equal(
+        one.x, x)), None)
+
+
 def placed(structure: Any, time: float) -> np.ndarray:
     """Vertices of a structure at a ``time`` [s]: places [m], shape (n, dim)."""
     x = np.asarray(structure.x, float)

@@ -22,3 +22,9 @@ def newmark(end, dt=2e-5):
             v = later if later * v > 0.0 else 0.0
         x += v * dt
     return x
+
+
+def gone(t):
+    """How far ground that shakes as ``shaking`` says has gone from rest [m]."""
+    often = 2.0 * np.pi * OFTEN
+    return SHAKEN / often**2 * (often * t - np.sin(often * t))

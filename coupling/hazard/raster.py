@@ -1,7 +1,7 @@
 """Rasters of equal cells over the horizontal extent of a terrain, and the files that hold them."""
 import math
 from pathlib import Path
-from typing import Any, Dict, NamedTuple, Tuple
+from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -42,17 +42,25 @@ class Raster(NamedTuple):
 
 class Ground:
     """A ``terrain``, see ``protocols.Terrain``, also where something is beyond its edge: ``lower`` and
-    ``upper`` corner [m], shape (2,) or (1,)."""
+    ``upper`` corner [m], shape (2,) or (1,). motion: how it has moved as a whole since the start [m], (2,) or
+    (3,), as a function of time; of one whose vertices move each for themselves heights stay those of the
+    start."""
 
-    def __init__(self, terrain: Any) -> None:
-        self._terrain = terrain
+    def __init__(self, terrain: Any, motion: Optional[Callable] = None) -> None:
+        self._terrain, self._motion, self._shift = terrain, motion, np.zeros(1 + np.size(terrain.lower))
         self.lower, self.upper = (np.atleast_1d(np.asarray(side, float)) for side in (terrain.lower,
                                                                                       terrain.upper))
 
+    def go(self, time: float) -> None:
+        """Where it is at ``time`` [s]."""
+        shift = np.zeros(1) if self._motion is None else np.asarray(self._motion(time), float)
+        if shift.shape == self._shift.shape:
+            self._shift = shift
+
     def height(self, xy: np.ndarray) -> np.ndarray:
         """At horizontal places [m], shape (n, 2 or 1), of the nearest place for those beyond: [m], (n,)."""
-        inside = np.minimum(np.maximum(xy, self.lower), self.upper)
-        return np.asarray(self._terrain.height(inside), float)
+        inside = np.minimum(np.maximum(xy - self._shift[:-1], self.lower), self.upper)
+        return np.asarray(self._terrain.height(inside), float) + self._shift[-1]
 
 
 def raster_over(ground: Ground, cell: float) -> Raster:

@@ -7,6 +7,7 @@ import numpy as np
 from mpi4py import MPI
 
 from ..loop.window import Window
+from ..shapes import motion_of
 from . import kernels
 from .chart import Chart, Shown
 from .flow import FlowMap
@@ -30,7 +31,8 @@ class MapWatch:
 
     def __init__(self, maps: Maps, solid: Any, grains: Any, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
         self._maps, self._solid, self._grains = maps, solid, grains
-        self._ground = Ground(maps.terrain)
+        self._ground = Ground(maps.terrain, motion_of(maps.terrain, solid, grains))
+        self._ground.go(solid.time)
         self.raster: Raster = raster_over(self._ground, maps.cell)
         self._dim, bodies = len(self.raster.lower) + 1, self._bodies()
         self._time, self._due, self._goes_on = solid.time, False, False
@@ -55,6 +57,7 @@ class MapWatch:
         inside = self.flow.look(bodies, window.time)
         self.places.look(bodies, inside, self._solid, window.dt)
         if self.rocks is not None:
+            self._ground.go(window.time)
             self.rocks.look()
             self._follow_rocks(self.rocks)
         if self._is_due(window):
@@ -140,6 +143,7 @@ class MapWatch:
         if self.rocks is not None:
             self.rocks.set_state(state["rocks"])
         self._goes_on = True
+        self._ground.go(self._solid.time)
         self.flow.look(self._bodies(), self._solid.time)  # a run may end here
 
     # ---------------------------------------------------------------- files, on rank 0
@@ -150,9 +154,10 @@ class MapWatch:
 
     @property
     def ground(self) -> np.ndarray:
-        """Height of the terrain in the middles of the cells [m], shape (rows, columns)."""
+        """Height of the terrain at the start in the middles of the cells [m], shape (rows, columns)."""
         if self._heights is None:
-            self._heights = self._ground.height(self.raster.middles()).reshape(self.raster.shape)
+            still = Ground(self._maps.terrain)
+            self._heights = still.height(self.raster.middles()).reshape(self.raster.shape)
         return self._heights
 
     def values(self, name: str) -> np.ndarray:

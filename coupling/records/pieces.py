@@ -6,7 +6,7 @@ import numpy as np
 
 from ..loop.window import Window
 from ..protocols import RecordedGrains, RecordedSolid
-from ..shapes import fixed_walls, has_surface, joined, placed, rocks, sizes, structures
+from ..shapes import fixed_walls, has_surface, joined, motion_of, placed, rocks, sizes, structures
 from .paraview import Piece
 
 KIND = {1: "vertex", 2: "line", 3: "triangle"}  # by number of corners
@@ -22,6 +22,7 @@ class Pieces:
                  shaken: bool = False) -> None:
         self._shaken = shaken
         self._ground = ground if hasattr(ground, "elements") else None
+        self._ground_moves = motion_of(self._ground, solid, grains)
         self._solid, self._grains, self._structures = solid, grains, structures(solid, grains)
         self._walls_shown, self._time = False, solid.time
         self._impulses: List[Dict[str, np.ndarray]] = []
@@ -40,11 +41,19 @@ class Pieces:
             dim = walls[0].nodes.shape[1]
             faces = joined([(wall.nodes, wall.elements) for wall in walls], dim)
             parts["walls"] = faces.x, {KIND[dim]: faces.elements}, {}, {"wall": faces.of_element}
-        if self._ground is not None and not self._walls_shown:
-            x, elements = (np.asarray(part) for part in (self._ground.x, self._ground.elements))
-            parts["terrain"] = x, {KIND[x.shape[1]]: elements}, {"height": x[:, -1]}
+        if self._ground is not None and (self._ground_moves or not self._walls_shown):
+            parts["terrain"] = self._terrain(time)
         self._walls_shown = not self._shaken
         return parts
+
+    def _terrain(self, time: float) -> Piece:
+        """Where it is; one that moves as a structure says by how much it has."""
+        x, elements = (np.asarray(part) for part in (self._ground.x, self._ground.elements))
+        if self._ground_moves is None:
+            return x, {KIND[x.shape[1]]: elements}, {"height": x[:, -1]}
+        shift = np.broadcast_to(np.asarray(self._ground_moves(time), float), x.shape)
+        moved = x + shift
+        return moved, {KIND[x.shape[1]]: elements}, {"height": moved[:, -1], "displacement": shift}
 
     def _on_structures(self, time: float) -> Piece:
         """All structures where they are, with the forces on their force cells."""

@@ -190,12 +190,13 @@ class Terrain:
 
     def structure(self, name: str = "terrain", friction: Any = 0.0,
                   regions: Optional[Dict[str, Tuple]] = None, material: Optional[str] = None,
-                  xi: Any = np.inf) -> Structure:
+                  xi: Any = np.inf, motion: Optional[Callable] = None) -> Structure:
         """The surface as ``Structure``, for soil and rocks. friction: with the soil [-], one coefficient, a
         function of places of the plan [m], shape (n, dim - 1), or a ``Raster`` of coefficients; xi: Voellmy's
         turbulent friction [m/s^2], likewise. regions: name -> (polygon, shape (k, 2), or in the plane two
         ends, friction), or with its xi behind: elements whose middle is inside are a force cell of their own,
-        such as "terrain_ice"; the others are "terrain_rest".
+        such as "terrain_ice"; the others are "terrain_rest". motion: how the ground has moved since the start
+        [m] as a function of time [s], shape (dim,), or of each vertex x, shape (n, dim), see ``Structure``.
 
         >>> slope = Terrain.profile([0.0, 5.0, 9.0], [5.0, 0.0, 0.0])
         >>> slope.structure(friction=0.5, regions={"ice": ((0.0, 5.0), 0.1)}).cells
@@ -204,7 +205,7 @@ class Terrain:
         middle = self.x[self.elements].mean(axis=1)[:, :-1]
         values, turbulent, cell, names = frictions(middle, friction, xi, regions or {})
         return Structure(name, self.x, self.elements, values, cell=cell, names=names, material=material,
-                         xi=turbulent)
+                         xi=turbulent, motion=motion)
 
     def grid(self, h: float, above: Union[float, Callable], where: Area = None,
              below: Optional[float] = None) -> Mesh:

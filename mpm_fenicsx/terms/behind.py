@@ -47,12 +47,12 @@ class Behind:
     surfaces: a ``wall_surfaces.Surface`` of each wall. Collective.
     """
 
-    def __init__(self, surfaces, h, bodies, comm):
-        """h: size of a cell [m]."""
+    def __init__(self, surfaces, h, box, bodies, comm):
+        """h: size of a cell [m]; box: of the grid."""
         self._bodies, self._comm, self._h, self._told = bodies, comm, h, set()
-        self._surfaces = WallSurfaces(surfaces, h, FAR * h)
+        self._surfaces = WallSurfaces(surfaces, h, FAR * h, box)
         self.names = self._surfaces.names
-        D = self._surfaces.elements.shape[1]
+        D = self._surfaces.walls.normal.shape[1]
         self._look = specialise(look, D=D, nearest=specialise(nearest, D=D))
         for body in bodies:
             body.points.add(side=np.zeros(len(body.points), np.int16))
@@ -90,4 +90,4 @@ def watch(scene, background, bodies):
     """``Behind`` of a scene's ``Penalty`` and ``GridWall`` records: of those in space with a front side; None
     when there are none."""
     surfaces = find_surfaces(scene, background)
-    return Behind(surfaces, background.h.max(), bodies, background.comm) if surfaces else None
+    return Behind(surfaces, background.h.max(), background.grid.box, bodies, background.comm) if surfaces else None

@@ -185,8 +185,10 @@ class Creases:
         self.most, self.bins = dim, np.zeros(0, bool)
         self.place()
         everywhere = np.zeros(1, bool)
-        if wall.moves:  # to wherever it may turn
-            n = len(wall.elements)
+        if wall.deforms:  # a plane may become a valley
+            everywhere[0] = True
+        elif wall.moves:  # to wherever it may go
+            n = len(wall.walls.normal)
             whole = wall.bins._replace(start=np.array([0, n]), items=np.arange(n))
             self._find(whole, wall.walls.normal, everywhere)
         if not (self.bins.any() or everywhere[0]):

@@ -55,7 +55,8 @@ class SurfaceContact:
         self._cells, self._cell = [s.cells for s in surfaces], [s.cell for s in surfaces]
         self.cell_names = [name for cells in self._cells for name in cells]
         self._h = background.h.max()
-        self._walls = [WallSurfaces([surface], self._h, 2.0 * NEAR * self._h) for surface in surfaces]
+        self._walls = [WallSurfaces([surface], self._h, 2.0 * NEAR * self._h, background.grid.box)
+                       for surface in surfaces]
         self.moves = any(wall.moves for wall in self._walls)
         self._creases = [Creases(wall) for wall in self._walls]
         most = [creases.most for creases in self._creases]
@@ -123,8 +124,8 @@ class SurfaceContact:
         body, p = self._body, self._body.points
         if self.moves:
             for wall, creases in zip(self._walls, self._creases):
-                wall.place(grid.time)
-                creases.place()
+                if wall.place(grid.time):
+                    creases.place()
         feet, number = self._find_feet()
         self._index, self._number, normal = (feet.point, feet.slot), number, feet.normal
         at = [feet.element[number == w] for w in range(len(self._walls))]
@@ -172,7 +173,7 @@ class SurfaceContact:
         starts = np.searchsorted(self._number, np.arange(len(self._walls) + 1))
         parts = [slice(*ends) for ends in zip(starts, starts[1:])]
         return np.concatenate([
-            np.einsum("qk,qki->qi", feet.weight[part], wall.places(time)[wall.elements[feet.element[part]]])
+            np.einsum("qk,qki->qi", feet.weight[part], wall.corners_at(time, 0, feet.element[part]))
             for part, wall in zip(parts, self._walls)])
 
     def _forget_others(self):

@@ -10,11 +10,11 @@ from ..scene.conditions import GridWall
 from ..scene.facets import alike, same_places
 from ..scene.mesh import FACETS
 from ..scene.structures import Structure
+from .placed_surface import REACH, PlacedSurface, near_box
 
 D = 2  # fixed by specialise
 # of two elements equally near, as at their common corner, the one that looks more straight at the point
 TIE = 1e-9
-REACH = 3.0  # cells, more than contacts look for walls
 
 
 class WallElements(NamedTuple):
@@ -84,30 +84,48 @@ def nearest(p, x, bins: Bins, elements: WallElements, far, weight, best_weight, 
 
 class WallSurfaces:
     """Several ``surfaces``, of the same dimension, in bins for places up to ``far`` [m] from them. ``bins``
-    and ``walls``, the ``WallElements``: as last placed. h: size of a cell [m]."""
+    and ``walls``, the ``WallElements``: as last placed. h: size of a cell [m]; box: around all places that
+    are looked at, a ``Box``: of what moves only elements near it are in bins."""
 
-    def __init__(self, surfaces, h, far):
-        starts = np.cumsum([0, *(len(s.x) for s in surfaces)])
-        self.names, self._surfaces, self.far = [s.name for s in surfaces], surfaces, far
+    def __init__(self, surfaces, h, far, box):
+        self.names, self.far = [s.name for s in surfaces], far
         self.moves = any(s.motion for s in surfaces)
-        self.elements = np.concatenate([s.elements + start for s, start in zip(surfaces, starts)])
-        self._wall = np.repeat(np.arange(len(surfaces)), [len(s.elements) for s in surfaces])
-        self._front = np.concatenate([s.front for s in surfaces])[self.elements].sum(axis=1)
-        self._rim = find_rim(np.concatenate([s.x for s in surfaces]), self.elements, h)
+        counts = np.cumsum([0, *(len(s.elements) for s in surfaces)])
+        wall = np.repeat(np.arange(len(surfaces)), np.diff(counts))
+        x = np.concatenate([s.x for s in surfaces])
+        starts = np.cumsum([0, *(len(s.x) for s in surfaces)])
+        elements = np.concatenate([s.elements + start for s, start in zip(surfaces, starts)])
+        self.walls = WallElements(x[elements], np.empty(elements.shape), wall,
+                                  find_rim(x, elements, h))
+        own = [slice(*ends) for ends in zip(counts, counts[1:])]
+        self._placed = [PlacedSurface(s, self.walls.corners[part], self.walls.normal[part], box, h)
+                        for s, part in zip(surfaces, own)]
+        self._first, self._binned = counts[:-1], None
         self.place(0.0)
 
-    def places(self, time):
-        """Of all particles at ``time`` [s], shape (n, D) [m]."""
-        return np.concatenate([s.x if s.motion is None else s.x + s.motion(time) for s in self._surfaces])
+    @property
+    def deforms(self):
+        """Whether a surface moves otherwise than as a whole along a way."""
+        return any(placed.deforms for placed in self._placed)
+
+    def corners_at(self, time, wall, elements):
+        """Corners [m], shape (k, D, D), of the ``elements`` of one of the walls at ``time`` [s]."""
+        return self._placed[wall].corners_at(time, elements)
 
     def place(self, time):
-        """Take the walls to where they are at ``time`` [s]."""
-        x = self.places(time)
-        corners, normal = x[self.elements], normal_areas(x, self.elements)
-        normal *= np.where(np.sum(normal * self._front, axis=1) < 0.0, -1.0, 1.0)[:, None]
-        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-        self.walls = WallElements(corners, normal, self._wall, self._rim)
-        self.bins = make_bins(corners.min(axis=1) - self.far, corners.max(axis=1) + self.far, self.far)
+        """Take the walls to where they are at ``time`` [s]. Returns whether bins are made anew: not where all
+        have moved alike, as the bins go along."""
+        changed = [placed.place(time) for placed in self._placed]
+        shifts = np.array([placed.shift for placed in self._placed])
+        if self._binned is None or any(changed) or np.ptp(shifts - self._binned, axis=0).any():
+            near = np.concatenate([placed.near + first for placed, first in zip(self._placed, self._first)])
+            corners = self.walls.corners[near]
+            bins = make_bins(corners.min(axis=1) - self.far, corners.max(axis=1) + self.far, self.far)
+            self._made, self._binned = bins._replace(items=near[bins.items]), shifts
+            self.bins = self._made
+            return True
+        self.bins = self._made._replace(origin=self._made.origin + (shifts - self._binned)[0])
+        return False
 
 
 def find_rim(x, elements, h):
@@ -171,12 +189,9 @@ def _of_structure(structure, background):
 
 def _near_grid(structure, background):
     """Numbers of the elements within ``REACH`` cells of the box of the grid; at least one."""
-    box, margin = background.grid.box, REACH * background.h.max()
-    near = np.ones(len(structure.elements), bool)
-    for d in range(structure.dim):
-        x = structure.x[:, d][structure.elements]
-        near &= (x.max(axis=1) >= box.lower[d] - margin) & (x.min(axis=1) <= box.upper[d] + margin)
-    return np.flatnonzero(near) if near.any() else np.zeros(1, int)
+    corners = structure.x[structure.elements]
+    return near_box(corners.min(axis=1), corners.max(axis=1), background.grid.box,
+                    REACH * background.h.max())
 
 
 def wall_facets(x, cells, kind, on_wall, normal):

@@ -15,7 +15,9 @@ from coupling.hazard.raster import Ground, raster_over, write_grid
 from coupling.hazard.rocks import Rocks
 from coupling.hazard.watch import LARGEST, MapWatch
 from coupling.records.history import read
+from coupling.shapes import motion_of
 from dem_liggghts import Cluster, Material, Scene, Spheres, Wall
+from mpm_fenicsx import Box, Terrain
 
 CASE = Path(__file__).with_name("slope_case.py")
 
@@ -223,6 +225,21 @@ def test_a_rock_on_a_slope_touches_it():
     rocks.follow()
     assert rocks.largest["height"] == pytest.approx([1.0, 1.75 - 0.5 * steep])
     assert rocks.runout == pytest.approx([0.5, 0.0]) and rocks.motion.there.tolist() == [True, False]
+
+
+@pytest.mark.parametrize("each", [False, True], ids=["as a whole", "each vertex"])
+def test_heights_are_those_over_ground_that_has_moved(each):
+    """A slope has gone 3 m aside and 0.4 m up. Not those of vertices that move
+    each for themselves. terrain.asc stays that of the start."""
+    terrain = Terrain.function(lambda x, y: 0.75 * x, Box((0.0, 0.0), (8.0, 4.0)), 1.0)
+    way = np.array([3.0, 0.0, 0.4])
+    bed = terrain.structure(motion=lambda t: t * (np.tile(way, (len(terrain.x), 1)) if each else way))
+    ground = Ground(terrain, motion_of(terrain, Toy(), Toy(scene=Toy(structures=[bed]))))
+    ground.go(1.0)
+    wanted = 0.75 * 2.0 + 0.4 if not each else 0.75 * 5.0
+    assert ground.height(np.array([[5.0, 2.0]])) == pytest.approx(wanted)
+    watch = MapWatch(Maps(terrain, 1.0), solid_of(body([(1.0, 1.0, 1.0)], 0.0, 0.1), structures=[bed]), None)
+    assert watch.ground[0] == pytest.approx(0.75 * (np.arange(8) + 0.5))
 
 
 @pytest.mark.parametrize("dim", [2, 3])

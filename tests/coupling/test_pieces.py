@@ -11,7 +11,7 @@ from coupling.loop.window import Window
 from coupling.records.pieces import Pieces
 from coupling.shapes import rocks
 from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall, quaternion
-from mpm_fenicsx import MPM, Body, Box, Grid, Interface, Structure, linear
+from mpm_fenicsx import MPM, Body, Box, Grid, Interface, Structure, Terrain, linear
 
 BRICK = np.array([[k >> d & 1 for d in range(3)] for k in range(8)]) * [0.04, 0.02, 0.01]
 SIDES = (0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)
@@ -128,6 +128,20 @@ def test_a_rock_that_lies_on_a_structure_weighs_on_its_cell(dem):
     lost = body["mass"] * (np.array([0.0, -9.81, 0.0]) - body["v"] / 0.03)
     assert force[1] == pytest.approx(lost, abs=1e-9)
     assert force[1, 1] < -0.5 * body["mass"] * 9.81
+
+
+def test_terrain_that_moves_is_shown_where_it_is():
+    """At each time; one that stands still once."""
+    terrain = Terrain.function(lambda x, y: 0.5 * x, Box((0.0, 0.0), (2.0, 1.0)), 1.0)
+    for motion in (None, lambda t: (t, 0.0, -2.0 * t)):
+        solid = SimpleNamespace(time=0.0, structures=[terrain.structure(motion=motion)])
+        pieces = Pieces(solid, None, terrain)
+        first, later = (pieces(time, None) for time in (0.0, 0.5))
+        assert np.array_equal(first["terrain"][0], terrain.x)
+        assert ("terrain" in later) == (motion is not None)
+    x, _, data = later["terrain"]
+    assert np.array_equal(x - terrain.x, np.tile((0.5, 0.0, -1.0), (len(x), 1)))
+    assert np.array_equal(data["displacement"], x - terrain.x) and np.array_equal(data["height"], x[:, 2])
 
 
 def strike(out, backend):

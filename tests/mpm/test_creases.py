@@ -130,6 +130,50 @@ def test_a_corner_of_one_structure_is_that_of_two(basis):
     two.close()
 
 
+def test_a_sheet_that_folds_gets_a_crease():
+    """A level sheet becomes a valley under falling sand, which is then caught as by one that always was."""
+    terrain, valley_ = valley(60.0)
+    sheet = Structure("terrain", terrain.x * (1.0, 0.0), terrain.elements, cell=valley_.cell,
+                      names=valley_.names, motion=lambda t: min(t / 0.08, 1.0) * terrain.x * (0.0, 1.0))
+    soil, found = terrain.release(0.05, (0.9, 1.1), H), []
+    soil = Cloud(soil.x + (0.0, 0.1), soil.volume, soil.half)
+    for bed in (valley_, sheet):
+        solid = MPM(terrain.grid(H, 0.4), Body(soil, None, None, SAND, 1000.0, f_bar=True), structures=[bed],
+                    gravity=(0.0, -G), inertia="lumped")
+        both = 0
+        while solid.time < 0.4:
+            solid.advance(DT)
+            both += on_both(solid)
+        found.append((solid.points.x.copy(), flanks(solid, 60.0)))
+        assert both > 0
+        solid.close()
+    for stood, folded in zip(*found):
+        np.testing.assert_allclose(folded, stood, rtol=0, atol=1e-9 * abs(stood).max())
+
+
+def test_walls_that_close_in_are_a_corner_all_the_way():
+    """A wall that comes to a block on a floor: as one structure whose vertices move, and as two."""
+    way = lambda t: np.array([-0.3 * t, 0.0])  # noqa: E731
+    floor = [(-0.55, 0.01), (0.913, 0.01)]
+    wall = np.array([(0.713, 0.005), (0.713, 0.8)])
+    one = Structure("one", np.vstack([floor, wall]), [(0, 1), (2, 3)], friction=0.4,
+                    motion=lambda t: np.vstack([np.zeros((2, 2)), np.tile(way(t), (2, 1))]))
+    two = [Structure("floor", floor, [(0, 1)], friction=0.4),
+           Structure("wall", wall, [(0, 1)], friction=0.4, motion=way)]
+    joined, apart = thrown([one], law=SAND), thrown(two, law=SAND)
+    both = 0
+    for _ in range(120):
+        joined.advance(DT)
+        apart.advance(DT)
+        parts = np.array([apart.reaction(name) for name in ("floor", "wall")])
+        both += bool(parts.any(axis=1).all())
+        assert abs(joined.points.x - apart.points.x).max() < 1e-12
+        assert joined.reaction("one") == pytest.approx(parts.sum(axis=0), abs=1e-9 * (1.0 + abs(parts).max()))
+    assert both > 5
+    joined.close()
+    apart.close()
+
+
 def feet_of(structure, x, half=0.01):
     """Number of feet of soil in points x (n, dim) with that half-width [m]."""
     dim, h = x.shape[1], 0.05

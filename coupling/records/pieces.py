@@ -21,7 +21,7 @@ class Pieces:
     def __init__(self, solid: RecordedSolid, grains: Optional[RecordedGrains], ground: Any = None,
                  shaken: bool = False) -> None:
         self._shaken = shaken
-        self._ground = ground if hasattr(ground, "elements") else None
+        self._ground: Any = ground if hasattr(ground, "elements") else None
         self._ground_moves = motion_of(self._ground, solid, grains)
         self._solid, self._grains, self._structures = solid, grains, structures(solid, grains)
         self._walls_shown, self._time = False, solid.time

@@ -90,4 +90,6 @@ def watch(scene, background, bodies):
     """``Behind`` of a scene's ``Penalty`` and ``GridWall`` records: of those in space with a front side; None
     when there are none."""
     surfaces = find_surfaces(scene, background)
-    return Behind(surfaces, background.h.max(), background.grid.box, bodies, background.comm) if surfaces else None
+    if not surfaces:
+        return None
+    return Behind(surfaces, background.h.max(), background.grid.box, bodies, background.comm)

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from mpm_fenicsx import MPM, Body, Box, Numerics, Terrain, linear
-from tests.newmark import FRICTION, GRAVITY, SLOPE, gone, newmark
+from tests.newmark import FRICTION, SLOPE, gone, newmark
 
 G, H = 9.81, 0.05
 STIFF = linear(2e7, 0.2)

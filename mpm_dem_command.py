@@ -82,9 +82,9 @@ mesh.create_unit_square(MPI.COMM_SELF, 1, 1)
 one_mpi()
 number = tuple(map(int, dolfinx.__version__.split(".")[:2]))
 if number < (0, 5):
-    say("wrong", "older than 0.5: take 0.5, or 0.11")
-elif number not in ((0, 5), (0, 11)):
-    say("note", "tests run with 0.5 and 0.11, not with this version")
+    say("wrong", "older than 0.5: take 0.5, 0.9 or 0.11")
+elif number not in ((0, 5), (0, 9), (0, 11)):
+    say("note", "tests run with 0.5, 0.9 and 0.11, not with this version")
 """
 OURS = """
 import mpm_fenicsx, dem_liggghts, coupling

@@ -20,14 +20,15 @@ ENV = {**{name: value for name, value in os.environ.items() if not name.startswi
 @pytest.fixture
 def follow(tmp_path):
     """``follow(page)`` does what the page of that name in docs says: writes its files, runs its commands and
-    its Python; returns all that they print."""
-    def do(page):
+    its Python; returns all that they print. With ``alone`` each command runs without its mpirun."""
+    def do(page, alone=False):
         printed = []
         for kind, file, text in BLOCK.findall((ROOT / "docs" / page).read_text(encoding="utf-8")):
             if file:
                 (tmp_path / file).write_text(text)
                 continue
             text = text.replace(" cases/", f" {ROOT}/cases/")  # a link would have its kernels compiled anew
+            text = text.replace("mpirun -n 2 ", "") if alone else text
             command = ["bash", "-ec", text] if kind == "sh" else [sys.executable, "-c", text]
             done = subprocess.run(command, cwd=tmp_path, env=ENV, capture_output=True, text=True, timeout=300)
             assert done.returncode == 0, f"{text}\n{done.stderr}"
@@ -53,7 +54,12 @@ def test_boulders_in_space(follow):
     assert f"```python title=\"boulders.py\"\n{script}```" in page
 
 
-@pytest.mark.validation  # six processes; tests/cases/test_restart_ranks.py has the same in the fast tier
+def test_restart_on_one_rank(follow):
+    """Three processes in place of six; tests/cases/test_restart_ranks.py has several ranks."""
+    assert "the same to the last bit: True" in follow("restart.md", alone=True)
+
+
+@pytest.mark.validation
 @pytest.mark.mpi
 def test_restart_on_several_ranks(follow, run_ranks):
     """``run_ranks`` is only asked whether there is an mpirun."""

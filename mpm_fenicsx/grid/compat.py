@@ -1,8 +1,8 @@
 """The only file with names of dolfinx, and with those of PETSc that differ between versions; what laws need
 of UFL and the form compiler is in ``laws.compat``.
 
-Run with dolfinx 0.5 and 0.11, which come with petsc4py 3.18 and 3.25; the branches between them follow the
-changes of dolfinx' interface.
+Run with dolfinx 0.5, 0.9 and 0.11, which come with petsc4py 3.18, 3.22 and 3.25; the branches between them
+follow the changes of dolfinx' interface.
 """
 import ctypes
 from typing import NamedTuple

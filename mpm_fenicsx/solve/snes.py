@@ -234,7 +234,7 @@ class Newton:
             self.snes.solve(None, self.u)
         except PETSc.Error as error:
             if self._failure is None and error.ierr == divergence.ZERO_PIVOT:
-                self.snes.getKSP().getPC().reset()  # CHOLMOD cannot go on from a factor that failed
+                solvers.forget_failed_factor(self.snes.getKSP())
                 return divergence.SINGULAR, self.snes.getIterationNumber()
             if self._failure is None:
                 raise MPMError(f"PETSc stopped in the solver {self.describe()} ({divergence.first_line(error)}): "
@@ -246,7 +246,7 @@ class Newton:
         if failure is not None:
             raise failure
         if self.snes.getKSP().getConvergedReason() == divergence.FACTOR_FAILED:
-            self.snes.getKSP().getPC().reset()  # nor can MUMPS
+            solvers.forget_failed_factor(self.snes.getKSP())
         return self.snes.getConvergedReason(), self.snes.getIterationNumber()
 
     def destroy(self):

@@ -138,6 +138,13 @@ def _set_rigid_body_modes(matrix, coordinates):
     x.destroy()
 
 
+def forget_failed_factor(ksp):
+    """Neither CHOLMOD nor MUMPS can go on from it."""
+    operators = ksp.getOperators()
+    ksp.getPC().reset()
+    ksp.setOperators(*operators)  # they are gone then, but PETSc 3.22 reads options with a look at them
+
+
 def describe(ksp):
     """The linear solver in use, in a few words."""
     pc = ksp.getPC()

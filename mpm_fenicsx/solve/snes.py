@@ -237,7 +237,8 @@ class Newton:
                 solvers.forget_failed_factor(self.snes.getKSP())
                 return divergence.SINGULAR, self.snes.getIterationNumber()
             if self._failure is None:
-                raise MPMError(f"PETSc stopped in the solver {self.describe()} ({divergence.first_line(error)}): "
+                said = divergence.first_line(error)
+                raise MPMError(f"PETSc stopped in the solver {self.describe()} ({said}): "
                                "try -mpm_pc_type lu or other options") from None
         except Exception:
             if self._failure is None:

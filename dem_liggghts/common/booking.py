@@ -44,6 +44,7 @@ class WallBooks:
         ends = np.cumsum([0, *(len(wall.nodes) for wall in scene.fixed)])[len(scene.walls):]
         self._moving = [(one, slice(first, end)) for one, first, end in zip(scene.structures, ends, ends[1:])
                         if one.motion is not None]
+        self._still: Any = None  # origin, nodes and their velocities, where none moves
         self._sums = np.zeros((len(self.names), 6))
         self._gravity, self._base = in_space([scene.gravity, scene.frame_pull(0.0, 0.0)])
         self._mass = np.zeros((3, 7))  # now, see ``_weigh``
@@ -62,10 +63,13 @@ class WallBooks:
 
     def motion(self, time: float, span: float, origin: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """Places [m] at ``time`` [s] and velocities [m/s] that take them to those ``span`` [s] later, (n, 3)
-        each."""
+        each; neither is to be written to."""
+        if not self._moving:  # a terrain has many nodes: they are not made anew in each window
+            if self._still is None or not np.array_equal(self._still[0], origin):
+                x = self.places(time, origin)
+                self._still = np.array(origin), x, np.zeros_like(x)
+            return self._still[1], self._still[2]
         x = self.places(time, origin)
-        if not self._moving:
-            return x, np.zeros_like(x)
         return x, (self.places(time + span, origin) - x) / span
 
     # ---------------------------------------------------------------- gravity and the base
@@ -88,16 +92,17 @@ class WallBooks:
         """Particles and bodies are those that there are now: at the start, and when some have left."""
         self._mass = self._weigh(particles, bodies)
 
-    def add(self, x: np.ndarray, impulse: np.ndarray, span: float, particles: np.ndarray,
+    def add(self, x: np.ndarray, v: np.ndarray, impulse: np.ndarray, span: float, particles: np.ndarray,
             bodies: np.ndarray, origin: np.ndarray) -> None:
-        """After a window of ``span`` [s]: ``impulse`` [N s] on all wall nodes, which were at x [m] in its
-        middle, (n, 3), those of the interface last, and, two more rows, the angular impulse of all walls on
+        """After a window of ``span`` [s]: ``impulse`` [N s] on all wall nodes, which went from x [m] in the
+        frame with v [m/s], (n, dim or 3) each, those of the interface last, and, two more rows, the angular impulse of all walls on
         the particles [N m s] and mass times place of these, summed over the steps [kg m s], both about the
         ``origin`` of the frame [m]; ``particles`` and ``bodies`` now."""
         impulse, (turned, places) = impulse[:-2], impulse[-2:]
         # Of the nodes of a terrain few are hit, and moments of all of them would cost more than the contacts.
-        hit, before = np.flatnonzero((impulse != 0.0).any(axis=1)), self._mass
-        given, first = -moments(x[hit], impulse[hit]), np.searchsorted(hit, self.fixed)
+        hit, before = np.unique(np.flatnonzero(impulse) // 3), self._mass
+        middle = in_space(x[hit] + 0.5 * span * v[hit]) + origin
+        given, first = -moments(middle, impulse[hit]), np.searchsorted(hit, self.fixed)
         for k in range(6 if first else 0):
             self._sums[:, k] += np.bincount(self._row[hit[:first]], given[:first, k], len(self.names))
         self._sums[-1] += given[first:].sum(axis=0)

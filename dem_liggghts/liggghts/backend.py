@@ -91,8 +91,7 @@ class LiggghtsDEM(Resting):
         if code or out[-1] or out[-2] != self._outflow.present:
             self._report()
         self._nodes, impulse = x[fixed:] + v[fixed:] * span, out[:-2].reshape(-1, self.scene.dim)
-        self._books.add(in_space(x + 0.5 * span * v) + self.origin, self._rows(impulse), span,
-                        self.particles(), self.bodies(), self.origin)
+        self._books.add(x, v, self._rows(impulse), span, self.particles(), self.bodies(), self.origin)
         if self._outflow.active:
             self._let_out()
         return impulse[fixed:-2] / span

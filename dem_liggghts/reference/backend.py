@@ -104,8 +104,7 @@ class ReferenceDEM(Resting):
         self._wall = at_rest(self._surface, wall.x + wall.v * span)
         check_finite(self._spheres.x, self.time, self.origin)
         force = on_wall.impulse[self._fixed:-2, :self.scene.dim] / span
-        self._books.add(wall.x + 0.5 * span * wall.v + self.origin, on_wall.impulse, span, self.particles(),
-                        self.bodies(), self.origin)
+        self._books.add(wall.x, wall.v, on_wall.impulse, span, self.particles(), self.bodies(), self.origin)
         self._let_out()
         return force
 

@@ -95,9 +95,9 @@ class WallBooks:
     def add(self, x: np.ndarray, v: np.ndarray, impulse: np.ndarray, span: float, particles: np.ndarray,
             bodies: np.ndarray, origin: np.ndarray) -> None:
         """After a window of ``span`` [s]: ``impulse`` [N s] on all wall nodes, which went from x [m] in the
-        frame with v [m/s], (n, dim or 3) each, those of the interface last, and, two more rows, the angular impulse of all walls on
-        the particles [N m s] and mass times place of these, summed over the steps [kg m s], both about the
-        ``origin`` of the frame [m]; ``particles`` and ``bodies`` now."""
+        frame with v [m/s], (n, dim or 3) each, those of the interface last, and, two more rows, the angular
+        impulse of all walls on the particles [N m s] and mass times place of these, summed over the steps
+        [kg m s], both about the ``origin`` of the frame [m]; ``particles`` and ``bodies`` now."""
         impulse, (turned, places) = impulse[:-2], impulse[-2:]
         # Of the nodes of a terrain few are hit, and moments of all of them would cost more than the contacts.
         hit, before = np.unique(np.flatnonzero(impulse) // 3), self._mass

@@ -60,3 +60,21 @@ def test_the_index_names_all_pages():
 def test_the_glossary_is_sorted():
     rows = re.findall(r"^\| ([^|]+) \|", (ROOT / "docs/glossary.md").read_text(encoding="utf-8"), re.M)[2:]
     assert rows == sorted(rows, key=str.lower)
+
+
+def test_numbers_of_the_validation_stand_where_they_come_from():
+    """In the test or case that the row names, or in a page that is linked or names that: so a number that
+    changes there is not forgotten here. Those with a point or a power only; others stand anywhere."""
+    texts = {path: path.read_text(encoding="utf-8") for folder in ("docs", "tests", "cases")
+             for path in (ROOT / folder).rglob("*.*") if path.suffix in (".md", ".py")}
+    page, by, lost = texts.pop(ROOT / "docs/validation.md"), "", []
+    for row in re.findall(r"^\| (?!---|quantity)(.+) \|$", page, re.M):
+        found, named = re.split(r" *\| *", row)[2:4]
+        by = by if named.startswith("the same") else named
+        sources = {a or b for a, b in re.findall(r"(\w+\.py)\b|\]\((\w+\.md)", found + by)}
+        stems = {name.removeprefix("test_").removesuffix(".py") for name in sources}
+        there = "".join(text for path, text in texts.items() if path.name in sources or path.suffix == ".md"
+                        and any(name in text for name in sources | stems))
+        lost += [(number, row) for number in re.findall(r"(?<![\w.])\d+(?:\.\d+(?:e-?\d+)?|e-\d+)", found)
+                 if not re.search(rf"(?<![\d.]){re.escape(number)}(?!\d|\.\d)", there)]
+    assert sources and not lost

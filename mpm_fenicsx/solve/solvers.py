@@ -109,12 +109,15 @@ def _factorise(ksp, options, kind, symmetric):
 
 def _precondition(ksp, options, kind, coordinates):
     ksp.getPC().setType(kind)
+    incomplete = "icc" if ksp.getType() == "cg" else "ilu"
     if kind == "gamg":
         _set_rigid_body_modes(ksp.getOperators()[0], coordinates)
+        # its own smoother, the diagonal, needs eight times the iterations where cells are nearly empty
+        _default(options, mg_levels_pc_type="bjacobi", mg_levels_sub_pc_type=incomplete)
     elif kind == "hypre":
         _default(options, pc_hypre_type="boomeramg")
     elif kind == "bjacobi":
-        _default(options, sub_pc_type="icc" if ksp.getType() == "cg" else "ilu")
+        _default(options, sub_pc_type=incomplete)
 
 
 def _default(options, **values):

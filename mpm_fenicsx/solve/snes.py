@@ -48,7 +48,7 @@ class Newton:
         snes.setFunction(self._function, r)
         snes.setJacobian(self.tangent_wanted, active_cells.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
-        self._search, self._other_search = ("cp", 5, 0.1) if kinks else ("bt",), ("basic",)
+        self._search, self._other_search = ("cp", 2, 0.1) if kinks else ("bt",), ("basic",)
         compat.set_lag_jacobian(snes, tangents.lag)
         compat.set_line_search(snes, *self._search)
         snes.getKSP().setOperators(active_cells.matrix)

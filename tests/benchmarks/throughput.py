@@ -8,8 +8,7 @@ A quarter of a block of dry soil (Mohr–Coulomb with F-bar, lumped inertia) on 
 the first step on; its sides and its top are free. After 15 steps at the explicit limit, h over the speed of
 pressure waves, it goes on from the same state for ``steps`` steps of each of the ``limits`` times that.
 ``against``: root of another tree of this project, such as that of the commit before, which runs in turns with
-this one. Every run is a process of its own. Law: its share of tangent and residual, by the time that it takes
-alone. Memory: what the process has grown by at most.
+this one. Every run is a process of its own. Memory: what the process has grown by at most.
 """
 import json
 import os
@@ -23,8 +22,7 @@ from time import process_time
 OPTIONS = [word for word in sys.argv[1:] if "=" not in word]
 WORDS = dict(word.split("=", 1) for word in sys.argv[1:] if "=" in word)
 TREE = WORDS.get("tree", str(Path(__file__).resolve().parents[2]))
-HEIGHT, RHO, NU, START, D = 0.5, 1600.0, 0.3, 15, 3
-stress = tangent = None
+HEIGHT, RHO, NU, START = 0.5, 1600.0, 0.3, 15
 
 
 def scene(points, E):
@@ -43,35 +41,6 @@ def scene(points, E):
     supports += [Support.column(axis, 0.0, grid, axis) for axis in "xz"]
     solid = MPM(grid, body, supports, gravity=(0.0, -9.81, 0.0), inertia="lumped", penalties=walls)
     return solid, h / ((law.params.lam + 2 * law.params.mu) / RHO) ** 0.5
-
-
-def all_stresses(p, F, F33, dt, old, new, P, A):
-    for q in range(len(F)):
-        stress(p, F[q], F33[q], dt, old[q], new[q], P)
-
-
-def all_tangents(p, F, F33, dt, old, new, P, A):
-    for q in range(len(F)):
-        tangent(p, F[q], F33[q], dt, old[q], new[q], P, A)
-
-
-def law_alone(solid, dt):
-    """Seconds of the law's stress, and of its tangent, at all points as they are."""
-    import numpy as np
-
-    from mpm_fenicsx.compiled import specialise
-    from mpm_fenicsx.laws import kernels
-
-    law, p, seconds = solid.bodies[0].body.law, solid.bodies[0].points, []
-    parts = dict(zip(("stress", "tangent"), kernels(law, D)))
-    for template, names in (all_stresses, ["stress"]), (all_tangents, ["tangent"]):
-        loop = specialise(template, **{name: parts[name] for name in names})
-        for _ in range(3):
-            start = process_time()
-            loop(law.params, p.F, p.F33, dt, p.state, p.state.copy(), np.zeros(10), np.zeros((10, 10)))
-            last = process_time() - start
-        seconds.append(last)
-    return seconds
 
 
 def peak():
@@ -113,9 +82,7 @@ def measure(points, E, limits, steps):
             iterations += solid.iterations
         seconds = process_time() - start
         row = {name: (solid.phases[name] - phases[name]) / seconds for name in phases}
-        alone = law_alone(solid, times * limit)
         row.update(rest=1.0 - sum(row.values()), limit=times, points=solid.count,
-                   law=(counted["residual"] * alone[0] + counted["tangent"] * alone[1]) / seconds,
                    rate=solid.count * steps / seconds, Newton=iterations / steps)
         rows.append(row | {f"{name}s": number / steps for name, number in counted.items()})
     memory = (peak() - before) / solid.count
@@ -140,7 +107,7 @@ def main():
                 key = row["limit"], name
                 best[key] = max(best.get(key, row), row, key=lambda one: one["rate"])
     numbers, shares = ("Newton", "residuals", "tangents", "solves"), (
-        "tangent", "residual", "law", "solve", "to grid", "to points", "search", "rest")
+        "tangent", "residual", "solve", "to grid", "to points", "search", "rest")
     heads = ["points", "dt / limit", "tree", "point-steps/s", "ratio", *numbers,
              *(f"{name} %" for name in shares), "kB/point"]
     print("| " + " | ".join(heads) + " |\n" + "| --- " * len(heads) + "|")

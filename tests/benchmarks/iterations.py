@@ -3,9 +3,10 @@
     ./dev run python tests/benchmarks/iterations.py [cells=4,8,16,32] [limits=1,10,100]
 
 An elastic cube in space, lumped inertia, lies across its grid so that points at three of its sides are a
-twentieth of a cell deep in theirs. One tangent is made with a time step of so many explicit limits, h over
-the speed of pressure waves, and a system with a random right-hand side is solved to 1e-8 by conjugate gradients.
-The number of iterations is followed by processor time, set-up and all iterations [ms].
+twentieth of a cell deep in theirs. One tangent is made with a time step of so many explicit limits, h
+over the speed of pressure waves, and a system with a random right-hand side is solved to 1e-8 by
+conjugate gradients. The number of iterations is followed by processor time, set-up and all iterations
+[ms].
 """
 import sys
 from time import process_time

@@ -152,6 +152,7 @@ def test_divergence_names_reason_step_and_option(make_mpm, options, changes, for
     with pytest.raises(MPMDivergedError,
                        match=r"Newton's method diverged in step 2, t = 0.2 s after \d+ iterations with "
                        r"residual .* N \(DIVERGED_\w+\); new tangents, a start from rest, full "
-                       r"Newton steps did not help; nor did the ghost penalty on inertia, the ghost penalty "
+                       r"Newton steps did not help(; neo_hooke has no stress at [^;]+)?; nor did "
+                       r"the ghost penalty on inertia, the ghost penalty "
                        rf"on stiffness, 2, 4 or 8 shorter steps in its place: .*{reason}"):
         solid.advance(0.1, np.full((5, 2), force))

@@ -173,7 +173,7 @@ def test_large_deformation_renews_the_tangent_when_it_gets_slow(make_mpm, cell):
         before, step = solid.step.tangents.count, solid.step
         solid.advance(0.02)
         made += solid.step.tangents.count - (before if solid.step is step else 0)
-    assert 10 < made <= 40  # often, but once per step at most: after a step that took more than 4 iterations
+    assert 5 < made <= 40  # often, but once per step at most: after a step that took more than 4 iterations
     assert solid.points.F[:, 0, 0].mean() == pytest.approx(1.60, abs=0.03)
 
 

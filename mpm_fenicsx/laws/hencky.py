@@ -51,8 +51,8 @@ return_map = moduli = hardening_of = elastic_strains = keep_hardening = None
 
 
 @called
-def _trial(F, C, i, j, D):
-    """Component ij of F (1 + C) F^T."""
+def trial_b(F, C, i, j, D):
+    """Component ij of b = F (1 + C) F^T."""
     s = 0.0
     for k in range(D):
         g = F[j, k]
@@ -83,11 +83,11 @@ def principal_axes(F, F33, C):
     J = determinant(F, D)
     J = J if J * F33 > 0.0 else math.nan
     if D == 2:
-        plane, n = symmetric2(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 0, 1, D))
+        plane, n = symmetric2(trial_b(F, C, 0, 0, D), trial_b(F, C, 1, 1, D), trial_b(F, C, 0, 1, D))
         squares = (plane[0], plane[1], F33 * F33 * (1.0 + C[2, 2]))
         return squares, n, (_pulled_back2(F, n[0], J), _pulled_back2(F, n[1], J))
-    squares, n1, n2, n3 = symmetric3(_trial(F, C, 0, 0, D), _trial(F, C, 1, 1, D), _trial(F, C, 2, 2, D),
-                                     _trial(F, C, 0, 1, D), _trial(F, C, 1, 2, D), _trial(F, C, 2, 0, D))
+    squares, n1, n2, n3 = symmetric3(trial_b(F, C, 0, 0, D), trial_b(F, C, 1, 1, D), trial_b(F, C, 2, 2, D),
+                                     trial_b(F, C, 0, 1, D), trial_b(F, C, 1, 2, D), trial_b(F, C, 2, 0, D))
     return squares, (n1, n2, n3), (_pulled_back3(F, n1, J), _pulled_back3(F, n2, J), _pulled_back3(F, n3, J))
 
 

@@ -8,6 +8,7 @@ import mpm_dem_checks as check
 
 from ..basis.smooth import LINEAR
 from ..laws import ELASTIC_STATE
+from ..laws.reference import renewal
 from ..points.moments import momentum
 from ..points.points import Points, half_widths, seed
 from ..scene.geostatic import put_stress
@@ -57,6 +58,8 @@ class BodyTerm:
         """Kernels of the law on the elements of ``background``, with consistent or lumped inertia."""
         self._kernels = compile_body_kernels(self.body, background, consistent)
         self._on_points = compile_point_kernels(background)
+        follows = background.basis.follows  # domains stretch with F
+        self._renew = None if follows else renewal(self.body.law, self.body.dim)
 
     def attach(self, active_cells):
         """Work arrays on the active cells; needed whenever these or the number of points on this rank
@@ -94,8 +97,11 @@ class BodyTerm:
         return self._body_force is not None
 
     def locate(self, active_cells, background):
-        """Elements of the points in ``active_cells``, basis values and gradients there."""
+        """Elements of the points in ``active_cells``, basis values and gradients there. What has flowed far
+        gets a new reference, see ``laws.reference``."""
         p, shapes = self.points, self._on_points.shapes
+        if self._renew is not None:
+            self._renew(p.F, p.state)
         if background.basis.smooth:
             grid = background.stencil_grid(active_cells.cells)
             shapes(p.cell, p.x, p.domain, p.F, grid, self._element, self._N, self._G)

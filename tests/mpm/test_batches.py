@@ -45,7 +45,8 @@ def in_batches(law, old, F, V0):
         new.F33[here] = old.F33[here]  # the tangent starts with what the stress has found
         batch.tangent(law.params, DT, old, new, part, V0, batch.tangent_work(), out)
         P[here], B[here] = out[0][:part[1]], out[1][:part[1]]
-    np.testing.assert_array_equal(stress[:, :9], P[:, :9])
+    # both are compiled apart, so round-off may differ
+    np.testing.assert_allclose(stress[:, :9], P[:, :9], rtol=0, atol=1e-13 * np.nanmax(np.abs(P)))
     return P, B, new
 
 

@@ -41,7 +41,7 @@ def one_by_one_tangent(p, dt, old, new, part, V0, work, out):
         pull(A, F[q], V0[q], half, turned, B[q - first])
 
 
-def pull(A, F, weight, half, turned, B):  # noqa: F811
+def pull(A, F, weight, half, turned, B):
     """B = weight F A F^T on the second and fourth index, one after the other. half, in the shape of B, and
     turned (D, D): work."""
     for i in range(D):

@@ -15,7 +15,7 @@ import numpy as np
 from ..compiled import inlined, multiply, specialise, where
 from .algebra import dot, symmetric3
 from .hencky import ELASTIC, log_strain, spin
-from .law import Law, compiled_parts
+from .law import Law, compiled_parts, constants_of
 
 SIZE = 32  # points of a batch: the rows then take 15 kB, half of the fastest memory
 # Rows of the work array: the first of each group
@@ -51,7 +51,7 @@ def _exp_near_zero(x):
         1 / 5040 + x * (1 / 40320 + x * (1 / 362880 + x * (1 / 3628800 + x / 39916800))))))))))
 
 
-def gather(F, old, first, count, W):  # noqa: F811
+def gather(F, old, first, count, W):
     """F and Cp^-1 of the points into their rows."""
     for q in range(count):
         for i in range(3):
@@ -202,7 +202,7 @@ def _row(Y, row, a, x, b, y, N):
         Y[row, k] = x * N[a, k] + y * N[b, k]
 
 
-def spatial_moduli(squares, t, d, axes, weight, N, Y, B):  # noqa: F811
+def spatial_moduli(squares, t, d, axes, weight, N, Y, B):
     """B = weight sum_abcd x_abcd n_a n_b n_c n_d, where x are the moduli in the principal axes as
     ``hencky.tangent`` has them, with the derivatives d of the stresses t by the trial strains. N: the dyads
     n_a n_b, and Y: x times these, (9, 9), work."""
@@ -248,8 +248,8 @@ def rows_and_dyads():
 
 def rows_functions(law: Law) -> Tuple[Callable, ...]:
     """Of a ``law`` of ``hencky``: what ``batches.OfBatches`` holds."""
-    record = dict(WITHIN=f"{law.state.itemsize} bytes")  # as in ``law.bound``
-    parts = compiled_parts(law, dict(D=3, **record))
+    record = constants_of(law, 3)
+    parts = compiled_parts(law, record)
     returns = {name: parts[name] for name in RETURN}
     steps = dict(gather=specialise(gather, **record), find_axes=specialise(find_axes),
                  return_points=specialise(return_points, **record, **returns), combine=specialise(combine),

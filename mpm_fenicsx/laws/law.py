@@ -117,12 +117,17 @@ def compiled_parts(law: Law, constants: Dict[str, Any]) -> Dict[str, Any]:
     return parts
 
 
-def bound(law: Law, template: Callable, D: int, within: str = "", **others: Any) -> Callable:
-    """``template`` compiled for ``D`` dimensions with the law's parts; ``within``: name of the law that it is
-    part of, whose records are longer. What several laws share is compiled for each size of their records:
-    numba would take kernels of shorter ones for it, and warn."""
+def constants_of(law: Law, D: int, within: str = "") -> Dict[str, Any]:
+    """What is fixed in all kernels of a law in ``D`` dimensions; ``within``: name of the law that it is part
+    of, whose records are longer. What several laws share is compiled for each size of their records: numba
+    would take kernels of shorter ones for it, and warn."""
     within = within or (f"{law.state.itemsize} bytes" if law.parts else "")
-    constants: Dict[str, Any] = dict(D=D, WITHIN=within) if within else dict(D=D)
+    return dict(D=D, WITHIN=within) if within else dict(D=D)
+
+
+def bound(law: Law, template: Callable, D: int, within: str = "", **others: Any) -> Callable:
+    """``template`` compiled for ``D`` dimensions with the law's parts; within: see ``constants_of``."""
+    constants = constants_of(law, D, within)
     parts = compiled_parts(law, constants)
     return specialise(template, **constants, **parts, **others)
 

@@ -14,7 +14,7 @@ from ..compiled import specialise
 from . import hencky
 from .algebra import determinant
 from .hencky import trial_b
-from .law import Law
+from .law import Law, constants_of
 
 FAR = 4.0  # b has lost some 4 digits of 16 then
 
@@ -47,4 +47,4 @@ def renewal(law: Law, D: int) -> Optional[Callable]:
     """``renew`` compiled for a ``law`` in ``D`` dimensions; None for one whose F tells more than b."""
     if law.stress is not hencky.stress:
         return None
-    return specialise(renew, D=D, WITHIN=f"{law.state.itemsize} bytes")  # as in ``law.bound``
+    return specialise(renew, **constants_of(law, D))

@@ -4,8 +4,8 @@
         pressure=1e5 shortening=0.1
     python -m mpm_fenicsx.element law=own_law.py:damped path=simple_shear --help
 
-The keys besides law=, path= and out= are the parameters of the law and of the path. A law of one's own is a
-function of a file, FILE.py:NAME, as is a path of one's own, which gives a list of ``Stage``.
+The keys besides law=, path=, dimensions= and out= are the parameters of the law and of the path. A law of
+one's own is a function of a file, FILE.py:NAME, as is a path of one's own, which gives a list of ``Stage``.
 """
 import difflib
 import importlib.util
@@ -13,16 +13,20 @@ import inspect
 import re
 import sys
 import typing
-from typing import Any, Callable, Dict, List, NoReturn, Sequence, Tuple
+from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence, TextIO, Tuple
+
+from mpi4py import MPI
 
 import mpm_dem_checks as check
 
 from .laws import LAWS, Law
 from .laws.driver import drive
 from .laws.paths import PATHS, Stage
-from .output.element_table import draw_table, driven, write_table
+from .output.element_table import Table, draw_table, driven, write_table
 
 OUT = "out/element"
+OF_THE_COMMAND = ("law", "path", "dimensions", "out")
+DIMENSIONS = "3, or 2: the kernels of plane scenes, where zz is across the plane"
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 COMMENT = re.compile(r"^\s+(\w+)\s*:[^\n#]*,\s*#\s*(.*)$", re.M)
 EXPECTED = (ValueError, RuntimeError, ArithmeticError, OSError, ImportError)  # anything else is a bug
@@ -86,7 +90,8 @@ def read(words: Sequence[str]) -> Dict[str, str]:
     for word in words:
         key, equals, text = word.partition("=")
         if not equals or key.startswith("-"):
-            raise UsageError(f"{word!r} is not key=value: give law=, path=, out= and the parameters of both")
+            raise UsageError(f"{word!r} is not key=value: give law=, path=, dimensions=, out= and the "
+                             "parameters of law and path")
         if key in given:
             raise UsageError(f"{key}={check.shown(text, plain=True)} repeats the key {key}: give it once")
         given[key] = text
@@ -105,10 +110,11 @@ def made(given: Dict[str, str]) -> Tuple[Law, List[Stage]]:
     """Law and path that the keys state."""
     functions = asked(given)
     kinds = [keys_of(function) for function in functions]
-    twice = set(kinds[0]) & set(kinds[1])
+    known = [*OF_THE_COMMAND, *kinds[0], *kinds[1]]
+    twice = sorted(key for key in known if known.count(key) > 1)
     if twice:
-        raise UsageError(f"{min(twice)} is a parameter of the law and of the path: rename it in your file")
-    known = ["law", "path", "out", *kinds[0], *kinds[1]]
+        raise UsageError(f"{twice[0]} is a key of two of the law, the path and this command: rename it in "
+                         "your file")
     for key in given:
         if key not in known:
             close = difflib.get_close_matches(key, known, 1)
@@ -123,9 +129,16 @@ def made(given: Dict[str, str]) -> Tuple[Law, List[Stage]]:
 
 
 def run(given: Dict[str, str]) -> None:
-    """Drive the point, write table and figure, tell a summary."""
+    """Drive the point, write table and figure, tell a summary. All ranks drive it, as making a law may be
+    collective; the first one writes."""
     law, path = made(given)
-    table = drive(law, path)
+    table = drive(law, path, converted("dimensions", given.get("dimensions", "3"), int))
+    if MPI.COMM_WORLD.rank == 0:
+        report(given, table)
+
+
+def report(given: Dict[str, str], table: Table) -> None:
+    """Files and summary of what was driven."""
     out = check.path("out", given.get("out", OUT))
     out.mkdir(parents=True, exist_ok=True)
     stated = " ".join(f"{key}={text}" for key, text in given.items() if key != "out")
@@ -140,7 +153,7 @@ def run(given: Dict[str, str]) -> None:
 
 def manual(given: Dict[str, str]) -> str:
     """What --help prints: laws and paths, or the keys of those that are ``given``."""
-    lines = [(__doc__ or "").strip(), "", f"  out={OUT}"]
+    lines = [(__doc__ or "").strip(), "", f"  out={OUT}", f"  {'dimensions=3':22} {DIMENSIONS}"]
     for key, known in (("law", LAWS), ("path", PATHS)):
         if not given.get(key):
             lines.append(f"  {key}=…    one of {', '.join(known)}, or FILE.py:NAME")
@@ -158,7 +171,7 @@ def main(words: Sequence[str]) -> int:
     try:
         helped = [word for word in words if word not in ("-h", "--help")]
         if len(helped) < len(words):
-            print(manual(read(helped)))
+            _print(manual(read(helped)))
         else:
             run(read(words))
     except UsageError as error:
@@ -169,8 +182,13 @@ def main(words: Sequence[str]) -> int:
 
 
 def _say(error: Exception, status: int) -> int:
-    print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
+    _print(f"error: {' '.join(str(error).split())}", sys.stderr)
     return status
+
+
+def _print(text: str, file: Optional[TextIO] = None) -> None:
+    if MPI.COMM_WORLD.rank == 0:
+        print(text, file=file)
 
 
 def stop(words: Sequence[str]) -> NoReturn:

@@ -18,6 +18,8 @@ from .paths import COMPONENTS, Stage
 from .single_point import SinglePoint
 
 PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))  # of the components in F and in the stress
+SEEN = {2: [0, 1, 3, 4, 8], 3: [*range(9)]}  # entries of F, shape (9,), that a law sees: F and F33 of a plane
+IN_PLANE = COMPONENTS[:4]
 CUTS = 10  # a step may become 2^CUTS of its length
 ITERATIONS, SHORTER = 30, 8  # of Newton's method; times that an iteration's step may be halved
 TOLERANCE, ROUNDING = 1e-10, 1e-14  # of the stress asked for, and of the tangent
@@ -44,18 +46,25 @@ def deformed(e: np.ndarray) -> np.ndarray:
 
 
 class Driver:
-    """A point of ``law`` with its state, strains e, shape (6,), and time."""
+    """A point of ``law`` in ``dim`` dimensions with its state, strains e, shape (6,), and time."""
 
-    def __init__(self, law: Law):
-        self.point = SinglePoint(law, 3)
+    def __init__(self, law: Law, dim: int):
+        self.point, self.seen = SinglePoint(law, dim), SEEN[dim]
+        self.components = COMPONENTS if dim == 3 else IN_PLANE
         self.e, self.state, self.time, self.work = np.zeros(6), self.point.zero(), 0.0, 0.0
         self.answer = self.at(self.e, 0.0)
 
+    def _law_s(self, F: np.ndarray) -> np.ndarray:
+        """F as the kernels of the law take it: (F, F33), where F33 is 1 in space."""
+        return np.append(F.ravel()[self.seen], np.ones(self.point.size - len(self.seen)))
+
     def at(self, e: np.ndarray, dt: float) -> Answer:
         """What the law answers after a step of length ``dt`` [s] that ends at the strains e."""
-        F = deformed(e)
-        whole, P, new = self.point.tangent(np.append(F.ravel(), 1.0), self.state, dt)
-        P, A, J = P[:9].reshape(3, 3), whole[:9, :9].reshape(3, 3, 3, 3), np.exp(e[:3].sum())
+        F, n, seen = deformed(e), len(self.seen), self.seen
+        whole, found, new = self.point.tangent(self._law_s(F), self.state, dt)
+        P, A, J = np.zeros(9), np.zeros((9, 9)), np.exp(e[:3].sum())
+        P[seen], A[np.ix_(seen, seen)] = found[:n], whole[:n, :n]
+        P, A = P.reshape(3, 3), A.reshape(3, 3, 3, 3)
         with np.errstate(all="ignore"):  # what is not finite is no answer, see ``_solve``
             sigma, slope = P @ F.T / J, np.empty((6, 6))
             for n, (i, j) in enumerate(PLACES):
@@ -107,10 +116,10 @@ class Driver:
         answer, sigma = self.answer, self.answer.stress
         mean = sigma[:3].mean()
         deviator = np.sum((sigma[:3] - mean) ** 2) + 2.0 * np.sum(sigma[3:] ** 2)
-        found = {"time": self.time, **{f"e_{name}": e for name, e in zip(COMPONENTS, self.e)},
-                 **{f"s_{name}": s for name, s in zip(COMPONENTS, sigma)}, "p": 0.0 - mean,
+        found = {"time": self.time, **{f"e_{name}": e for name, e in zip(self.components, self.e)},
+                 **{f"s_{name}": s for name, s in zip(self.components, sigma)}, "p": 0.0 - mean,
                  "q": np.sqrt(1.5 * deviator), "volume": self.e[:3].sum(), "work": self.work,
-                 "energy": self.point.energy(np.append(answer.F.ravel(), 1.0), self.state)}
+                 "energy": self.point.energy(self._law_s(answer.F), self.state)}
         for name in self.state.dtype.names or ():
             values = self.state[name][0]
             for index in np.ndindex(np.shape(values)):
@@ -124,9 +133,10 @@ UNITS = {"time": "s", "p": "Pa", "q": "Pa", "work": "J/m^3", "energy": "J/m^3",
          **{f"s_{name}": "Pa" for name in COMPONENTS}}
 
 
-def drive(law: Law, path: Sequence[Stage]) -> Dict[str, np.ndarray]:
+def drive(law: Law, path: Sequence[Stage], dimensions: int = 3) -> Dict[str, np.ndarray]:
     """Lead a point of the ``law`` along the ``path``; a table, name → values after each step, the first at
-    the start.
+    the start. dimensions: 3, or 2 for the kernels that plane scenes have, which know of ``xx``, ``yy``,
+    ``xy`` and of the stretch across the plane, ``zz``: held it is plane strain, without stress plane stress.
 
     Columns: ``time`` [s], without stages that are infinitely slow; ``stage``, from 0 on; strains ``e_xx`` …
     and Cauchy stresses ``s_xx`` … [Pa], see ``paths.Stage``; pressure ``p`` and ``q``, von Mises' equivalent
@@ -142,7 +152,12 @@ def drive(law: Law, path: Sequence[Stage]) -> Dict[str, np.ndarray]:
     """
     check_declared(law)
     stages: List[Stage] = list(check.records("stages of the path", path, Stage))
-    driver = Driver(law)
+    if check.choice("dimensions", dimensions, (2, 3)) == 2:
+        for number, stage in enumerate(stages):
+            for name in sorted({*stage.strain, *stage.stress} - {*IN_PLANE}):
+                check.refuse(f"component of stage {number}", name,
+                             "in the plane choose one of xx, yy, zz, xy, or give dimensions=3")
+    driver = Driver(law, dimensions)
     rows = [{**driver.row(), "stage": 0.0}]
     for number, stage in enumerate(stages):
         _follow(driver, number, stage, rows)

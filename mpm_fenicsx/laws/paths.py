@@ -112,6 +112,18 @@ def plane_strain(
     return [*_pressed(pressure, steps), Stage({"yy": -shortening}, {"xx": -pressure}, steps, time)]
 
 
+def plane_stress(
+    shortening: float,  # along y, logarithmic [-]; negative: pulled
+    pressure: float = 0.0,  # along x and, at first, along y [Pa]
+    steps: int = 100,  # in each stage
+    time: Optional[float] = None,  # of loading [s]; none: slowly
+) -> List[Stage]:
+    """A sheet: pressed in its plane, then along y, at a constant pressure along x and none across."""
+    check.not_negative("pressure", pressure, "Pa")
+    first = [Stage(stress={"xx": -pressure, "yy": -pressure, "zz": 0.0}, steps=steps)] if pressure else []
+    return [*first, Stage({"yy": -shortening}, {"xx": -pressure, "zz": 0.0}, steps, time)]
+
+
 def simple_shear(
     shear: float,  # slide along x over the height [-]
     pressure: float = 0.0,  # isotropic, at the start [Pa]
@@ -165,5 +177,5 @@ def cyclic_shear(
 
 
 PATHS: Dict[str, Callable[..., List[Stage]]] = {
-    path.__name__: path for path in (isotropic, oedometer, triaxial, undrained, plane_strain, simple_shear,
-                                     direct_shear, cyclic, cyclic_shear)}
+    path.__name__: path for path in (isotropic, oedometer, triaxial, undrained, plane_strain, plane_stress,
+                                     simple_shear, direct_shear, cyclic, cyclic_shear)}

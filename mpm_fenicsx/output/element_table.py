@@ -1,6 +1,6 @@
 """The table of a single point on its path, see ``laws.driver``, as a file and as a figure."""
 from pathlib import Path
-from typing import Dict, Sequence
+from typing import Dict, List, Sequence
 
 import numpy as np
 
@@ -21,7 +21,12 @@ def write_table(path: Path, table: Table, notes: Sequence[str] = ()) -> None:
 def driven(table: Table) -> str:
     """Name of the strain that changes most in the last stage."""
     last = table["stage"] == table["stage"][-1]
-    return max((f"e_{name}" for name in COMPONENTS), key=lambda name: float(np.ptp(table[name][last])))
+    return max(_of("e", table), key=lambda name: float(np.ptp(table[name][last])))
+
+
+def _of(kind: str, table: Table) -> List[str]:
+    """Columns of the strains, "e", or of the stresses, "s"; in the plane there are four."""
+    return [name for name in (f"{kind}_{each}" for each in COMPONENTS) if name in table]
 
 
 def draw_table(path: Path, table: Table, title: str) -> None:
@@ -34,7 +39,7 @@ def draw_table(path: Path, table: Table, title: str) -> None:
     left, middle, right = figure.subplots(1, 3)
     for label in ("q", "p"):
         left.plot(table[name], table[label], label=label)
-    shown = [f"s_{each}" for each in COMPONENTS]
+    shown = _of("s", table)
     largest = max(float(abs(table[each]).max()) for each in shown)
     for each in shown:
         if abs(table[each]).max() > 1e-6 * largest:

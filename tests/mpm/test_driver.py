@@ -142,6 +142,35 @@ def test_strains_that_were_found_give_the_stresses_back():
         np.testing.assert_allclose(table[f"s_{name}"], mixed[f"s_{name}"], rtol=0, atol=1e-6 * P0)
 
 
+# ---------------------------------------------------------------- in the plane
+
+PLANE = {"linear": linear(E, NU), "mohr_coulomb": SOIL, "drucker_prager": drucker_prager(E, NU, PHI, PSI, C),
+         "von_mises": von_mises(E, NU, P0), "herschel_bulkley": herschel_bulkley(1e6, 20.0, 50.0, 0.5)}
+
+
+@pytest.mark.parametrize("name", sorted(PLANE))
+def test_kernels_of_plane_scenes_agree_with_those_in_space(name):
+    """Plane strain compression and shear: one law, compiled for two and for three dimensions."""
+    law = PLANE[name]
+    for path in (PATHS["plane_strain"](shortening=0.01, pressure=P0, steps=10, time=1.0),
+                 PATHS["direct_shear"](shear=0.02, pressure=P0, steps=10, time=1.0)):
+        plane, space = drive(law, path, dimensions=2), drive(law, path)
+        assert set(space) - set(plane) >= {"e_yz", "e_xz", "s_yz", "s_xz"} and "e_zz" in plane
+        for column in ("s_xx", "s_yy", "s_zz", "s_xy"):
+            np.testing.assert_allclose(plane[column], space[column], rtol=1e-8, atol=1e-8 * P0)
+
+
+@pytest.mark.parametrize("dimensions", [2, 3])
+def test_plane_stress_of_a_sheet(dimensions):
+    """Small strain: E along y, -nu of it the stretch across; then yield at Y of uniaxial stress."""
+    sheet = von_mises(210e9, NU, 235e6)
+    table = drive(sheet, PATHS["plane_stress"](shortening=-0.01, steps=50), dimensions)
+    assert table["s_yy"][5] / table["e_yy"][5] == pytest.approx(210e9, rel=2e-3)
+    assert table["e_zz"][5] / table["e_yy"][5] == pytest.approx(-NU, rel=2e-3)
+    assert abs(table["s_zz"]).max() < 1e-6 * 235e6 and abs(table["s_xx"]).max() < 1e-6 * 235e6
+    assert (np.exp(table["volume"]) * table["s_yy"])[-1] == pytest.approx(235e6, rel=1e-8)
+
+
 # ---------------------------------------------------------------- where it ends
 
 def test_a_limit_point_is_told():
@@ -177,8 +206,11 @@ def test_the_end_of_a_law_s_domain_is_told():
     (lambda: PATHS["triaxial"](0.1, -1.0), "pressure is -1.0 Pa: give 0 or a positive number"),
     (lambda: PATHS["cyclic"](0.1, cycles=0), "cycles is 0"),
     (lambda: drive(SOIL, [0.1]), "one of the stages of the path is 0.1: give a Stage"),
-    (lambda: drive("soil", []), "law of the body is 'soil': give a Law")],
-    ids=["component", "both", "strain", "number", "steps", "time", "pressure", "cycles", "path", "law"])
+    (lambda: drive("soil", []), "law of the body is 'soil': give a Law"),
+    (lambda: drive(SOIL, [], dimensions=1), "dimensions is 1: choose one of 2, 3"),
+    (lambda: drive(SOIL, [Stage({"xz": 0.1})], 2), "component of stage 0 is 'xz': in the plane choose one")],
+    ids=["component", "both", "strain", "number", "steps", "time", "pressure", "cycles", "path", "law",
+         "dimensions", "across"])
 def test_impossible_paths(make, words):
     with pytest.raises(ValueError, match=words):
         make()

@@ -92,3 +92,24 @@ def test_as_a_command(folder):
                                                              "PATH": "/usr/bin:/bin"}, capture_output=True,
                           text=True, timeout=120)
     assert done.returncode == 0 and done.stderr == "" and done.stdout.count("\n") == 3, done.stderr
+
+
+def test_in_the_plane(folder, capsys):
+    words = f"{SOIL} path=plane_strain pressure=1e5 shortening=0.02 steps=20 dimensions=2"
+    assert element.main(words.split()) == 0
+    table = read(folder / "out/element/element.csv")
+    assert "s_yz" not in table and table["s_zz"][-1] < -1e5 and table["e_zz"][-1] == table["e_zz"][20]
+    assert element.main([*words.split()[:-1], "dimensions=1"]) == 1
+    assert capsys.readouterr().err.splitlines()[-1] == "error: dimensions is 1: choose one of 2, 3"
+
+
+def test_on_two_ranks_one_writes(folder, run_ranks):
+    """Law and path are made on all, what is said and written comes from the first."""
+    words = [*f"{RUBBER} path=isotropic pressure=1e4 steps=3".split(), "out=here"]
+    code = ("import sys; from mpi4py import MPI; from mpm_fenicsx import element; element.draw_table = "
+            "lambda *_: print('drawn by', MPI.COMM_WORLD.rank); status = element.main(sys.argv[1:]); "
+            "assert element.main(['law=none']) == 2 and status == 0")
+    done = run_ranks(2, "-c", code, *words)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("drawn by") == 1 and "drawn by 0" in done.stdout
+    assert done.stdout.count("results in here") == 1 and done.stderr.count("error: path= is missing") == 1

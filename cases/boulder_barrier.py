@@ -14,7 +14,7 @@ import numpy as np
 import mpm_dem_checks as check
 from coupling import Output, Run, Scheme, case
 from dem_liggghts import Cluster, Interaction, Material, Scene, Spheres, Wall
-from mpm_fenicsx import MPM, Balls, Body, Box, Grid, Numerics, Soil, Structure, Support, linear
+from mpm_fenicsx import MPM, Balls, Body, Box, Grid, InitialState, Numerics, Soil, Structure, Support, linear
 from references import barrier as reference
 
 ELASTIC = (lambda keys: keys["barrier"] == "elastic", "with barrier=elastic")
@@ -39,6 +39,7 @@ def main(
     rock_E: Optional[float] = None,  # their modulus in contacts [Pa]; none: 1e8, in the plane 5e8
     seed: int = 1,  # of their places
     soil: Soil = Soil(E=1e6, nu=0.3, rho=1600.0, phi=32.0),
+    state: InitialState = InitialState(),
     bed: float = 0.35,  # friction of the bed with soil and boulders [-]
     friction: float = 0.4,  # of soil on boulders and barrier [-]
     restitution: float = 0.3,  # of boulders
@@ -69,7 +70,7 @@ def main(
     structures = reference.chute(Box(room.lower, (end, *room.upper[1:])), width, h, bed)
     front = reference.room(dim, (foot, -h, 0.0), (foot + thickness, height, width))
     wall = Structure.box("barrier", front, (1, cells, 1)[:dim], friction=friction)
-    bodies, supports = [body], []
+    bodies, supports = [state.of(body)], []
     if barrier == "rigid":
         structures.append(wall)
     else:

@@ -4,6 +4,7 @@
     python cases/column_collapse.py preset=paper                  the paper's grid and time step
     python cases/column_collapse.py aspect=4 phi=30 floor=0.4     a slender column on a floor that it rubs on
     python cases/column_collapse.py dim=3 h=0.025 dt=1e-3         in space, between side walls
+    python cases/column_collapse.py layers=0.1 layer_phi=22,35    two soils, the lower one rougher
 """
 from pathlib import Path
 from typing import Literal, Optional, Tuple
@@ -16,10 +17,10 @@ from mpm_fenicsx import (
     Box,
     FlowGauges,
     Grid,
+    InitialGround,
     Numerics,
     Soil,
     Support,
-    at_rest,
     fall_room,
     flow_grid,
     level_floor,
@@ -32,8 +33,7 @@ IN_SPACE = (lambda keys: keys["dim"] == 3, "in space, dim=3")
 
 
 @case(presets={"paper": dict(h=0.005, dt=5e-5)},
-      counts={"ratio": (lambda keys: keys["initial"] == "geostatic", "with initial=geostatic"),
-              "depth": IN_SPACE, "open_side": IN_SPACE})
+      counts={"depth": IN_SPACE, "open_side": IN_SPACE})
 def main(
     dim: Literal[2, 3] = 2,  # in the plane (plane strain) or in space
     width: float = granular.SIZE[0],  # of the column, which leans against a smooth wall at x = 0 [m]
@@ -42,8 +42,7 @@ def main(
     open_side: bool = False,  # in space: no wall at its front side, so that it runs out in both directions
     soil: Soil = granular.SOIL,
     g: float = granular.GRAVITY,  # gravity [m/s^2]
-    initial: Literal["zero", "geostatic"] = "zero",  # stress at the start: none, or of the weight above
-    ratio: Optional[float] = None,  # of horizontal to vertical stress then [-]; none: 1 - sin phi
+    state: InitialGround = InitialGround(),
     floor: str = "stick",  # stick, slip, or a coefficient of friction
     h: float = 0.01,  # size of the background cells [m]
     cell: Cell = None,  # of the grid
@@ -65,22 +64,21 @@ def main(
     size, ways = (width, aspect * width, depth)[:dim], "xz" if open_side else "x"
     kind = body_cell or ("triangle" if dim == 2 else "hexahedron")
     fine = (2 if dim == 2 else 1) if refine is None else check.count("refine", refine)
-    stress = None
-    if initial == "geostatic":
-        stress = at_rest(size[1], soil.rho, g, soil.at_rest if ratio is None else ratio)
+    gravity = (0.0, -g, 0.0)[:dim]
     body = Body(Box((0.0,) * dim, size), tuple(n * fine for n in Grid.counts(size, h)),
                 POINTS[kind] if points is None else points, soil.material(dim, h), soil.rho, cell=kind,
-                f_bar=f_bar, stress=stress)
+                f_bar=f_bar)
+    stated = state.ground(body, soil, gravity, h)
     grid = flow_grid(size, h, fall_room(size, g, steps.t_end, ways) if box is None else box, ways, cell)
     supports, walls = level_floor(granular.floor_kind(floor), h, dim)
     supports.append(Support.column("x", 0.0, grid, "x", name="the wall"))
     for z in (0.0, depth)[:0 if dim == 2 else 1 if open_side else 2]:
         supports.append(Support.column("z", z, grid, "z", name=f"the side wall at z = {z} m"))
-    solid = MPM(grid, body, supports, gravity=(0.0, -g, 0.0)[:dim], inertia=inertia, penalties=walls,
-                numerics=numerics, outflow={f"+{axis}": outflow for axis in (*ways, "y")})
+    solid = MPM(grid, supports=supports, gravity=gravity, inertia=inertia, penalties=walls,
+                numerics=numerics, outflow={f"+{axis}": outflow for axis in (*ways, "y")}, **stated)
     observe = lambda solid, grains: [
         FlowGauges(solid), FlowPictures("column_collapse", granular.TIMES, solid, walls=("-y", "-x", "-z"))]
-    errors = lambda histories: granular.errors(histories["solid"], size, soil.rho, g)
+    errors = lambda histories: granular.errors(histories["solid"], stated["body"], g)
     return Run("column_collapse", solid, None, steps, output, observe=observe, errors=errors,
                figure=granular.draw)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from coupling import Output, Run, Scheme, case
 from dem_liggghts import Interaction, Material, Scene, Wall
-from mpm_fenicsx import MPM, Balls, Body, Box, Grid, Numerics, Soil, Structure, Terrain
+from mpm_fenicsx import MPM, Balls, Body, Box, Grid, InitialState, Numerics, Soil, Structure, Terrain
 from references import flume as reference
 
 
@@ -24,6 +24,7 @@ from references import flume as reference
 def main(
     h: float = 0.2,  # size of the background cells [m]
     soil: Soil = Soil(E=1e7, nu=0.3, rho=1700.0, phi=40.0, law="drucker_prager"),
+    state: InitialState = InitialState(),
     friction: float = 0.0,  # of sand and blocks on bed, sides and cube [-]
     blocks: bool = True,  # of plastic, on the sand
     rho_block: float = 981.0,  # their density [kg/m^3]
@@ -46,7 +47,7 @@ def main(
                   Structure.plane("left", (0.0, 0.0, 0.0), "+y", sides, friction=friction),
                   Structure.plane("right", (0.0, width, 0.0), "-y", sides, friction=friction),
                   Structure.box("cube", cube, cells=(1, 1, 2), friction=friction)]
-    solid = MPM(ground.grid(h, above=room), body, interface=Balls(0.25 * h) if blocks else None,
+    solid = MPM(ground.grid(h, above=room), state.of(body), interface=Balls(0.25 * h) if blocks else None,
                 gravity=gravity, inertia="lumped", structures=structures, outflow="remove",
                 numerics=numerics)
     grains: Optional[Scene] = None

@@ -14,7 +14,7 @@ from typing import Literal, Tuple
 
 import mpm_dem_checks as check
 from coupling import Output, Run, Steps, case
-from mpm_fenicsx import MPM, Body, Grid, Numerics, Soil, Structure
+from mpm_fenicsx import MPM, Body, Grid, InitialState, Numerics, Soil, Structure
 from references import barrier as reference
 
 
@@ -29,6 +29,7 @@ def main(
     thickness: float = 0.1,  # of the wall [m]
     cells: int = 3,  # force cells of the wall, one above the other
     soil: Soil = Soil(E=21.6e6, nu=0.3, rho=1379.0, phi=30.0),
+    state: InitialState = InitialState(),
     friction: float = 0.3,  # of the sand on bed and wall [-]
     h: float = 0.025,  # size of the background cells [m]
     numerics: Numerics = Numerics(),
@@ -45,7 +46,7 @@ def main(
     structures = reference.chute(room, width, h, friction)
     front = reference.room(dim, (foot, -3 * h, 0.0), (foot + thickness, height, width))
     wall = Structure.box("wall", front, (1, cells, 1)[:dim], friction=friction)
-    solid = MPM(Grid(room, reference.counts(room, h)), body, gravity=reference.down(dim, slope),
+    solid = MPM(Grid(room, reference.counts(room, h)), state.of(body), gravity=reference.down(dim, slope),
                 inertia="lumped", structures=[*structures, wall], outflow="remove", numerics=numerics)
     return Run("sand_on_wall", solid, None, scheme, output, columns=reference.front(solid, foot, width),
                figure=partial(reference.draw, names=wall.cells))

@@ -17,7 +17,7 @@ import numpy as np
 import mpm_dem_checks as check
 from coupling import Output, Run, Scheme, case
 from dem_liggghts import Cluster, Interaction, Material, Scene, Wall
-from mpm_fenicsx import MPM, Balls, Body, Box, Grid, Numerics, Soil, Support, at_rest, flow_grid
+from mpm_fenicsx import MPM, Balls, Body, Box, Grid, InitialGround, Numerics, Soil, Support, flow_grid
 from references import drop
 
 
@@ -31,6 +31,7 @@ def main(
     sphere_E: float = 1e9,  # its modulus in contacts [Pa]
     friction: float = 0.28,  # of the soil on it [-]
     soil: Soil = Soil(E=61e6, nu=0.2, rho=600.0, phi=16.0, psi=3.0),
+    state: InitialGround = InitialGround(initial="geostatic"),
     ball: float = 0.25,  # radius of the balls in the place of material points [cells]
     ball_E: float = 0.0,  # their modulus in contacts [Pa]; 0: by the rule of Scene.contact_rule
     h: float = 0.0167,  # size of the background cells [m]
@@ -45,16 +46,15 @@ def main(
     part = 4.0 if dim == 3 else 2.0  # of which one is computed, between planes of symmetry
     length, height, width = check.numbers("size", size, 3, "m", check.positive)
     bed = (0.5 * length, height, 0.5 * width)[:dim]
-    stress = at_rest(height, soil.rho, g, soil.at_rest)
     body = Body(Box((0.0,) * dim, bed), Grid.counts(bed, h), 2, soil.material(dim, h), soil.rho, f_bar=True,
-                thickness=width, stress=stress)
+                thickness=width)
     grid = flow_grid(bed, h, (bed[0], height + 4 * h, bed[-1])[:dim], "")  # with room for what is thrown up
     down = (0.0, -g, 0.0)[:dim]
     supports = [Support(lambda x: x[:, 1] < 0.25 * h, "xyz"[:dim], name="the floor")]
     supports += [Support.column(axis, at, grid, axis, name=f"the side at {axis} = {at} m")
                  for axis, side in zip("xz", (bed[0], bed[-1])[:dim - 1]) for at in (0.0, side)]
-    solid = MPM(grid, body, supports, Balls(ball * h), gravity=down, inertia="lumped",
-                outflow={"+y": "remove"}, numerics=numerics)
+    solid = MPM(grid, supports=supports, interface=Balls(ball * h), gravity=down, inertia="lumped",
+                outflow={"+y": "remove"}, numerics=numerics, **state.ground(body, soil, down, h))
 
     highest = height * (1.0 - 0.25 / Grid.counts(bed, h)[1])  # of the points, two to a cell
     at = np.array((0.0, highest + ball * h + radius, 0.0)[:dim])  # on top of the balls

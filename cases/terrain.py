@@ -13,7 +13,7 @@ import numpy as np
 
 from coupling import Maps, Output, Run, Scheme, case
 from dem_liggghts import Interaction, Material, Scene, Wall
-from mpm_fenicsx import MPM, Balls, Body, Numerics, Soil, Structure
+from mpm_fenicsx import MPM, Balls, Body, InitialState, Numerics, Soil, Structure
 from references import valley as reference
 
 
@@ -24,6 +24,7 @@ def main(
     radius: float = 0.9,  # of the rocks [m]
     seed: int = 1,  # of their places
     soil: Soil = Soil(E=2e6, nu=0.3, rho=1800.0, phi=25.0),
+    state: InitialState = InitialState(),
     bed: float = 0.15,  # friction of soil and rocks with the ground [-]
     forest: float = 0.4,  # the same on the outer side of the bend, which has trees [-]
     dam: float = 4.0,  # height of the check dam [m]
@@ -41,7 +42,7 @@ def main(
     body = Body(ground.release(depth, release, h), None, None, soil.material(3, h), soil.rho, f_bar=True)
     slope = ground.structure("ground", friction=bed, regions={"forest": (reference.forest(), forest)})
     check_dam = Structure.box("dam", reference.dam(ground, dam, thickness=2.0 * h), friction=0.4)
-    solid = MPM(ground.grid(h, above=6.0 * h, where=corridor), body, interface=Balls(0.25 * h),
+    solid = MPM(ground.grid(h, above=6.0 * h, where=corridor), state.of(body), interface=Balls(0.25 * h),
                 gravity=gravity, inertia="lumped", structures=[slope, check_dam], outflow="remove",
                 numerics=numerics)
     grains = Scene(boulders, Wall.discs(np.zeros((0, 3)), 0.25 * h), stone, Material(1e7, 0.3),

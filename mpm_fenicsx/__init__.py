@@ -59,6 +59,7 @@ from .scene.flow import fall_room, flow_grid, level_floor  # noqa: E402
 from .scene.from_checkpoint import FromCheckpoint  # noqa: E402
 from .scene.geostatic import at_rest  # noqa: E402
 from .scene.ground import Ground, Layer  # noqa: E402
+from .scene.initial import InitialGround, InitialState  # noqa: E402
 from .scene.interface import Interface, Resampling  # noqa: E402
 from .scene.mesh import Box, Mesh  # noqa: E402
 from .scene.meshfile import read_cloud, read_mesh  # noqa: E402
@@ -71,10 +72,10 @@ from .scene.terrain import Terrain  # noqa: E402
 from .settling import Settled  # noqa: E402
 
 __all__ = [  # a scene; how it is computed; laws; points; what is read off; errors
-    "Balls", "Body", "Box", "Cloud", "FromCheckpoint", "Grid", "GridWall", "Ground", "Inflow", "Interface",
-    "Layer", "Load", "Mesh", "Outflow", "Penalty", "Raster", "Resampling", "SimplySupportedBeam",
-    "Structure", "Support", "Terrain", "at_rest", "fall_room", "flow_grid", "from_dolfinx", "level_floor",
-    "read_cloud", "read_mesh",
+    "Balls", "Body", "Box", "Cloud", "FromCheckpoint", "Grid", "GridWall", "Ground", "Inflow",
+    "InitialGround", "InitialState", "Interface", "Layer", "Load", "Mesh", "Outflow", "Penalty", "Raster",
+    "Resampling", "SimplySupportedBeam", "Structure", "Support", "Terrain", "at_rest", "fall_room",
+    "flow_grid", "from_dolfinx", "level_floor", "read_cloud", "read_mesh",
     "MPM", "Numerics", "SOLVERS", "Settled",
     "LAWS", "Law", "PATHS", "Soil", "Stage", "cam_clay", "check_law", "drive", "drucker_prager",
     "from_energy", "herschel_bulkley", "linear", "mohr_coulomb", "mu_i", "neo_hooke", "softened", "von_mises",

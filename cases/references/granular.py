@@ -8,7 +8,7 @@ import numpy as np
 
 from coupling import History, cli
 from coupling.pictures import figure
-from mpm_fenicsx import Soil
+from mpm_fenicsx import Body, Soil
 
 SOIL = Soil(E=50e3, nu=0.4, rho=1300.0, phi=22.0)  # table 1 of the paper
 GRAVITY = 9.81  # [m/s^2]
@@ -25,13 +25,18 @@ def floor_kind(text: str) -> Union[str, float]:
         raise ValueError(f"floor is {text!r}: give stick, slip or a coefficient of friction") from None
 
 
-def errors(history: History, size: Sequence[float], rho: float, gravity: float) -> dict:
+def errors(history: History, bodies: Sequence[Body], gravity: float) -> dict:
     """Largest rise of the energy from step to step and growth of the volume, with and without the gaps,
     relative to the start; largest speed over that of free fall from the top; arrival of the 99 % quantile at
-    x = 30 cm after the paper's 0.25 s, relative. size: of the column [m], shape (dim,)."""
-    width, height, depth = (*size, 1.0)[:3]
-    start = rho * gravity * width * height**2 / 2 * depth
-    volume = width * height * depth
+    x = 30 cm after the paper's 0.25 s, relative. bodies: boxes that are the column, in layers from its top
+    down; with a stress or a checkpoint at the start its energy is that of the first row."""
+    boxes = [body.box for body in bodies]
+    width, height = boxes[0].upper[:2]
+    volume = float(sum(np.prod(box.size) for box in boxes))
+    start = float(sum(body.rho * gravity * np.prod(box.size) * 0.5 * (box.lower[1] + box.upper[1])
+                      for body, box in zip(bodies, boxes)))
+    if bodies[0].stress is not None or bodies[0].start is not None:
+        start = history["energy"][0]
     energy = np.concatenate([[start], history["energy"]])
     found = {"energy_rise": np.diff(energy).max() / start, "volume": history["volume"].max() / volume - 1.0,
              "soil": (history["volume"] - history["gaps"]).max() / volume - 1.0,

@@ -21,7 +21,7 @@ FUNCTION = re.compile(r"\]\(\.\./((?:coupling|mpm_fenicsx|dem_liggghts)/[\w/]+)\
 SOURCE = re.compile(r"(?<![\w/])(docs/\w+\.md)")
 HEAD = "| key | default | unit | meaning |", "| --- | --- | --- | --- |"
 USUAL = {"scheme": "Windows, steps and the scheme of coupling", "numerics": "Numerics of the soil or solid",
-         "output": "What the run leaves"}
+         "state": "The soil at the start", "output": "What the run leaves"}
 
 
 def row(name: str, default: str, meaning: str) -> str:

@@ -1,4 +1,4 @@
-"""Gauges of a body that flows: how far and how high it has come, how fast it is, its energy and volume."""
+"""Gauges of soil that flows: how far and how high it has come, how fast it is, its energy and volume."""
 from typing import Any, Dict, Tuple
 
 import numpy as np
@@ -16,8 +16,8 @@ QUANTILE = 0.99
 
 
 class FlowGauges:
-    """Columns of the history for the only body of an ``MPM``, a plastic soil, that flows along x; observer of
-    a run. ``now``: name → number, after each window. Collective.
+    """Columns of the history for the bodies of an ``MPM``, plastic soils, that flow along x; observer of a
+    run. ``now``: name → number, after each window. Collective.
 
     >>> from mpm_fenicsx import MPM, Body, Box, Grid, mohr_coulomb
     >>> soil = mohr_coulomb(50e3, 0.4, friction_angle=22.0)
@@ -41,18 +41,19 @@ class FlowGauges:
         """Read all gauges."""
         solid, energy = self._solid, self._solid.energy()
         x, speed = self._gathered()
-        volume = solid.bodies[0].volume()
-        gaps = volume @ -np.expm1(-solid.points.state["opened"])
-        volume, gaps = solid.comm.allreduce(np.array([volume.sum(), gaps]))
+        own = np.zeros(2)
+        for body in solid.bodies:
+            volume = body.volume()
+            own += volume.sum(), volume @ -np.expm1(-body.points.state["opened"])
+        volume, gaps = solid.comm.allreduce(own)
         self.now = dict(front=x[:, 0].max(), x99=np.quantile(x[:, 0], QUANTILE), height=x[:, 1].max(),
                         speed=speed.max(), kinetic=energy["kinetic"], potential=energy["potential"],
                         elastic=energy["strain"], energy=sum(energy.values()), volume=volume, gaps=gaps)
 
     def _gathered(self) -> Tuple[np.ndarray, ...]:
         """Positions [m], shape (n, dim), and speeds [m/s], shape (n,), of all points, on every rank."""
-        p, comm = self._solid.points, self._solid.comm
-        speed = np.sqrt(np.einsum("pi,pi->p", p.v, p.v))
-        if comm.size == 1:
-            return p.x, speed
-        pieces = comm.allgather((p.x, speed))
+        own = [(p.x, np.sqrt(np.einsum("pi,pi->p", p.v, p.v))) for p in
+               (body.points for body in self._solid.bodies)]
+        comm = self._solid.comm
+        pieces = own if comm.size == 1 else sum(comm.allgather(own), [])
         return tuple(np.concatenate(values) for values in zip(*pieces))

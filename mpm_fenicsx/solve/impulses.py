@@ -78,9 +78,10 @@ class Impulses:
 
     def start(self, bodies: list, gravity: np.ndarray, frame_pull: np.ndarray) -> None:
         """All points are at the start, on every rank, with the accelerations of gravity, base and body force;
-        or, under a stress that is given, at rest: what holds them is not known yet, it is numerical."""
+        or, under a stress that is given, at rest, or with those of a checkpoint: what holds them is not known
+        yet, it is numerical."""
         for body in bodies:
-            p, held = body.points, body.body.stress is not None
+            p, held = body.points, (body.body.stress or body.body.start) is not None
             pull = np.broadcast_to(gravity, p.x.shape)
             self._last[self._row[GRAVITY]] += wrench(p.x, p.mass[:, None] * pull)
             if BASE in self._row:

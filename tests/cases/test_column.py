@@ -105,7 +105,7 @@ def test_flow_that_leaves_the_grid_keeps_its_results(collapse, tmp_path):
                                             (dict(box=(1.0,)), "give 2 numbers"),
                                             (dict(box=(0.05, 1.0)), "box is 0.05,1 m: it " "must hold"),
                                             (dict(ratio=0.5), "ratio=0.5 has no effect here, it counts with "
-                                             "initial=geostatic: leave it out"),
+                                             "initial=geostatic, without start="),
                                             (dict(refine=0), "refine is 0"), (dict(points=0), "points is 0"),
                                             (dict(g=0.0), "g is 0.0"), (dict(h=0.3), "h is 0.3 m")], ids=str)
 def test_bad_input(collapse, keys, sentence):

@@ -1,6 +1,6 @@
 """Where the walls of a scene are in a window, and which impulses they and gravity have given to the
 particles; for both back ends."""
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -14,6 +14,17 @@ def moments(x: np.ndarray, f: np.ndarray) -> np.ndarray:
     """Forces f with their moments x × f about the origin, shape (n, 6); x, f: (n, 3)."""
     (x, y, z), (a, b, c) = x.T, f.T
     return np.column_stack([f, y * c - z * b, z * a - x * c, x * b - y * a])
+
+
+class Hits(NamedTuple):
+    """What particles have given to the walls in a window: of the nodes of a terrain few are hit."""
+
+    node: np.ndarray  # numbers of those, rising, the interface's last, (n,)
+    middle: np.ndarray  # their places in the middle of the window [m], (n, 3)
+    impulse: np.ndarray  # [N s], (n, 3)
+    # angular impulse of all walls on the particles [N m s] and mass times place of these, summed over the
+    # steps [kg m s], both about the origin of the frame, (2, 3)
+    whole: np.ndarray
 
 
 class WallBooks:
@@ -40,11 +51,14 @@ class WallBooks:
                             else np.full(len(wall.nodes), row[one.name]))
         self._row = np.concatenate([np.zeros(0, int), *of_nodes]).astype(int)
         self.fixed = len(self._row)  # nodes in front of those of the interface
-        self._start = in_space(np.concatenate([np.zeros((0, self._dim)), *(w.nodes for w in scene.fixed)]))
         ends = np.cumsum([0, *(len(wall.nodes) for wall in scene.fixed)])[len(scene.walls):]
-        self._moving = [(one, slice(first, end)) for one, first, end in zip(scene.structures, ends, ends[1:])
-                        if one.motion is not None]
-        self._still: Any = None  # origin, nodes and their velocities, where none moves
+        moving = [(one, wall.nodes, np.arange(first, end)) for one, wall, first, end
+                  in zip(scene.structures, scene.surfaces, ends, ends[1:]) if one.motion is not None]
+        # numbers of the nodes of structures that move
+        self.moving = np.concatenate([np.zeros(0, int), *(nodes for _, _, nodes in moving)])
+        self._start = in_space(np.concatenate([np.zeros((0, self._dim)), *(x for _, x, _ in moving)]))
+        ends = np.cumsum([0, *(len(nodes) for _, _, nodes in moving)])
+        self._movers = [(one, slice(*rows)) for (one, _, _), *rows in zip(moving, ends, ends[1:])]
         self._sums = np.zeros((len(self.names), 6))
         self._gravity, self._base = in_space([scene.gravity, scene.frame_pull(0.0, 0.0)])
         self._mass = np.zeros((3, 7))  # now, see ``_weigh``
@@ -54,21 +68,16 @@ class WallBooks:
     # ---------------------------------------------------------------- where walls are
 
     def places(self, time: float, origin: np.ndarray) -> np.ndarray:
-        """Nodes of all walls but the interface at ``time`` [s], in the frame of ``origin`` [m], shape (n,
-        3)."""
+        """The nodes ``moving``, of structures that move, at ``time`` [s] in the frame of ``origin`` [m],
+        shape (n, 3)."""
         x = self._start - origin
-        for one, own in self._moving:
+        for one, own in self._movers:
             x[own, :self._dim] += _displacement(one, time)
         return x
 
     def motion(self, time: float, span: float, origin: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-        """Places [m] at ``time`` [s] and velocities [m/s] that take them to those ``span`` [s] later, (n, 3)
-        each; neither is to be written to."""
-        if not self._moving:  # a terrain has many nodes: they are not made anew in each window
-            if self._still is None or not np.array_equal(self._still[0], origin):
-                x = self.places(time, origin)
-                self._still = np.array(origin), x, np.zeros_like(x)
-            return self._still[1], self._still[2]
+        """The ``places`` [m] at ``time`` [s] and velocities [m/s] that take them to those ``span`` [s] later,
+        (n, 3) each."""
         x = self.places(time, origin)
         return x, (self.places(time + span, origin) - x) / span
 
@@ -92,17 +101,12 @@ class WallBooks:
         """Particles and bodies are those that there are now: at the start, and when some have left."""
         self._mass = self._weigh(particles, bodies)
 
-    def add(self, x: np.ndarray, v: np.ndarray, impulse: np.ndarray, span: float, particles: np.ndarray,
-            bodies: np.ndarray, origin: np.ndarray) -> None:
-        """After a window of ``span`` [s]: ``impulse`` [N s] on all wall nodes, which went from x [m] in the
-        frame with v [m/s], (n, dim or 3) each, those of the interface last, and, two more rows, the angular
-        impulse of all walls on the particles [N m s] and mass times place of these, summed over the steps
-        [kg m s], both about the ``origin`` of the frame [m]; ``particles`` and ``bodies`` now."""
-        impulse, (turned, places) = impulse[:-2], impulse[-2:]
-        # Of the nodes of a terrain few are hit, and moments of all of them would cost more than the contacts.
-        hit, before = np.unique(np.flatnonzero(impulse) // 3), self._mass
-        middle = in_space(x[hit] + 0.5 * span * v[hit]) + origin
-        given, first = -moments(middle, impulse[hit]), np.searchsorted(hit, self.fixed)
+    def add(self, hits: Hits, span: float, particles: np.ndarray, bodies: np.ndarray,
+            origin: np.ndarray) -> None:
+        """After a window of ``span`` [s]: ``hits`` in the frame with this ``origin`` [m]; ``particles`` and
+        ``bodies`` now."""
+        hit, (turned, places), before = hits.node, hits.whole, self._mass
+        given, first = -moments(hits.middle + origin, hits.impulse), np.searchsorted(hit, self.fixed)
         for k in range(6 if first else 0):
             self._sums[:, k] += np.bincount(self._row[hit[:first]], given[:first, k], len(self.names))
         self._sums[-1] += given[first:].sum(axis=0)

@@ -42,7 +42,7 @@ def _pairs(spheres, near, between, rows):
 @compiled
 def _at_walls(spheres, near, wall, at_wall, rows):
     """The same with walls, whose number takes the place of the -1."""
-    query = Query(near, wall, 0.0, np.empty((len(wall.elements) + 1, COLUMNS)), np.empty((3, 3)))
+    query = Query(near, wall, 0.0, np.empty((len(near.partner) + 1, COLUMNS)), np.empty((3, 3)))
     count, found, radius = 0, query.found, spheres.radius
     for i in range(len(radius)):
         for c in range(find_contacts(query, i, spheres.x[i], radius[i])):

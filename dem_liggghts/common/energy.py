@@ -48,7 +48,7 @@ def _area_integral(r, a, b):
 @compiled
 def _at_walls(spheres, near, wall, at_wall):
     """The same over all contacts with walls [J]."""
-    query = Query(near, wall, 0.0, np.empty((len(wall.elements) + 1, COLUMNS)), np.empty((3, 3)))
+    query = Query(near, wall, 0.0, np.empty((len(near.partner) + 1, COLUMNS)), np.empty((3, 3)))
     energy, found, radius = 0.0, query.found, spheres.radius
     for i in range(len(radius)):
         for c in range(find_contacts(query, i, spheres.x[i], radius[i])):

@@ -51,7 +51,7 @@ def touching(spheres: Shapes, wall: MovingWall, old: Tuple[NeighbourList, Neighb
 @compiled
 def _at_walls(x: np.ndarray, radius: np.ndarray, near: NeighbourList, wall: MovingWall) -> np.ndarray:
     """Sphere, row in the list and overlap [m] of each contact with walls, (n, 3)."""
-    query = Query(near, wall, 0.0, np.empty((len(wall.elements) + 1, COLUMNS)), np.empty((3, 3)))
+    query = Query(near, wall, 0.0, np.empty((len(near.partner) + 1, COLUMNS)), np.empty((3, 3)))
     out, count, found = np.empty((len(near.partner), 3)), 0, query.found
     for i in range(len(radius)):
         for c in range(find_contacts(query, i, x[i], radius[i])):

@@ -10,9 +10,8 @@ import mpm_dem_checks as check
 from ..compiled import compiled
 from ..scene.arrays import in_space
 from ..scene.scene import SceneData
-from ..scene.tables import WallTable
 from ..scene.walls import Wall
-from ..search.elements import at_rest, closest, corners_of
+from ..search.elements import MovingWall, closest, corners_of
 
 
 def with_wall(scene: SceneData, wall: Wall) -> SceneData:
@@ -60,28 +59,24 @@ def carried(was: np.ndarray, old: np.ndarray, force: np.ndarray, x: np.ndarray) 
     return out
 
 
-def redistribute(old: np.ndarray, force: np.ndarray, scene: SceneData,
-                 table: WallTable) -> np.ndarray:
-    """Nodal ``force`` [N] at the ``old`` nodes [m] as one on the nodes of the moving wall of ``scene``, in
-    ``table``, all (n, dim): each goes to the closest place of the wall, so that the sum stays and so does
-    what acts on a node that is still there."""
-    out = np.zeros((len(scene.wall.nodes), 3))
-    nodes, elements = table.moving
-    if force.any() and len(scene.wall.elements):
-        all_nodes = np.zeros((len(table.x), 3))
-        _add_to_closest(in_space(old), in_space(force), at_rest(table, table.x), elements, all_nodes)
-        out = all_nodes[nodes:]
-    return out[:, :scene.dim].copy()
+def redistribute(old: np.ndarray, force: np.ndarray, wall: MovingWall) -> np.ndarray:
+    """Nodal ``force`` [N] at the ``old`` nodes [m], (m, dim), as one on the nodes of ``wall``, (n, dim): each
+    goes to the closest place of it, so that the sum stays and so does what acts on a node that is still
+    there."""
+    out = np.zeros((len(wall.x), 3))
+    if force.any() and len(wall.elements):
+        _add_to_closest(in_space(old), in_space(force), wall, out)
+    return out[:, :force.shape[1]].copy()
 
 
 @compiled
-def _add_to_closest(old, force, wall, first, out):
+def _add_to_closest(old, force, wall, out):
     corner, weight, point, best = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3)
     for i in range(len(old)):
         if not force[i].any():
             continue
-        nearest, shortest = first, np.inf
-        for e in range(first, len(wall.elements)):
+        nearest, shortest = 0, np.inf
+        for e in range(len(wall.elements)):
             corners_of(wall, e, 0.0, corner)
             r = closest(corner, wall.elements.shape[1], old[i], weight, point)[0]
             if r < shortest:

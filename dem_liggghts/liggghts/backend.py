@@ -6,7 +6,7 @@ from typing import Any, Callable, Dict
 import numpy as np
 
 from .. import quaternion
-from ..common.booking import WallBooks
+from ..common.booking import Hits, WallBooks
 from ..common.checks import check_finite, check_window
 from ..common.chunks import Chunks
 from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy, select_shapes
@@ -19,16 +19,15 @@ from ..protocol import BODY, PARTICLE
 from ..scene.arrays import in_space
 from ..scene.frame import find_origin, to_true_positions, translated, translated_points
 from ..scene.scene import SceneData
-from ..scene.tables import cluster_table, sphere_table, wall_table
-from ..search.elements import at_rest
-from .buffers import CHANGING, constant_rows, copied, gathered, initial_rows, sorted_by_tag
+from ..scene.tables import cluster_table, sphere_table
+from .buffers import CHANGING, Load, constant_rows, copied, gathered, initial_rows, sorted_by_tag
 from .instance import Instance, pointer
 from .library import SHIM, LiggghtsError, load, ranks_of
 from .resting import Resting
 from .script import commands, pull_of_now
 
-STATE = ["origin", "particles", "bodies", "wall", "wall_elements", "wall_force", "impulses", "placed",
-         "steps"]
+STATE = ["origin", "particles", "bodies", "wall", "wall_elements", "wall_rows", "wall_force", "impulses",
+         "placed", "steps"]
 
 
 class LiggghtsDEM(Resting):
@@ -47,7 +46,7 @@ class LiggghtsDEM(Resting):
         self.scene, self.dt, self.comm = scene, float(dt), ranks_of(library, comm)
         self._fingerprint, self.origin = fingerprint(scene, self.dt), find_origin(scene)
         self._inside = translated(scene, -self.origin)
-        self._steps, self._nodes, self._chunks = 0, self._inside.wall.nodes, Chunks(self.comm)
+        self._steps, self._chunks = 0, Chunks(self.comm)
         self._spheres, self._clusters = sphere_table(self._inside), cluster_table(self._inside)
         self._constant = constant_rows(self._clusters, self._spheres)
         self._outflow, self._books = Outflow(scene, self._spheres.cluster), WallBooks(scene)
@@ -62,8 +61,8 @@ class LiggghtsDEM(Resting):
         if scene.clusters:
             data = np.hstack([self._constant, initial_rows(self._clusters)])
             self._instance.call("dem_set_bodies", len(data), pointer(data))
-        self._surface, self._laws = wall_table(self._inside), laws_of(self._inside)
-        self._set_wall(keep=0)
+        self._laws = laws_of(self._inside)
+        self._use(self._inside)
         self._instance.command("run 0 post no")
         self._give_springs(scene.contacts)
         self._books.begin(self.particles(), self.bodies())
@@ -76,25 +75,31 @@ class LiggghtsDEM(Resting):
     def advance(self, steps: int, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
         steps = check_window(steps, x, v, self.scene)
-        span, fixed = steps * self.dt, self._books.fixed
+        span, walls = steps * self.dt, self._walls
         here, there = self._books.motion(self.time, span, self.origin)
         self._pull(self._books.shake(self.time, steps, self.dt))
-        x, v = self._all_nodes(here, translated_points(x, -self.origin)), self._all_nodes(there, v)
-        out = np.empty(self._no_force().size + 2)
+        x, v = walls.both(here, translated_points(x, -self.origin)), walls.both(there, v)
         code = self._chunks.run(steps, lambda begin, count: self._instance.call(
-            "dem_advance", self.scene.dim, steps, begin, count, pointer(x), pointer(v), pointer(out)))
+            "dem_advance", self.scene.dim, steps, begin, count, pointer(x), pointer(v)))
         if code and not (np.isfinite(x).all() and np.isfinite(v).all()):
             raise FloatingPointError(f"the wall given at t = {self.time:.6g} s contains NaN or infinity: "
                                      "look at the motion of the body")
         self._steps += steps
-        out = self._sum(out)
-        if code or out[-1] or out[-2] != self._outflow.present:
+        if code:
             self._report()
-        self._nodes, impulse = x[fixed:] + v[fixed:] * span, out[:-2].reshape(-1, self.scene.dim)
-        self._books.add(x, v, self._rows(impulse), span, self.particles(), self.bodies(), self.origin)
+        load = self._load_on_walls(impulse=1)
+        present, lost = load.values[0, :2]
+        if lost or present != self._outflow.present:
+            self._report()
+        load = Load(load.row[1:], load.values[1:])
+        walls.place(x, v)
+        node, impulse, whole = load.in_space(len(walls.now.x))
+        self._books.add(Hits(node, walls.at(node, 0.5 * span), impulse, whole), span, self.particles(),
+                        self.bodies(), self.origin)
+        walls.stop(span)
         if self._outflow.active:
             self._let_out()
-        return impulse[fixed:-2] / span
+        return load.dense(walls.fixed, len(walls.now.x) - walls.fixed) / span
 
     def _pull(self, pull: np.ndarray) -> None:
         """From now on gravity and the motion of the base are ``pull`` [m/s^2], (3,)."""
@@ -116,15 +121,6 @@ class LiggghtsDEM(Resting):
         self._restore(self._read()(), keep=0)
         self._books.begin(self.particles(), self.bodies())
         self._outflow.count_energy(energy - sum(self.energy().values()))
-
-    def _sum(self, array: np.ndarray) -> np.ndarray:
-        """Sum over ranks, the same to the last bit on all of them."""
-        if self.comm.size == 1:
-            return array
-        total = np.empty_like(array)
-        self.comm.Reduce(array, total)
-        self.comm.Bcast(total)
-        return total
 
     def _report(self) -> None:
         particles = to_true_positions(self._own_particles(), self.origin)
@@ -196,12 +192,11 @@ class LiggghtsDEM(Resting):
     def energy(self) -> Dict[str, float]:
         """See `protocol.DEM.energy`."""
         particles, bodies, table = self._own_particles(), self._own_bodies(), self._clusters
-        number, surface = bodies["id"] - 1, self._surface
-        nodes = np.concatenate([self._books.places(self.time, self.origin), in_space(self._nodes)])
+        number = bodies["id"] - 1
         shapes = select_shapes(self._spheres, in_space(particles["x"]), particles["id"] - 1)
         return dict(kinetic=kinetic_energy(particles, bodies, table.inertia[number], table.turn[number]),
                     potential=potential_energy(particles, self.scene.gravity, bodies),
-                    contact=energy_of_contacts(shapes, at_rest(surface, nodes), self._laws))
+                    contact=energy_of_contacts(shapes, self._walls.now, self._laws))
 
     def get_state(self) -> Dict[str, np.ndarray]:
         """See `protocol.DEM.get_state`. LIGGGHTS makes its neighbour lists anew here as in `set_state`, so
@@ -217,17 +212,16 @@ class LiggghtsDEM(Resting):
 
     def _read(self) -> Callable[[], Dict[str, np.ndarray]]:
         """What a state consists of now: a function that makes the state of it. Both are collective."""
-        wall, force = np.empty(self._shape), self._no_force()
         records, count = ctypes.c_void_p(), ctypes.c_int()
-        if self._instance.call("dem_get_state", self.scene.dim, ctypes.byref(records), ctypes.byref(count),
-                               pointer(wall), pointer(force)):
+        if self._instance.call("dem_get_state", ctypes.byref(records), ctypes.byref(count)):
             self._report()
         mine, out = copied(records, count.value), self._outflow.out.copy()
+        load = self._load_on_walls(impulse=0)
         kept = dict(scene=self._fingerprint, origin=self.origin.copy(), bodies=self._changing(),
-                    wall=wall[self._books.fixed:], wall_elements=np.array(self.scene.wall.elements),
-                    steps=np.array(self._steps), **self._books.get_state(), **self._outflow.get_state())
-        return lambda: dict(kept, particles=sorted_by_tag(gathered(self.comm, mine), out),
-                            wall_force=self._sum(force))
+                    wall=self._nodes.copy(), wall_elements=np.array(self.scene.wall.elements),
+                    wall_rows=load.row, wall_force=load.values, steps=np.array(self._steps),
+                    **self._books.get_state(), **self._outflow.get_state())
+        return lambda: dict(kept, particles=sorted_by_tag(gathered(self.comm, mine), out))
 
     def set_state(self, state: Dict[str, Any]) -> None:
         """See `protocol.DEM.set_state`. The state may come from another instance of the same scene, on any
@@ -244,14 +238,15 @@ class LiggghtsDEM(Resting):
         """Particles, bodies and wall of the state, with its forces when ``keep``, else those of the contacts
         now."""
         particles, own = np.array(state["particles"], float), np.array(state["wall"])
-        self._steps, self._nodes = int(state["steps"]), own
+        self._steps = int(state["steps"])
         self._books.set_state(state)
         self._pull(self._books.pull)
-        wall = self._all_nodes(self._books.places(self.time, self.origin), own)
-        force = np.array(state["wall_force"]) if self.comm.rank == 0 else self._no_force()
+        wall = self._walls.both(self._books.places(self.time, self.origin), own)
+        self._walls.place(wall, np.zeros_like(wall))
+        force = Load(state["wall_rows"], state["wall_force"]).table(self.comm.rank == 0)
         bodies = np.hstack([self._constant[~self._outflow.out_clusters], state["bodies"]])
         if self._instance.call("dem_set_state", self.scene.dim, len(particles), pointer(particles),
-                               len(bodies), pointer(bodies), pointer(wall), pointer(force), keep):
+                               len(bodies), pointer(bodies), pointer(wall), len(force), pointer(force), keep):
             self._report()
 
     def close(self) -> None:

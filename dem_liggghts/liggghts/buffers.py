@@ -1,16 +1,54 @@
 """Arrays that LIGGGHTS and its shim understand: records of particles, rows of clusters, which are its
 bodies."""
 import ctypes
+from typing import NamedTuple, Tuple
 
 import numpy as np
 from mpi4py import MPI
 
 from .. import quaternion
+from ..scene.arrays import in_space
 from ..scene.tables import ClusterTable, SphereTable
 
 CONSTANT = 16  # numbers of a body that never change, before those that do (shim/bodies.h)
 SPRING = 8  # tag of a particle, of its partner or minus that of an element, six displacements (shim.cpp)
 CHANGING = 22  # x, v, omega, angular momentum (3 each), quaternion (4), force, torque (3 each)
+
+
+class Load(NamedTuple):
+    """What acts on walls: of the nodes of a terrain few are hit. Rows are numbers of nodes, rising; after the
+    last node follow the two last rows of shim/wall.h."""
+
+    row: np.ndarray  # (n,)
+    values: np.ndarray  # (n, dim)
+
+    def dense(self, first: int, count: int) -> np.ndarray:
+        """Of the ``count`` rows from ``first`` on all values, (count, dim)."""
+        out = np.zeros((count, self.values.shape[1]))
+        some = (self.row >= first) & (self.row < first + count)
+        out[self.row[some] - first] = self.values[some]
+        return out
+
+    def with_others(self, first: int, count: int, values: np.ndarray) -> "Load":
+        """The same with ``values``, (n, dim), in the place of the ``count`` rows from ``first`` on."""
+        before, after = self.row < first, self.row >= first + count
+        row = np.concatenate([self.row[before], first + np.arange(len(values)),
+                              self.row[after] + len(values) - count])
+        return Load(row, np.concatenate([self.values[before], values, self.values[after]]))
+
+    def in_space(self, nodes: int) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Nodes, what acts on them, (n, 3), and the two last rows, (2, 3), when there are so many ``nodes``:
+        in a plane the first number of a moment is that about z."""
+        whole = in_space(self.dense(nodes, 2))
+        if self.values.shape[1] == 2:
+            whole[0] = 0.0, 0.0, whole[0, 0]
+        hit = self.row < nodes
+        hit[hit] = self.values[hit].any(axis=1)
+        return self.row[hit], in_space(self.values[hit]), whole
+
+    def table(self, here: bool) -> np.ndarray:
+        """As the shim takes it, empty unless ``here``."""
+        return np.column_stack([self.row, self.values])[:None if here else 0].copy()
 
 
 def record_starts(records: np.ndarray) -> np.ndarray:

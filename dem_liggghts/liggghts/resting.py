@@ -9,8 +9,7 @@ from ..common.touching import lists_of, touching
 from ..contact.law import Laws, count_springs
 from ..scene.arrays import in_space
 from ..scene.contacts import Contacts, contact_table
-from ..scene.tables import SphereTable, WallTable
-from ..search.elements import at_rest
+from ..scene.tables import SphereTable
 from .buffers import SPRING, copied, gathered
 from .instance import pointer
 from .moving_wall import MovingWall
@@ -20,7 +19,6 @@ class Resting(MovingWall):
     """The part of ``LiggghtsDEM`` that has to do with rest."""
 
     _spheres: SphereTable
-    _surface: WallTable
     _laws: Laws
 
     def _own_particles(self) -> np.ndarray:
@@ -44,9 +42,8 @@ class Resting(MovingWall):
         known = Contacts(*(contact_table(pairs[some], np.zeros(some.sum()), rows[some, 2:])
                            for some in (between, at_walls)))
         springs = tuple(map(count_springs, self._laws))
-        nodes = np.concatenate([self._books.places(self.time, self.origin), in_space(self._nodes)])
         shapes = select_shapes(self._spheres, in_space(particles["x"]), particles["id"] - 1)
-        found = touching(shapes, at_rest(self._surface, nodes), lists_of(known, len(particles), springs),
+        found = touching(shapes, self._walls.now, lists_of(known, len(particles), springs),
                          springs)
         return found.renumbered(particles["id"] - 1)
 

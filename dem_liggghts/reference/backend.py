@@ -18,13 +18,11 @@ from ..common.wall_change import with_wall
 from ..contact.law import count_springs, laws_of
 from ..contact.window import contact_at_wall
 from ..protocol import BODY, PARTICLE
-from ..scene.arrays import in_space
 from ..scene.frame import find_origin, to_true_positions, translated, translated_points
 from ..scene.scene import SceneData
 from ..scene.tables import cluster_table, sphere_table
-from ..search.elements import MovingWall, at_rest
 from ..search.neighbours import NeighbourList, NeighbourLists
-from .forces import Moment, SphereState, forces
+from .forces import Moment, SphereState, forces, new_scratch
 from .resting import Resting
 from .rigid import cluster_state
 from .selection import select_clusters, select_neighbours, select_spheres
@@ -33,8 +31,8 @@ from .verlet import Span, build_lists, choose_skin, run
 MOVING = ("x", "v", "omega", "force", "torque")  # what changes of the spheres, and of the clusters
 CLUSTER_MOVING = ("x", "v", "omega", "spin", "force", "torque", "q", "axes")
 LISTS = [(f"near_{of}_{name}", of, name) for of in ("spheres", "elements") for name in NeighbourList._fields]
-NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_force", "impulses",  # of a state
-         "placed", "near_x", "near_wall", "skin", *(name for name, _, _ in LISTS))
+NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_rows", "wall_force",  # of a state
+         "impulses", "placed", "near_x", "near_wall", "skin", *(name for name, _, _ in LISTS))
 
 
 class ReferenceDEM(Resting):
@@ -52,9 +50,10 @@ class ReferenceDEM(Resting):
         self._populate(np.ones(len(self._all_spheres.x), np.bool_), np.ones(len(scene.clusters), np.bool_))
         self._laws, self._steps_of = laws_of(scene), direct(run)
         self._springs = tuple(count_springs(table) for table in self._laws)
+        self._scratch = new_scratch(0)
         self._use(scene)
         known = lists_of(scene.contacts, len(self._table.x), self._springs)
-        self._lists = NeighbourLists(*known, self._spheres.x, self._wall.x, 0.0)
+        self._lists = NeighbourLists(*known, self._spheres.x, np.zeros((0, 3)), 0.0)
         self._begin()
         self._books.begin(self.particles(), self.bodies())
 
@@ -70,23 +69,21 @@ class ReferenceDEM(Resting):
 
     def _begin(self) -> None:
         """Lists and forces of now."""
-        self._build_lists(self._wall, 0.0)
-        self._on_wall.force[:] = 0.0
-        forces(self._spheres, self._clusters, self._wall, self._lists, self._laws,
-               Moment(0.0, 0.0, 0.0, True), self._on_wall, self._scratch)
+        self._build_lists(0.0)
+        self._loads.clear()
+        forces(self._spheres, self._clusters, self._walls.now, self._lists, self._laws,
+               Moment(0.0, 0.0, 0.0, True), self._loads.now, self._scratch)
 
     @property
     def time(self) -> float:
         """[s]"""
         return self._steps * self.dt
 
-    def _all_nodes(self, own: np.ndarray, fixed: np.ndarray) -> np.ndarray:
-        return np.concatenate([fixed, in_space(own)]) if self._fixed else in_space(own)
-
-    def _build_lists(self, wall: MovingWall, t: float) -> None:
-        skin = choose_skin(self._spheres, wall, self.dt)
-        self._lists = build_lists(self._spheres, self._table.cluster, wall, t, skin, self._lists,
+    def _build_lists(self, t: float) -> None:
+        skin = choose_skin(self._spheres, self._walls.now, self.dt)
+        self._lists = build_lists(self._spheres, self._table.cluster, self._walls.now, t, skin, self._lists,
                                   self._springs)
+        self._listed()
 
     def advance(self, steps: int, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """See `protocol.DEM.advance`. Raises FloatingPointError when a number is no longer finite."""
@@ -95,27 +92,30 @@ class ReferenceDEM(Resting):
         span, x = steps * self.dt, translated_points(x, -self.origin)
         here, there = self._books.motion(self.time, span, self.origin)
         self._spheres.gravity[:] = self._books.shake(self.time, steps, self.dt)
-        wall = MovingWall(self._all_nodes(x, here), self._all_nodes(v, there), *self._surface[1:3])
-        on_wall = self._on_wall
-        np.multiply(on_wall.force, 0.5 * self.dt, out=on_wall.impulse)
-        on_wall.force[:] = 0.0
-        self._run(steps, wall)
+        walls, loads = self._walls, self._loads
+        walls.place(walls.both(here, x), walls.both(there, v))
+        loads.begin(0.5 * self.dt)
+        gone = 0.0
+        try:
+            self._run(steps)
+            hits, gone = loads.hits(0.5 * span), span
+        finally:
+            walls.stop(gone)
         self._steps += steps
-        self._wall = at_rest(self._surface, wall.x + wall.v * span)
         check_finite(self._spheres.x, self.time, self.origin)
-        force = on_wall.impulse[self._fixed:-2, :self.scene.dim] / span
-        self._books.add(wall.x, wall.v, on_wall.impulse, span, self.particles(), self.bodies(), self.origin)
+        force = loads.now.impulse[walls.fixed:-2, :self.scene.dim] / span
+        self._books.add(hits, span, self.particles(), self.bodies(), self.origin)
         self._let_out()
         return force
 
-    def _run(self, steps: int, wall: MovingWall) -> None:
+    def _run(self, steps: int) -> None:
         """All steps of a window, chunk by chunk, with new lists where they are due."""
         first, done, fresh = 0, 0, False
         while done < steps:
             begin, end = done, done + self._chunks.next(steps - done)
             span = Span(first, begin, end, steps, self.dt, fresh)
-            done = self._steps_of(span, self._spheres, self._clusters, wall, self._lists, self._laws,
-                                  self._on_wall, self._scratch)
+            done = self._steps_of(span, self._spheres, self._clusters, self._walls.now, self._lists,
+                                  self._laws, self._loads.now, self._scratch)
             if done == end:
                 self._chunks.done(end - begin)
                 continue
@@ -124,7 +124,7 @@ class ReferenceDEM(Resting):
             if done < 0:
                 raise FloatingPointError(f"the wall given at t = {self.time:.6g} s contains NaN or infinity: "
                                          "look at the motion of the body")
-            self._build_lists(wall, done * self.dt)
+            self._build_lists(done * self.dt)
             first, fresh = done, True
 
     @property
@@ -199,7 +199,7 @@ class ReferenceDEM(Resting):
         shapes = select_shapes(self._all_spheres, self._spheres.x, self._ids - 1)
         return dict(kinetic=kinetic_energy(particles, bodies, table.inertia, table.turn),
                     potential=potential_energy(particles, self.scene.gravity, bodies),
-                    contact=energy_of_contacts(shapes, self._wall, self._laws))
+                    contact=energy_of_contacts(shapes, self._walls.now, self._laws))
 
     def get_state(self) -> Dict[str, np.ndarray]:
         """See `protocol.DEM.get_state`. Neighbour lists belong to it, with the springs of contacts."""
@@ -207,9 +207,10 @@ class ReferenceDEM(Resting):
         state = {name: getattr(self._spheres, name).copy() for name in MOVING}
         if self._clusters is not None:
             state.update({f"cluster_{name}": getattr(self._clusters, name).copy() for name in CLUSTER_MOVING})
+        rows, force = self._loads.get()
         state.update(scene=self._fingerprint, origin=self.origin.copy(), steps=np.array(self._steps),
-                     wall=self._wall.x[self._fixed:].copy(), wall_elements=np.array(self.scene.wall.elements),
-                     wall_force=self._on_wall.force.copy(), near_x=self._lists.x.copy(),
+                     wall=self._walls.own().x, wall_elements=np.array(self.scene.wall.elements),
+                     wall_rows=rows, wall_force=force, near_x=self._lists.x.copy(),
                      near_wall=self._lists.wall.copy(), skin=np.array(self._lists.skin),
                      **self._books.get_state())
         state.update({name: getattr(getattr(self._lists, of), field).copy() for name, of, field in LISTS})
@@ -229,17 +230,20 @@ class ReferenceDEM(Resting):
         self._steps = int(state["steps"])
         wall, there = self.scene.wall, np.array(state["origin"])
         if not (np.array_equal(state["wall_elements"], wall.elements) and np.array_equal(there, self.origin)):
-            self.origin, nodes = there, translated_points(state["wall"][:, :self.scene.dim], there)
-            self._use(with_wall(self.scene, replace(wall, nodes=nodes, elements=state["wall_elements"])))
+            nodes = translated_points(state["wall"][:, :self.scene.dim], there)
+            scene = with_wall(self.scene, replace(wall, nodes=nodes, elements=state["wall_elements"]))
+            kept, self.origin = np.array_equal(there, self.origin), there
+            self._replace(scene) if kept else self._use(scene)
         self._books.set_state(state)
         self._spheres.gravity[:] = self._books.pull
-        fixed = self._books.places(self.time, self.origin)
-        self._wall = at_rest(self._surface, self._all_nodes(state["wall"], fixed))
-        self._on_wall.force[:] = state["wall_force"]
+        x = np.concatenate([self._books.places(self.time, self.origin), state["wall"]])
+        self._walls.place(x, np.zeros_like(x))
         near = [NeighbourList(*(state[name].copy() for name, of, _ in LISTS if of == which))
                 for which in ("spheres", "elements")]
         self._lists = NeighbourLists(near[0], near[1], state["near_x"].copy(), state["near_wall"].copy(),
                                      float(state["skin"]))
+        self._loads.set(np.array(state["wall_rows"]), state["wall_force"])
+        self._listed()
 
     def close(self) -> None:
         """Nothing to free; whoever uses it then has lost track."""

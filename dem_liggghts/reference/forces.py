@@ -59,7 +59,7 @@ class Scratch(NamedTuple):
 
 
 def new_scratch(elements: int) -> Scratch:
-    """Room for walls of so many elements."""
+    """Room for spheres that are each near so many elements of walls at most."""
     return Scratch(np.empty((elements + 1, COLUMNS)), np.empty((3, 3)), new_vectors())
 
 

@@ -6,7 +6,6 @@ from ..common.touching import touching
 from ..contact.law import Laws
 from ..scene.contacts import Contacts
 from ..scene.tables import SphereTable
-from ..search.elements import MovingWall
 from .forces import SphereState
 from .moving_wall import WallOfNow
 from .rigid import ClusterState
@@ -19,7 +18,6 @@ class Resting(WallOfNow):
     _all_spheres: SphereTable
     _spheres: SphereState
     _clusters: ClusterState
-    _wall: MovingWall
     _laws: Laws
     _springs: tuple
 
@@ -30,7 +28,7 @@ class Resting(WallOfNow):
         """See `protocol.DEM.contacts`."""
         self._need_open()
         shapes = select_shapes(self._all_spheres, self._spheres.x, self._ids - 1)
-        found = touching(shapes, self._wall, (self._lists.spheres, self._lists.elements), self._springs)
+        found = touching(shapes, self._walls.now, (self._lists.spheres, self._lists.elements), self._springs)
         return found.renumbered(self._ids - 1)
 
     def halt(self) -> None:

@@ -56,13 +56,13 @@ def last_kick(b, clusters, half):
 
 @compiled
 def wall_travel(wall, built, t):
-    """Largest distance of a wall node at time t [s] from where it was when the lists were built, ``built``
-    [m], and largest speed of a node [m/s]; NaN when a node is."""
+    """Largest distance of a wall node that may move, at time t [s], from where it was when the lists were
+    built, ``built`` [m], and largest speed of one [m/s]; NaN when a node is."""
     distance2, speed2, total = 0.0, 0.0, 0.0
-    for i in range(len(wall.x)):
-        a2 = s2 = 0.0
+    for m in range(len(wall.moving)):
+        i, a2, s2 = wall.moving[m], 0.0, 0.0
         for k in range(3):
-            a2 += (wall.x[i, k] + wall.v[i, k] * t - built[i, k]) ** 2
+            a2 += (wall.x[i, k] + wall.v[i, k] * t - built[m, k]) ** 2
             s2 += wall.v[i, k] ** 2
         distance2, speed2, total = max(distance2, a2), max(speed2, s2), total + a2
     return (np.sqrt(distance2) if np.isfinite(total) else np.nan), np.sqrt(speed2)
@@ -122,7 +122,7 @@ def run(span, spheres, clusters, wall, lists, laws, on_wall, scratch):
 def choose_skin(spheres: SphereState, wall: MovingWall, dt: float) -> float:
     """Skin of new neighbour lists [m]: a tenth of the smallest radius, or what lasts some ten steps of dt [s]
     at the speeds of now, some fifty where the wall is large and new lists are dear."""
-    speed = sum(np.sqrt((v**2).sum(axis=1).max(initial=0.0)) for v in (spheres.v, wall.v))
+    speed = sum(np.sqrt((v**2).sum(axis=1).max(initial=0.0)) for v in (spheres.v, wall.v[wall.moving]))
     steps = 20.0 if len(wall.elements) < LARGE else 100.0
     return float(max(0.1 * spheres.radius.min(initial=np.inf), steps * dt * speed))
 
@@ -131,10 +131,11 @@ def choose_skin(spheres: SphereState, wall: MovingWall, dt: float) -> float:
 def build_lists(spheres, cluster, wall, t, skin, old, springs):
     """Neighbour lists for spheres of different ``cluster`` and walls as they are at time t [s] of the window.
     springs: how many of each contact of spheres, at walls those of the ``old`` lists hand on."""
-    x, radius, nodes = spheres.x, spheres.radius, np.empty_like(wall.x)
-    for i in range(len(nodes)):
+    x, radius, nodes = spheres.x, spheres.radius, np.empty((len(wall.moving), 3))
+    for m in range(len(nodes)):
+        i = wall.moving[m]
         for k in range(3):
-            nodes[i, k] = wall.x[i, k] + wall.v[i, k] * t
+            nodes[m, k] = wall.x[i, k] + wall.v[i, k] * t
     among_spheres = near_spheres(x, radius, cluster, skin, old.spheres, springs[0])
     elements = near_elements(x, radius, skin, wall, t, old.elements, springs[1])
     return NeighbourLists(among_spheres, elements, x.copy(), nodes, skin)

@@ -92,19 +92,15 @@ def wall_table(scene: SceneData) -> WallTable:
     """The walls of ``scene`` where they are."""
     nodes = np.cumsum([0] + [len(w.nodes) for w in scene.fixed])
     fixed = [_part(scene, w, group, start) for group, (w, start) in enumerate(zip(scene.fixed, nodes))]
-    none = np.zeros((0, 3)), np.zeros((0, scene.dim), np.int32), np.zeros((0, TRAITS))
-    x, elements, traits = (np.concatenate(parts) for parts in zip(none, *fixed))
-    return with_moving(WallTable(x, elements, traits, (len(x), len(elements))), scene)
+    x, elements, traits = (np.concatenate(parts) for parts in zip(*fixed, own_part(scene, nodes[-1])))
+    own = scene.wall
+    return WallTable(x, elements, traits, (len(x) - len(own.nodes), len(elements) - len(own.elements)))
 
 
-def with_moving(table: WallTable, scene: SceneData) -> WallTable:
-    """``table`` with the moving wall of ``scene`` in the place of its own: what is at rest stays, and costs a
-    copy."""
-    nodes, elements = table.moving
-    own = _part(scene, scene.wall, len(scene.fixed), nodes)
-    kept = table.x[:nodes], table.elements[:elements], table.traits[:elements]
-    x, corners, traits = (np.concatenate(parts) for parts in zip(kept, own))
-    return WallTable(x, corners, traits, table.moving)
+def own_part(scene: SceneData, start: int) -> Tuple[np.ndarray, ...]:
+    """Nodes, elements and traits of the moving wall of ``scene``, whose nodes are numbered from ``start``
+    on."""
+    return _part(scene, scene.wall, len(scene.fixed), start)
 
 
 def _part(scene: SceneData, wall: Wall, group: int, start: int) -> Tuple[np.ndarray, ...]:

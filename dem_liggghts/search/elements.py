@@ -17,6 +17,16 @@ from ..scene.tables import WallTable
 POINT, WEIGHT, DISTANCE, FEATURE, PAIR, SIDE, SHARE, NEAREST, COLUMNS = 0, 3, 6, 7, 8, 9, 10, 11, 12
 
 
+class Squares(NamedTuple):
+    """Elements that do not move, in squares of a plane along two axes, see `squares`."""
+
+    start: np.ndarray  # where each square begins in ``element``, the second axis fastest, and the end
+    element: np.ndarray  # those that reach into it
+    axes: np.ndarray  # the two axes, how many squares along each, (4,)
+    frame: np.ndarray  # lower corner, side, largest depth, largest disc of the elements in squares [m], (5,)
+    loose: np.ndarray  # all other elements, in rising order
+
+
 class MovingWall(NamedTuple):
     """The walls of a scene, whose nodes move along x + v t during a window."""
 
@@ -24,11 +34,19 @@ class MovingWall(NamedTuple):
     v: np.ndarray  # [m/s], (n, 3)
     elements: np.ndarray  # as in `tables.WallTable`
     traits: np.ndarray
+    moving: np.ndarray  # numbers of the nodes that may move
+    squares: Squares
 
 
 def at_rest(table: WallTable, x: np.ndarray) -> MovingWall:
-    """The walls ``table`` with their nodes at x [m], not moving."""
-    return MovingWall(x, np.zeros_like(x), table.elements, table.traits)
+    """The walls ``table`` with their nodes at x [m], not moving; none of their elements in squares."""
+    loose = np.arange(len(table.elements))
+    return MovingWall(x, np.zeros_like(x), table.elements, table.traits, loose[:0], no_squares(loose))
+
+
+def no_squares(loose: np.ndarray) -> Squares:
+    """No squares: the elements ``loose`` are all that there are."""
+    return Squares(np.zeros(2, np.int64), np.zeros(0, np.int32), np.array([0, 1, 1, 1]), np.zeros(5), loose)
 
 
 @compiled

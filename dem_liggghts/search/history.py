@@ -65,7 +65,7 @@ def by_number(near, first, new):
 
 @compiled
 def on_new_wall(near, x, wall, first, new):
-    """Partners in the list ``near`` of elements of ``wall`` when those from ``first`` on are replaced by
+    """Partners in the list ``near`` when the elements from ``first`` on, those of ``wall``, are replaced by
     those of ``new``: the element closest to where the sphere touched takes its history, without contact there
     is none."""
     corner, weight, point, nodes = np.empty((3, 3)), np.empty(3), np.empty(3), wall.elements.shape[1]
@@ -77,12 +77,12 @@ def on_new_wall(near, x, wall, first, new):
             partner[q], shortest = -1, np.inf
             if not near.active[q]:
                 continue
-            corners_of(wall, near.partner[q], 0.0, corner)
+            corners_of(wall, near.partner[q] - first, 0.0, corner)
             closest(corner, nodes, x[i], weight, point)
             touched = x[i] + point
-            for e in range(first, len(new.elements)):
+            for e in range(len(new.elements)):
                 corners_of(new, e, 0.0, corner)
                 r = closest(corner, nodes, touched, weight, point)[0]
                 if r < shortest:
-                    partner[q], shortest = e, r
+                    partner[q], shortest = first + e, r
     return partner

@@ -6,6 +6,7 @@ import numpy as np
 from ..compiled import compiled
 from ..scene.tables import DEPTH, RADIUS
 from .elements import MovingWall, closest, corners_of
+from .squares import add_still, box_of, far, longest
 
 FEW = 32  # up to so many spheres all pairs are looked at: sorting them into cells would cost more
 
@@ -25,7 +26,7 @@ class NeighbourLists(NamedTuple):
     spheres: NeighbourList
     elements: NeighbourList
     x: np.ndarray  # centres when they were built [m], (n, 3)
-    wall: np.ndarray  # nodes then [m], (m, 3)
+    wall: np.ndarray  # nodes that may move, then [m], (m, 3)
     skin: float  # [m]
 
 
@@ -35,7 +36,7 @@ class Query(NamedTuple):
     near: NeighbourList  # of elements
     wall: MovingWall
     t: float  # time in the window [s]
-    found: np.ndarray  # room for candidates, (elements + 1, COLUMNS)
+    found: np.ndarray  # room for candidates, those of one sphere and one row more, (…, COLUMNS)
     corner: np.ndarray  # room for the corners of an element, (3, 3)
 
 
@@ -113,24 +114,26 @@ def near_spheres(x, radius, cluster, skin, old, springs):
 def near_elements(x, radius, skin, wall, t, old, springs):
     """List of the elements that each sphere (centres x [m], shape (n, 3)) may touch after a way of ``skin``
     [m]: those nearer than its radius, or than the depth of a one-sided wall."""
-    low, high = boxes(wall, t)
+    loose, sorted_ones = wall.squares.loose, len(wall.squares.element) > 0
+    low, high = boxes(wall, t, loose)
     start, partner, count = np.zeros(len(x) + 1, np.int64), np.empty(64, np.int64), 0
-    deepest, disc = (wall.traits[:, DEPTH].max(), wall.traits[:, RADIUS].max()) if len(low) else (0.0, 0.0)
+    deepest = disc = 0.0
+    for e in loose:
+        deepest, disc = max(deepest, wall.traits[e, DEPTH]), max(disc, wall.traits[e, RADIUS])
     some = _around(x, max(radius.max(), deepest) + disc + skin if len(x) else 0.0, low, high)
     axis, nodes = longest(low[some], high[some]), wall.elements.shape[1]
     order = some[np.argsort(low[some, axis])]
     lowest, widest = low[order, axis], (high[some, axis] - low[some, axis]).max() if len(some) else 0.0
-    corner, weight, point = np.empty((3, 3)), np.empty(3), np.empty(3)
+    corner, weight, point, box = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((2, 3))
     for i in range(len(x)):
         most = max(radius[i], deepest) + disc + skin
         for o in range(np.searchsorted(lowest, x[i, axis] - most - widest), len(order)):
-            e = order[o]
+            e = loose[order[o]]
             reach = max(radius[i], wall.traits[e, DEPTH]) + wall.traits[e, RADIUS] + skin
             if lowest[o] > x[i, axis] + most:
                 break
-            if low[e, 0] > x[i, 0] + reach or high[e, 0] < x[i, 0] - reach or \
-                    low[e, 1] > x[i, 1] + reach or high[e, 1] < x[i, 1] - reach or \
-                    low[e, 2] > x[i, 2] + reach or high[e, 2] < x[i, 2] - reach:
+            box[0], box[1] = low[order[o]], high[order[o]]
+            if far(box, x[i], reach):
                 continue
             corners_of(wall, e, t, corner)
             if closest(corner, nodes, x[i], weight, point)[0] <= reach:
@@ -138,6 +141,8 @@ def near_elements(x, radius, skin, wall, t, old, springs):
                     partner = np.append(partner, partner)  # room for twice as many
                 partner[count] = e
                 count += 1
+        if sorted_ones:
+            partner, count = add_still(wall, x[i], radius[i], skin, partner, count)
         _sort(partner, start[i], count)
         start[i + 1] = count
     return with_history(start, partner[:count], old, springs)
@@ -163,27 +168,14 @@ def _around(x, reach, low, high):
 
 
 @compiled
-def longest(low, high):
-    """Axis along which the boxes reach farthest."""
-    axis, most = 0, -1.0
-    for k in range(3 if len(low) else 0):
-        size = high[:, k].max() - low[:, k].min()
-        if size > most:
-            axis, most = k, size
-    return axis
-
-
-@compiled
-def boxes(wall, t):
-    """Lowest and highest corner of the box around each element at time t [s], both [m], shape (m, 3)."""
-    corner, nodes = np.empty((3, 3)), wall.elements.shape[1]
-    low, high = np.empty((len(wall.elements), 3)), np.empty((len(wall.elements), 3))
-    for e in range(len(wall.elements)):
-        corners_of(wall, e, t, corner)
-        for k in range(3):
-            low[e, k], high[e, k] = corner[0, k], corner[0, k]
-            for a in range(1, nodes):
-                low[e, k], high[e, k] = min(low[e, k], corner[a, k]), max(high[e, k], corner[a, k])
+def boxes(wall, t, which):
+    """Lowest and highest corner of the box around each of the elements ``which`` at time t [s], both [m],
+    shape (m, 3)."""
+    corner, box = np.empty((3, 3)), np.empty((2, 3))
+    low, high = np.empty((len(which), 3)), np.empty((len(which), 3))
+    for i in range(len(which)):
+        box_of(wall, which[i], t, corner, box)
+        low[i], high[i] = box[0], box[1]
     return low, high
 
 

@@ -174,8 +174,8 @@ def test_a_force_at_a_wrong_place_is_told(backend, tmp_path, monkeypatch, side):
     """A side that books the force of the interface 1 mm beside where it acts: linear books do not see it."""
     if side == "grains":
         add = WallBooks.add
-        monkeypatch.setattr(WallBooks, "add", lambda self, x, *more: add(
-            self, x + 1e-3 * np.eye(x.shape[1])[0], *more))
+        monkeypatch.setattr(WallBooks, "add", lambda self, hits, *more: add(
+            self, hits._replace(middle=hits.middle + 1e-3 * np.eye(3)[0]), *more))
     else:
         own = PointForces._own
         monkeypatch.setattr(PointForces, "_own", lambda self, *a: (own(self, *a)[0] + [1e-3, 0.0],

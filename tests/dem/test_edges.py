@@ -5,7 +5,7 @@ import pytest
 from dem_liggghts import Material, Scene, Spheres, Wall
 from dem_liggghts.scene.arrays import in_space
 from dem_liggghts.scene.tables import wall_table
-from dem_liggghts.search.elements import COLUMNS, DISTANCE, PAIR, MovingWall, closest, corners_of
+from dem_liggghts.search.elements import COLUMNS, DISTANCE, PAIR, at_rest, closest, corners_of
 from dem_liggghts.search.hierarchy import before
 
 STEEL = Material(2.1e11, 0.3)
@@ -151,7 +151,7 @@ def test_closest_points_against_a_search():
     features = set()
     for _ in range(200):
         triangle = wall_table(Scene(wall=Wall(np.eye(3), [[0, 1, 2]]), wall_material=STEEL))
-        wall = MovingWall(random.normal(size=(3, 3)), random.normal(size=(3, 3)), *triangle[1:3])
+        wall = at_rest(triangle, random.normal(size=(3, 3)))._replace(v=random.normal(size=(3, 3)))
         corners_of(wall, 0, 0.3, corner)
         p = random.normal(size=3) * 2
         r, feature = closest(corner, 3, p, weight, point)

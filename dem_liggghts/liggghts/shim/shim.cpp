@@ -114,14 +114,16 @@ static std::vector<Vec> read_nodes(const double *flat, int dim, size_t nodes)
     return out;
 }
 
-static double *write_nodes(const std::vector<Vec> &nodes, int dim, double *flat)
+// Rows of numbers that tell what acts on nodes: the number of each, then dim components.
+static void set_force(FixWallNodal *wall, int dim, int count, const double *flat)
 {
-    for (const Vec &node : nodes) {
-        flat[0] = node.x, flat[1] = node.y;
-        if (dim == 3) flat[2] = node.z;
-        flat += dim;
+    std::vector<int> rows(count);
+    std::vector<Vec> force(count);
+    for (int k = 0; k < count; k++, flat += 1 + dim) {
+        rows[k] = int(flat[0]);
+        force[k] = {flat[1], flat[2], dim == 3 ? flat[3] : 0.0};
     }
-    return flat;
+    wall->set_force(rows, force);
 }
 
 static void run_steps(LAMMPS *lmp, int steps)  // "run N pre no post no" without its parsing and output
@@ -309,9 +311,10 @@ int dem_bodies(void *handle, double *out)  // of this rank, as in bodies.h
     return guarded([&] { Bodies(static_cast<LAMMPS *>(handle)).read(out); });
 }
 
-// All walls at rest, the interface last, from the element ``own_element`` on. data of each element: nodes (3), type, group, depth, radius of a disc or 0, rim (3), joint (3).
-// keep: springs stay where they were, as well as they can.
-int dem_set_wall(void *handle, int dim, int nodes, int elements, int own_element, const double *data, const double *x,
+// Walls from the element ``own`` on, whose nodes are those from number ``first`` on: the interface, or, before it is
+// given, all others. data of each element: nodes (3), type, group, depth, radius of a disc or 0, rim (3), joint (3).
+// keep: springs stay where they were, as well as they can. Then dem_set_moving.
+int dem_set_wall(void *handle, int dim, int nodes, int elements, int first, int own, const double *data, const double *x,
                  int keep, const int *number)
 {
     return guarded([&] {
@@ -322,43 +325,79 @@ int dem_set_wall(void *handle, int dim, int nodes, int elements, int own_element
             data += 13;
         }
         FixWallNodal *wall = wall_of(static_cast<LAMMPS *>(handle));
-        wall->set_elements(dim, all, own_element, read_nodes(x, 3, nodes), keep, number);
+        wall->set_elements(dim, first, own, all, read_nodes(x, 3, nodes), keep, number);
     });
 }
 
-int dem_wall_force(void *handle, int dim, double *force)  // of the last step, from this rank's particles
+// The nodes that may move, and where they are.
+int dem_set_moving(void *handle, int count, const int *nodes, int dim, const double *x)
 {
     return guarded([&] {
         FixWallNodal *wall = wall_of(static_cast<LAMMPS *>(handle));
-        write_nodes(wall->force_, dim, force);
+        wall->moving_.assign(nodes, nodes + count);
+        wall->place(read_nodes(x, dim, count), std::vector<Vec>(count));
+        wall->start_window(0.0);
     });
 }
 
-int dem_set_wall_force(void *handle, int dim, const double *force)  // zero on all ranks but one
+// See squares.h. shape: axes (2), squares along them (2), lower corner (2), side, largest depth and disc.
+int dem_set_squares(void *handle, int count, const int64_t *loose, const int64_t *start, const int *element,
+                    const double *shape)
 {
     return guarded([&] {
-        FixWallNodal *wall = wall_of(static_cast<LAMMPS *>(handle));
-        wall->set_force(read_nodes(force, dim, wall->x_.size() + FixWallNodal::LAST));
+        Squares &squares = wall_of(static_cast<LAMMPS *>(handle))->squares_;
+        for (int k = 0; k < 2; k++) {
+            squares.axis[k] = int(shape[k]), squares.shape[k] = int(shape[2 + k]);
+            squares.lower[k] = shape[4 + k];
+        }
+        squares.side = shape[6], squares.depth = shape[7], squares.disc = shape[8];
+        squares.loose.assign(loose, loose + count);
+        squares.start.assign(start, start + int64_t(squares.shape[0]) * squares.shape[1] + 1);
+        squares.element.assign(element, element + squares.start.back());
     });
 }
 
-// A piece of a window of ``steps``: ``count`` of them from the step ``begin`` on; x, v: nodes at the start of the window.
-// out: impulse on the nodes [N s], and the LAST rows of wall.h, from this rank's particles so far, the number of particles, 1 if one of them is not
-// finite.
-int dem_advance(void *handle, int dim, int steps, int begin, int count, const double *x, const double *v, double *out)
+// What acts on nodes and on the LAST rows of wall.h, from this rank's particles (valid until the next call), see
+// set_force: the force of the last step, or, with ``impulse``, the impulse of the window so far and at the end a row
+// that begins with -1: the number of particles, 1 if one of them is not finite.
+int dem_wall_rows(void *handle, int dim, int impulse, double **rows, int *count)
+{
+    return guarded([&] {
+        static std::vector<double> buffer;
+        LAMMPS *lmp = static_cast<LAMMPS *>(handle);
+        FixWallNodal *wall = wall_of(lmp);
+        const std::vector<Vec> &values = impulse ? wall->impulse_ : wall->force_;
+        buffer.clear();
+        for (int n : impulse ? wall->hit_ : wall->loaded_) {
+            buffer.insert(buffer.end(), {double(n), values[n].x, values[n].y});
+            if (dim == 3) buffer.push_back(values[n].z);
+        }
+        if (impulse) {
+            buffer.insert(buffer.end(), {-1.0, double(lmp->atom->nlocal), double(!wall->finite_particles())});
+            if (dim == 3) buffer.push_back(0.0);
+        }
+        *rows = buffer.data();
+        *count = int(buffer.size());
+    });
+}
+
+int dem_set_wall_force(void *handle, int dim, int count, const double *force)  // none on all ranks but one
+{
+    return guarded([&] { set_force(wall_of(static_cast<LAMMPS *>(handle)), dim, count, force); });
+}
+
+// A piece of a window of ``steps``: ``count`` of them from the step ``begin`` on; x, v: of the nodes that may move at the
+// start of the window.
+int dem_advance(void *handle, int dim, int steps, int begin, int count, const double *x, const double *v)
 {
     return guarded([&] {
         LAMMPS *lmp = static_cast<LAMMPS *>(handle);
         FixWallNodal *wall = wall_of(lmp);
         if (begin == 0) {
-            wall->x_ = read_nodes(x, dim, wall->x_.size());
-            wall->v_ = read_nodes(v, dim, wall->x_.size());
+            wall->place(read_nodes(x, dim, wall->moving_.size()), read_nodes(v, dim, wall->moving_.size()));
             wall->start_window(steps * lmp->update->dt);
         }
         run_steps(lmp, count);
-        out = write_nodes(wall->impulse_, dim, out);
-        out[0] = lmp->atom->nlocal;
-        out[1] = !wall->finite_particles();
     });
 }
 
@@ -378,8 +417,8 @@ int dem_particles(void *handle, double *out)
     });
 }
 
-// Records of this rank's particles (valid until the next call), positions of the nodes, force of the last step on them.
-int dem_get_state(void *handle, int dim, double **records, int *count, double *x, double *force)
+// Records of this rank's particles (valid until the next call).
+int dem_get_state(void *handle, double **records, int *count)
 {
     return guarded([&] {
         static std::vector<double> buffer;
@@ -400,9 +439,6 @@ int dem_get_state(void *handle, int dim, double **records, int *count, double *x
         }
         *records = buffer.data();
         *count = int(buffer.size());
-        FixWallNodal *wall = wall_of(lmp);
-        write_nodes(wall->positions(), dim, x);
-        write_nodes(wall->force_, dim, force);
     });
 }
 
@@ -471,21 +507,19 @@ int dem_halt(void *handle)  // all velocities are zero
     });
 }
 
-// The counterpart of dem_get_state: records of all particles, by tag, and all bodies, the same on every rank; force is zero on all but
-// one. keep: see unpack_particles.
+// The counterpart of dem_get_state: records of all particles, by tag, and all bodies, the same on every rank; x: of the
+// nodes that may move; force: rows, none on all ranks but one. keep: see unpack_particles.
 int dem_set_state(void *handle, int dim, int count, double *records, int n_bodies, const double *bodies,
-                  const double *x, const double *force, int keep)
+                  const double *x, int n_force, const double *force, int keep)
 {
     return guarded([&] {
         LAMMPS *lmp = static_cast<LAMMPS *>(handle);
         FixWallNodal *wall = wall_of(lmp);
         lmp->modify->pre_exchange();  // else the set-up would take the springs from the old neighbour lists
-        wall->x_ = read_nodes(x, dim, wall->x_.size());
-        std::fill(wall->v_.begin(), wall->v_.end(), Vec());
+        wall->place(read_nodes(x, dim, wall->moving_.size()), std::vector<Vec>(wall->moving_.size()));
         wall->start_window(0.0);
         unpack_particles(lmp, count, records, n_bodies, bodies, keep);
-        if (!keep) return;
-        wall->set_force(read_nodes(force, dim, wall->x_.size() + FixWallNodal::LAST));
+        if (keep) set_force(wall, dim, n_force, force);
     });
 }
 }

@@ -8,6 +8,7 @@
 #include <mpi.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@
 #include "models.h"
 #include "modify.h"
 #include "neighbor.h"
+#include "squares.h"
 #include "update.h"
 
 using namespace LAMMPS_NS;
@@ -35,8 +37,12 @@ public:
 
     // Nodes move along x + v t within the window, t = step_ * dt; impulse [N s] and force of this rank's particles. These
     // two have LAST more rows: moment about the origin of all walls on the particles, and mass times place of
-    // these. In a plane the first number of a moment is that about z.
+    // these. In a plane the first number of a moment is that about z. Of the nodes of a terrain few are hit: hit_ and
+    // loaded_ are the rows with an impulse and with a force, all others are zero.
     std::vector<Vec> x_, v_, impulse_, force_;
+    std::vector<int> hit_, loaded_;
+    std::vector<int> moving_;  // nodes that may move; all others are where they are
+    Squares squares_;               // elements of walls in front of the one that moves
 
     // Per particle, SLOTS springs [element + 1, or 0 when free; history values], in the order of its contacts; kept in
     // a fix property/atom, so that they migrate with their particle.
@@ -68,53 +74,67 @@ public:
         return FixConst::INITIAL_INTEGRATE | FixConst::PRE_EXCHANGE | FixConst::PRE_NEIGHBOR | FixConst::POST_FORCE;
     }
 
-    // The elements of all walls; from number ``own`` on they are those of the wall that moves. With ``keep``, springs
-    // on that wall as it was go to the new element closest to where they were, or, when ``number`` is given, stay with
-    // the disc, which has that number now among those of the wall that moves, or -1 when it is gone.
-    void set_elements(int corners, const std::vector<Element> &elements, int own, const std::vector<Vec> &x, bool keep,
-                      const int *number)
+    // Elements of walls from number ``own`` on, with the nodes from number ``first`` on; last those of the wall that
+    // moves; no force on any. With ``keep``, springs on that wall as it was go to the new element closest to where they
+    // were, or, when ``number`` is given, stay with the disc, which has that number now among those of the wall that
+    // moves, or -1 when it is gone.
+    void set_elements(int corners, int first, int own, const std::vector<Element> &elements, const std::vector<Vec> &x,
+                      bool keep, const int *number)
     {
-        const std::vector<Vec> old_x = positions();
-        const std::vector<Element> old = elements_;
+        std::vector<std::array<Vec, 3>> old;  // corners of the elements
+        for (size_t e = own; keep && e < elements_.size(); e++) {
+            const int *n = elements_[e].node;
+            const double t = step_ * update->dt;
+            old.push_back({position(n[0], t), position(n[1], t), position(n[2], t)});
+        }
         corners_ = corners;
-        elements_ = elements;
-        x_ = x;
-        v_ = x_listed_ = std::vector<Vec>(x.size());
-        impulse_ = force_ = std::vector<Vec>(x.size() + LAST);
-        loaded_.clear();
+        own_ = own;
+        elements_.resize(own);
+        elements_.insert(elements_.end(), elements.begin(), elements.end());
+        forget_impulse();
+        forget(force_, loaded_);
+        x_.resize(first);
+        v_.resize(first);
+        x_.insert(x_.end(), x.begin(), x.end());
+        v_.resize(x_.size());
+        impulse_.resize(x_.size() + LAST);
+        force_.resize(x_.size() + LAST);
+        is_hit_.resize(x_.size() + LAST);
+        moving_.clear();
         start_window(0.0);
         stale_ = true;
         if (keep && springs_ && number) renumber_springs(number, own);
-        else if (keep && springs_) move_springs(old, old_x, own);
+        else if (keep && springs_) move_springs(old, own);
     }
 
     void start_window(double length)  // x_ and v_ are set
     {
-        std::fill(impulse_.begin(), impulse_.end(), Vec());
+        forget_impulse();
         step_ = 0;
         length_ = length;
         const double allowed = 0.25 * neighbor->skin * neighbor->skin;
-        for (size_t n = 0; n < x_.size(); n++) {
-            const Vec start = x_[n] - x_listed_[n], end = start + length * v_[n];
+        x_listed_.resize(moving_.size());
+        for (size_t m = 0; m < moving_.size(); m++) {
+            const int n = moving_[m];
+            const Vec start = x_[n] - x_listed_[m], end = start + length * v_[n];
             const double moved = std::max(dot(start, start), dot(end, end));
             if (!std::isfinite(dot(start, start) + dot(end, end))) throw NotFinite();
             if (moved > allowed) stale_ = true;
         }
     }
 
-    std::vector<Vec> positions() const  // of the nodes, now
+    // The nodes that may move are at x and move with v; numbers of these: moving_.
+    void place(const std::vector<Vec> &x, const std::vector<Vec> &v)
     {
-        std::vector<Vec> out(x_.size());
-        for (size_t n = 0; n < x_.size(); n++) out[n] = position(int(n), step_ * update->dt);
-        return out;
+        for (size_t m = 0; m < moving_.size(); m++) x_[moving_[m]] = x[m], v_[moving_[m]] = v[m];
     }
 
-    void set_force(const std::vector<Vec> &force)  // of the last step: it gives the first half kick of the next
+    // Of the last step: it gives the first half kick of the next.
+    void set_force(const std::vector<int> &rows, const std::vector<Vec> &force)
     {
-        force_ = force;
-        loaded_.clear();
-        for (size_t n = 0; n < force.size(); n++)
-            if (dot(force[n], force[n]) > 0) loaded_.push_back(int(n));
+        forget(force_, loaded_);
+        for (size_t k = 0; k < rows.size(); k++)
+            if (dot(force[k], force[k]) > 0) force_[rows[k]] = force[k], loaded_.push_back(rows[k]);
     }
 
     bool finite_particles() const
@@ -159,11 +179,12 @@ private:
     static constexpr double CLOSE = 0.1;  // as in history.py
 
     int corners_ = 3, step_ = 0;
+    int own_ = 0;        // first element of the wall that moves
     double length_ = 0;  // of the window [s]
     bool stale_ = true;
     std::vector<Element> elements_;
-    std::vector<Vec> x_listed_;           // nodes at the end of the window in which the lists were made
-    std::vector<int> loaded_;             // nodes with a force
+    std::vector<Vec> x_listed_;           // those that may move at the end of the window in which the lists were made
+    std::vector<char> is_hit_;            // whether a row is in hit_
     std::vector<std::vector<int>> near_;  // elements near each particle
     std::vector<Contact> contacts_;       // of one particle
     std::vector<Contact> found_;          // of one particle with one wall
@@ -172,6 +193,18 @@ private:
     double **rolling_ = nullptr;  // coefficients of rolling friction by types, or none
 
     Vec position(int node, double t) const { return x_[node] + t * v_[node]; }
+
+    static void forget(std::vector<Vec> &values, std::vector<int> &rows)
+    {
+        for (int n : rows) values[n] = Vec();
+        rows.clear();
+    }
+
+    void forget_impulse()
+    {
+        for (int n : hit_) is_hit_[n] = 0;
+        forget(impulse_, hit_);
+    }
 
     Contact nearest(int element, const Vec &p, double t, double radius = 0) const
     {
@@ -211,15 +244,14 @@ private:
         }
     }
 
-    void move_springs(const std::vector<Element> &old, const std::vector<Vec> &old_x, int own)
+    void move_springs(const std::vector<std::array<Vec, 3>> &old, int own)
     {
         for (int i = 0; i < atom->nlocal; i++) {
             const Vec p(atom->x[i]);
             for (int s = 0; s < SLOTS && spring(i, s)[0] > 0; s++) {
                 const int was = int(spring(i, s)[0]) - 1;
                 if (was < own) continue;
-                const Vec node[3] = {old_x[old[was].node[0]], old_x[old[was].node[1]], old_x[old[was].node[2]]};
-                const Vec touched = p + closest(node, p).offset;
+                const Vec touched = p + closest(old[was - own].data(), p).offset;
                 double shortest = HUGE_VAL;
                 for (size_t e = own; e < elements_.size(); e++) {
                     const double distance = nearest(int(e), touched, 0.0).distance;
@@ -233,15 +265,17 @@ private:
 
     // Elements that a particle may touch before the lists are made anew: nearer than its radius and the skin, half of
     // which is for the particle and half for the nodes after this window, and than the way of the nodes in this window.
-    // Elements far from all particles are left out first, the others sorted along the longest axis of the wall, so that
-    // few distances are computed.
+    // Of those that are not in squares elements far from all particles are left out first, the others sorted along their
+    // longest axis, so that few distances are computed.
     void list_near_elements(double t)
     {
         struct Range {
             double low, high, travel, depth;
             int element;
         };
-        double Vec::*axis = longest_axis();
+        std::vector<int> loose = squares_.loose;
+        for (size_t e = own_; e < elements_.size(); e++) loose.push_back(int(e));
+        double Vec::*axis = longest_axis(loose);
         std::vector<Range> ranges;
         double widest = 0, deepest = 0, largest = 0;
         Vec least(HUGE_VAL, HUGE_VAL, HUGE_VAL), most = -1.0 * least;
@@ -249,8 +283,8 @@ private:
             spread(least, most, Vec(atom->x[i]));
             largest = std::max(largest, atom->radius[i]);
         }
-        for (size_t e = 0; e < elements_.size(); e++) {
-            Range range = {0, 0, 0, elements_[e].depth, int(e)};
+        for (int e : loose) {
+            Range range = {0, 0, 0, elements_[e].depth, e};
             Vec low(HUGE_VAL, HUGE_VAL, HUGE_VAL), high = -1.0 * low;
             for (int n : elements_[e].node) {
                 spread(low, high, position(n, t));
@@ -276,11 +310,21 @@ private:
                 if (range->high >= p.*axis - reach && nearest(range->element, p, t).distance <= reach + range->travel)
                     near_[i].push_back(range->element);
             }
+            list_still(i, p);
             std::sort(near_[i].begin(), near_[i].end());
+            near_[i].erase(std::unique(near_[i].begin(), near_[i].end()), near_[i].end());
         }
-        x_listed_ = x_;
-        for (size_t n = 0; n < x_.size(); n++) x_listed_[n] = position(int(n), length_);
+        for (size_t m = 0; m < moving_.size(); m++) x_listed_[m] = position(moving_[m], length_);
         stale_ = false;
+    }
+
+    void list_still(int i, const Vec &p)  // elements in squares
+    {
+        const double skin = neighbor->skin, most = std::max(atom->radius[i], squares_.depth) + squares_.disc + skin;
+        squares_.each_near(p, most, [&](int e) {
+            if (nearest(e, p, 0.0).distance <= std::max(atom->radius[i], elements_[e].depth) + skin)
+                near_[i].push_back(e);
+        });
     }
 
     static void spread(Vec &low, Vec &high, const Vec &p)
@@ -298,16 +342,14 @@ private:
         return false;
     }
 
-    double Vec::*longest_axis() const
+    double Vec::*longest_axis(const std::vector<int> &elements) const
     {
-        double Vec::*longest = &Vec::x, most = -1;
-        for (double Vec::*axis : {&Vec::x, &Vec::y, &Vec::z}) {
-            auto less = [axis](const Vec &a, const Vec &b) { return a.*axis < b.*axis; };
-            const auto ends = std::minmax_element(x_.begin(), x_.end(), less);
-            if (x_.empty() || *ends.second.*axis - *ends.first.*axis <= most) continue;
-            most = *ends.second.*axis - *ends.first.*axis;
-            longest = axis;
-        }
+        Vec low(HUGE_VAL, HUGE_VAL, HUGE_VAL), high = -1.0 * low;
+        for (int e : elements)
+            for (int n : elements_[e].node) spread(low, high, x_[n]);
+        double Vec::*longest = &Vec::x;
+        for (double Vec::*axis : {&Vec::y, &Vec::z})
+            if (high.*axis - low.*axis > high.*longest - low.*longest) longest = axis;
         return longest;
     }
 
@@ -316,8 +358,7 @@ private:
         const double t = step_ * update->dt;
         if (stale_) list_near_elements(t);
         kick_nodes();
-        for (int n : loaded_) force_[n] = Vec();
-        loaded_.clear();
+        forget(force_, loaded_);
         for (int i = 0; i < atom->nlocal; i++) {
             find_contacts(i, t);
             if (springs_) update_springs(i, t);
@@ -431,7 +472,11 @@ private:
     void kick_nodes()  // half a step, as velocity Verlet does with the particles before and after the force changes
     {
         if (update->setupflag) return;
-        for (int n : loaded_) impulse_[n] = impulse_[n] + 0.5 * update->dt * force_[n];
+        for (int n : loaded_) {
+            impulse_[n] = impulse_[n] + 0.5 * update->dt * force_[n];
+            if (!is_hit_[n]) hit_.push_back(n);
+            is_hit_[n] = 1;
+        }
     }
 
     double *spring(int i, int contact) const { return springs_->array_atom[i] + contact * (1 + dnum_); }

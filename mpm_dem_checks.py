@@ -246,8 +246,9 @@ def memory():
     return whole / int(os.environ.get("OMPI_COMM_WORLD_LOCAL_SIZE", 1))
 
 
-def check_memory(what, need, remedy):
-    """ValueError when ``what``, such as "9e9 cells of the grid", needs more memory [bytes] than there is."""
+def check_memory(what, need, remedy, shared=False):
+    """ValueError when ``what``, as "9e9 cells", shared by all ranks or not, needs too much memory [bytes]."""
+    need = need / int(os.environ.get("OMPI_COMM_WORLD_SIZE", 1)) if shared else need
     if need > memory():
         raise ValueError(f"{what} need about {need / 1e9:.3g} GB of memory, and there are "
                          f"{memory() / 1e9:.3g} GB for each process: {remedy}")

@@ -60,23 +60,23 @@ class Model(Accounts):
         self.basis.check_grid(scene.grid, scene.grid.cell, isinstance(scene.grid, Grid))
         self._in_blocks = come_in_blocks(scene, self.basis.smooth)
         free = self.gravity + scene.frame_pull(0.0)
-        self._bodies = make_bodies(scene, scene.grid, free, self.basis, self._transfer.body)
+        self._bodies = make_bodies(scene, free, self.basis, self._transfer.body, comm)
         start_from_checkpoints(self._bodies, self.origin, comm)
         self._feeds = self._make_feeds()
         x = np.concatenate([body.points.x for body in self._bodies])
-        check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin)
+        check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin, comm)
         check_together(body.law for body in scene.bodies)
         elastic = all(body.law.state == ELASTIC_STATE for body in scene.bodies)
         self._ladder = Ladder(comm, scene.inertia, elastic)
         self._losses = Losses(comm, self.origin, scene.numerics.losses)
-        self._count = len(x)
+        self._count = sum(body.total for body in self._bodies)
         ways = read_ways(scene.outflow, self.dim)
         self._outflow = Outflow(ways, scene.grid, comm, self.gravity, len(scene.outflows) > 0)
         self._outlets = Outlets(scene.outflows, self._outflow, comm)
         self._margin = margins_at_walls(scene.grid, scene.penalties)
-        self._distribute(np.array_split(x, comm.size)[comm.rank])
+        self._distribute(x)
         self.kernels = compile_grid_kernels(self.background, self._transfer.to_points)
-        cells = self._make_terms(scene, Start(self._bodies, free, scene.body_force))
+        cells = self._make_terms(scene, Start(self._bodies, free, scene.body_force, comm))
         self._outflow.books = self._impulses, self._works
         self._feeds.books = *self._outflow.books, *self._contacts
         self._sets = self._all_points()
@@ -88,9 +88,9 @@ class Model(Accounts):
         """All that acts on the bodies of the ``scene`` in this frame, and who books it."""
         self._surface = make_surface(self.comm, self.dim, scene.interface, start, self._bodies)
         self.boundary = self._surface.points
-        cells = ForceCells(self._bodies, scene)
+        cells = ForceCells(self._bodies, scene, self.comm)
         cells.mark(self.boundary, start)
-        check_inside(scene.grid, self.boundary.x, "a boundary particle", self.origin)
+        check_inside(scene.grid, self.boundary.x, "a boundary particle", self.origin, self.comm)
         self.background.keep_mine(self.boundary, np.full(len(self.boundary), "the interface"))
         self._forces = make_forces(self._surface, self._bodies, self._outflow)
         self.loads = (SurfaceLoads(scene.loads, self.dim, start, self._outflow),) if scene.loads else ()
@@ -106,10 +106,10 @@ class Model(Accounts):
         return cells
 
     def _share_out(self) -> None:
-        """Every rank keeps the material points in its cells."""
+        """The material points go to the ranks of their cells."""
         for body in self._bodies:
             body.compile(self.background, self.scene.inertia != "lumped")
-            self.background.keep_mine(body.points, np.full(len(body.points), "the body"))
+            self.background.deal(body.points, self._router)
         warn_if_in_pieces(self._bodies, self.background)
         warn_if_thin(self._framed.structures, self.background)
 

@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..basis.shape import cell_maps
 from ..basis.smooth import LINEAR, StencilGrid
+from ..collective import together
 from ..scene.bodies import Grid
 from ..scene.frame import shifted
 from ..scene.lattice import lattice
@@ -50,9 +51,13 @@ def _copies(mesh, fields):
 INSIDE = 1e-12  # of a cell's size: points on a facet belong to both cells
 
 
-def check_inside(grid, x, what, origin=0.0):
-    """ValueError for the first of the positions x [m], shape (n, D), that is not inside the grid; what: lies
-    there; origin: of both, see ``frame``."""
+def check_inside(grid, x, what, origin, comm):
+    """ValueError for the first of the positions x [m], shape (n, D), of the ranks of ``comm`` that is not
+    inside the grid; what: lies there; origin: of both, see ``frame``. Collective."""
+    together(comm, lambda: _check_box(grid, x, what, origin))
+
+
+def _check_box(grid, x, what, origin):
     outside = ~((x >= grid.box.lower) & (x <= grid.box.upper)).all(axis=1)
     if outside.any():
         box = shifted(grid.box, origin) if np.any(origin) else grid.box
@@ -195,6 +200,18 @@ class Background:
         mine = rank == self.comm.rank
         points.take(mine)
         points.cell[:] = self.search.local(number[mine])
+
+    def deal(self, points, router):
+        """The points, of which each rank has some, go to the ranks of their cells. Collective."""
+        rank, number = self.search.relocate(points)
+        together(self.comm, lambda: self._check_found(points, rank))
+        points.cell[:] = self.search.local(points.migrate(router, rank, number))
+
+    def _check_found(self, points, rank):
+        if (rank < 0).any():
+            p = np.argmin(rank)
+            raise ValueError(f"particle {points.gid[p]} of the body lies at {points.x[p] + self.origin} m, "
+                             "outside the grid: enlarge the grid")
 
     def groups(self, cells):
         """Number of groups without common nodes in the ``cells`` of all ranks, on rank 0. Collective."""

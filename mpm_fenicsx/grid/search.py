@@ -74,7 +74,7 @@ class WalkSearch:
         self._starts = np.array(b.comm.allgather(self._first))
         owned = np.full(b.cells_owned, b.comm.rank)
         self._owner = np.concatenate([owned, b.cell_numbering.owners]).astype(np.int32)
-        self._tree = None
+        self._tree = self._around = None
 
     def _found(self, points):
         b, found = self._background, np.empty(len(points), np.int32)
@@ -95,15 +95,30 @@ class WalkSearch:
         return self._by_tree(points, np.flatnonzero(found < 0), rank, number)
 
     def _by_tree(self, points, lost, rank, number):
-        """Rank and number of the points ``lost`` into their places; every rank looks for all in its tree."""
-        comm = self._background.comm
-        everybody = comm.allgather(points.x[lost])
-        start = sum(len(part) for part in everybody[:comm.rank])
-        field = points.field if self._background.fields == 1 else np.concatenate(
-            comm.allgather(np.broadcast_to(points.field, len(points))[lost]))
-        answers = self.assign(np.concatenate(everybody), field)
-        rank[lost], number[lost] = (values[start:start + len(lost)] for values in answers)
+        """Rank and number of the points ``lost`` into their places; ranks look in their trees for those
+        inside the box around their cells."""
+        comm, x = self._background.comm, points.x[lost]
+        field = np.broadcast_to(points.field, len(points))[lost]
+        asked = [np.flatnonzero(((x >= low) & (x <= high)).all(axis=1)) for low, high in self._boxes()]
+        answers = comm.alltoall([self._in_tree(*of_rank) for of_rank in
+                                 comm.alltoall([(x[some], field[some]) for some in asked])])
+        found = np.full(len(lost), -1, np.int64)
+        for some, answer in zip(asked, answers):
+            found[some] = np.maximum(found[some], answer)
+        rank[lost], number[lost] = self._ranks_of(found), found
         return rank, number
+
+    def _boxes(self):
+        """Of each rank lowest and highest corner of the box around its cells and what the tree adds to them
+        [m], (ranks, 2, D)."""
+        if self._around is None:
+            b = self._background
+            x = b.x[b.cells[:b.cells_owned]].reshape(-1, b.dim)
+            reach = 2.0 * b.tolerance * b.h.max()
+            box = np.stack([x.min(axis=0) - reach, x.max(axis=0) + reach]) if len(x) else \
+                np.array([[np.inf] * b.dim, [-np.inf] * b.dim])
+            self._around = np.array(b.comm.allgather(box))
+        return self._around
 
     def relocate(self, points):
         """``destinations`` when ``points.cell`` means nothing: by tree alone."""
@@ -115,8 +130,12 @@ class WalkSearch:
         mine = self._in_tree(x, field)
         number = np.empty_like(mine)
         self._background.comm.Allreduce(mine, number, MPI.MAX)
+        return self._ranks_of(number), number
+
+    def _ranks_of(self, number):
+        """Whose cells those are, NOWHERE of -1."""
         rank = np.searchsorted(self._starts, number, side="right") - 1
-        return np.where(number < 0, NOWHERE, rank).astype(np.int32), number
+        return np.where(number < 0, NOWHERE, rank).astype(np.int32)
 
     def _in_tree(self, x, field):
         """Global number of an owned cell of the ``field`` that holds each point x, shape (n, D), or -1."""

@@ -4,6 +4,7 @@ from functools import wraps
 
 import numpy as np
 
+from ..collective import checksum
 from ..errors import MPMError
 from ..grid.background import whole_mesh
 
@@ -16,8 +17,8 @@ SHOWN = 4  # of the first so many the values say more than that they differ
 
 def fingerprint(model, conditions):
     """Numbers of ``WHAT``, float: checksums where there are many values. Functions are not among them, nor is
-    gravity. To be taken while every rank still has all material points. conditions: sets of particles with
-    their names."""
+    gravity. To be taken while the ranks have their parts of the material points in order. conditions: sets of
+    particles with their names. Collective."""
     scene, points = model.scene, [body.points for body in model.bodies]
     laws = [(b.law.name, tuple(map(float, b.law.params)), b.rho, b.thickness, b.stress_state, b.f_bar)
             for b in scene.bodies]
@@ -26,9 +27,9 @@ def fingerprint(model, conditions):
         outflow = outflow, [(one.name, one.at.tolist(), str(one.normal)) for one in scene.openings]
     texts = (laws, [(s.fix, s.name) for s in scene.supports], conditions, scene.inertia, scene.numerics.basis,
              outflow)
-    return np.array([model.comm.size, model.comm.rank, model.dim, sum(map(len, points)),
-                     _of_grid(scene.grid) + max(scene.fields),
-                     _of_arrays(*(array for p in points for array in (p.x, p.V0))), *map(_of_text, texts),
+    of_points = checksum(model.comm, (array for p in points for array in (p.x, p.V0)))
+    return np.array([model.comm.size, model.comm.rank, model.dim, sum(body.total for body in model.bodies),
+                     _of_grid(scene.grid) + max(scene.fields), of_points, *map(_of_text, texts),
                      _of_arrays(model.origin), _of_text(scene.numerics.transfer)], float)
 
 

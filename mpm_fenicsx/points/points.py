@@ -9,9 +9,10 @@ import mpm_dem_checks as check
 
 from ..basis.shape import basis as shape_functions
 from ..basis.smooth import Basis
+from ..collective import WHOLE, Part
 from ..scene.bodies import Body, Cloud, Mesh
 from ..scene.interface import Interface
-from ..scene.lattice import lattice
+from ..scene.lattice import cell_count, lattice_corners
 from ..scene.mesh import Box
 
 
@@ -39,9 +40,37 @@ def even_rule(cell: Optional[str], points: Optional[int]) -> Tuple[np.ndarray, n
     return x, np.full(len(x), 1.0 / len(x))
 
 
-def seed(body: Body, even: bool = False) -> Tuple[np.ndarray, np.ndarray]:
-    """Positions [m], shape (n, D), and volumes [m^3], shape (n,), of the body's material points. even: put
-    those of quadrilaterals and hexahedra in the middles of equal parts, not at Gauss points.
+def _rule(body: Body, even: bool) -> Tuple[np.ndarray, np.ndarray]:
+    """Points and weights on a body cell."""
+    return (even_rule if even and body.cell in ("quadrilateral", "hexahedron") else gauss_rule)(
+        body.cell, body.points)
+
+
+def numbers(body: Body, part: Part = WHOLE) -> Tuple[int, slice]:
+    """How many material points the body has, and which of them, in their order, are those of a ``part``: that
+    of whole body cells."""
+    if isinstance(body.shape, Cloud):
+        count, each = len(body.shape.x), 1
+    elif isinstance(body.shape, Mesh):
+        count, each = len(body.shape.cells), len(_rule(body, False)[1])
+    else:
+        count = math.prod(body.cells)
+        each = len(_rule(body, False)[1]) * cell_count((1,) * body.dim, body.cell)
+    own = part.of(count)
+    return count * each, slice(own.start * each, own.stop * each)
+
+
+def _corners(body: Body, part: Part) -> np.ndarray:
+    """Of the ``part`` of the body's cells [m], shape (cells, K, D)."""
+    if isinstance(body.shape, Mesh):
+        return body.shape.vertices[body.shape.cells[part.of(len(body.shape.cells))]]
+    return lattice_corners(body.shape, body.cells, body.cell, part.of(math.prod(body.cells)))
+
+
+def seed(body: Body, even: bool = False, part: Part = WHOLE) -> Tuple[np.ndarray, np.ndarray]:
+    """Positions [m], shape (n, D), and volumes [m^3], shape (n,), of the body's material points, or of a
+    ``part``, see ``numbers``. even: put those of quadrilaterals and hexahedra in the middles of equal parts,
+    not at Gauss points.
 
     >>> from mpm_fenicsx import Box, linear
     >>> x, volume = seed(Body(Box((0.0, 0.0), (1.0, 0.5)), (2, 1), 1, linear(1e6, 0.3), 1000.0))
@@ -50,14 +79,9 @@ def seed(body: Body, even: bool = False) -> Tuple[np.ndarray, np.ndarray]:
     """
     thickness = body.thickness if body.dim == 2 else 1.0
     if isinstance(body.shape, Cloud):
-        return body.shape.x.copy(), body.shape.volume * thickness
-    if isinstance(body.shape, Mesh):
-        corner = body.shape.vertices[body.shape.cells]
-    else:
-        vertices, cells = lattice(body.shape, body.cells, body.cell)
-        corner = vertices[cells]
-    rule = even_rule if even and body.cell in ("quadrilateral", "hexahedron") else gauss_rule
-    xi, w = rule(body.cell, body.points)
+        own = part.of(len(body.shape.x))
+        return body.shape.x[own].copy(), body.shape.volume[own] * thickness
+    corner, (xi, w) = _corners(body, part), _rule(body, even)
     K, D = corner.shape[1:]
     N, dN = np.empty((len(xi), K)), np.empty((len(xi), K, D))
     for q in range(len(xi)):
@@ -67,13 +91,13 @@ def seed(body: Body, even: bool = False) -> Tuple[np.ndarray, np.ndarray]:
     return np.einsum("cai,qa->cqi", corner, N).reshape(-1, D), volume.ravel()
 
 
-def half_widths(body: Body, volume: np.ndarray) -> np.ndarray:
-    """Of the boxes that evenly seeded points, with ``volume`` [m^3], shape (n,), stand for [m], shape (n, D):
-    in a Box of quadrilaterals or hexahedra its equal parts, of a Cloud those given, else squares and
-    cubes."""
+def half_widths(body: Body, volume: np.ndarray, part: Part = WHOLE) -> np.ndarray:
+    """Of the boxes that evenly seeded points, of the ``part`` of the body and with ``volume`` [m^3], shape
+    (n,), stand for [m], shape (n, D): in a Box of quadrilaterals or hexahedra its equal parts, of a Cloud
+    those given, else squares and cubes."""
     D = body.dim
     if isinstance(body.shape, Cloud) and body.shape.half is not None:
-        return body.shape.half.copy()
+        return body.shape.half[part.of(len(body.shape.half))].copy()
     if isinstance(body.shape, Box) and body.cell in ("quadrilateral", "hexahedron"):
         half = 0.5 * body.shape.size / np.multiply(body.cells, body.points)
         return np.tile(half, (len(volume), 1))
@@ -87,10 +111,10 @@ def surface_shares(V0, thickness, D):
     return (V0 / thickness) ** ((D - 1) / D) * thickness
 
 
-def surface_distances(body: Body, volume: np.ndarray, even: bool = False) -> np.ndarray:
+def surface_distances(body: Body, volume: np.ndarray, even: bool = False, part: Part = WHOLE) -> np.ndarray:
     """Of the body's outermost points from its surface, and of all others from the sides of their body cells,
-    along the axes [m], shape (n, D); volume: of the points [m^3], shape (n,); even: see ``seed``. Points of a
-    Cloud have half their widths.
+    along the axes [m], shape (n, D); volume: of the points of the ``part`` [m^3], shape (n,); even: see
+    ``seed``. Points of a Cloud have half their widths.
 
     >>> from mpm_fenicsx import Box, linear
     >>> block = Body(Box((0.0, 0.0), (1.0, 0.5)), (2, 1), 1, linear(1e6, 0.3), 1000.0)
@@ -99,8 +123,8 @@ def surface_distances(body: Body, volume: np.ndarray, even: bool = False) -> np.
     """
     D, tensor = body.dim, body.cell in ("quadrilateral", "hexahedron")
     if isinstance(body.shape, Cloud):
-        return half_widths(body, volume)
-    xi = (even_rule if even and tensor else gauss_rule)(body.cell, body.points)[0]
+        return half_widths(body, volume, part)
+    xi = _rule(body, even)[0]
     if isinstance(body.shape, Box):
         return np.tile(xi.min() * body.shape.size / np.asarray(body.cells), (len(volume), 1))
     thickness = body.thickness if D == 2 else 1.0

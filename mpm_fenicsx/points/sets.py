@@ -74,10 +74,8 @@ class Sets:
         return all(hold(s.points.x) for s in self._sets)
 
     def names(self):
-        """Name of each set, with the number of its points, while every rank still has all material points.
-        Collective."""
-        return [(s.name, len(s.points) if s.name.startswith("points") else
-                 int(total(self._comm, len(s.points)))) for s in self._sets]
+        """Name of each set, with the number of its points. Collective."""
+        return [(s.name, int(total(self._comm, len(s.points)))) for s in self._sets]
 
     def filled(self):
         """Cells of this rank that make cells active: they and their neighbours take part in a step."""

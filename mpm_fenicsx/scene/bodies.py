@@ -119,7 +119,7 @@ class Body:
     that touch the larger one counts. name: of the forces of other bodies and of particles on it. force_cells:
     into which it is divided for that, numbers along the axes, counted along x first, or a function from
     places at the start (n, dim) to numbers from 0 on, (n,). start: the points start with the state that they
-    have in a checkpoint, see ``FromCheckpoint``.
+    have in a checkpoint, see ``FromCheckpoint``. Functions are asked for some of the points at a time.
 
     >>> from mpm_fenicsx import linear
     >>> steel = linear(E=210e9, nu=0.3)
@@ -186,7 +186,8 @@ class Body:
         n = cells * (self.points**self.dim if tensor else self.points)
         check.check_memory(f"{n:.3g} material points of the body ({cells:.3g} cells, points={self.points})",
                            n * BYTES_PER_POINT[self.dim],
-                           "take fewer body cells (body or refine, a larger h), or fewer points in each")
+                           "take fewer body cells (body or refine, a larger h), or fewer points in each",
+                           shared=True)
 
     def without(self, rocks: Any, gap: float = 0.0) -> "Body":
         """The body without the material points in ``rocks``: `Spheres` and `Cluster` of `dem_liggghts`, or

@@ -60,6 +60,14 @@ def lattice(box: Box, counts: Sequence[int], cell: Optional[str]) -> Tuple[np.nd
     return vertices, lattice_cells([place.ravel(order="F") for place in places], counts, cell)
 
 
+def lattice_corners(box: Box, counts: Sequence[int], cell: Optional[str], boxes: slice) -> np.ndarray:
+    """Corners [m], shape (m, K, D), of those cells of a ``lattice`` that are in its ``boxes``, from one
+    number to another."""
+    places = np.unravel_index(np.arange(boxes.start, boxes.stop), counts, order="F")
+    vertices = np.unravel_index(lattice_cells(places, counts, cell), [n + 1 for n in counts], order="F")
+    return np.stack([axis[i] for axis, i in zip(axes_of(box, counts), vertices)], axis=-1)
+
+
 def axes_of(box: Box, counts: Sequence[int]) -> List[np.ndarray]:
     """Coordinates [m] of the vertices of a regular mesh along each direction."""
     return [np.linspace(lo, hi, n + 1) for lo, hi, n in zip(box.lower, box.upper, counts)]

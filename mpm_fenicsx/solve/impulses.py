@@ -77,9 +77,9 @@ class Impulses:
     # ---------------------------------------------------------------- who books
 
     def start(self, bodies: list, gravity: np.ndarray, frame_pull: np.ndarray) -> None:
-        """All points are at the start, on every rank, with the accelerations of gravity, base and body force;
-        or, under a stress that is given, at rest, or with those of a checkpoint: what holds them is not known
-        yet, it is numerical."""
+        """All points are at the start, with the accelerations of gravity, base and body force; or, under a
+        stress that is given, at rest, or with those of a checkpoint: what holds them is not known yet, it is
+        numerical. Collective."""
         for body in bodies:
             p, held = body.points, (body.body.stress or body.body.start) is not None
             pull = np.broadcast_to(gravity, p.x.shape)
@@ -91,6 +91,7 @@ class Impulses:
             if held or BODY in self._row:
                 row = self._row[NUMERICAL if held else BODY]
                 self._last[row] += wrench(p.x, p.mass[:, None] * (p.a - pull))
+        self._last = total(self._comm, self._last)
 
     def leave(self, body: Any, chosen: np.ndarray, gravity: np.ndarray) -> None:
         """The ``chosen`` points of a body leave, with their momentum and the forces that they carry on."""

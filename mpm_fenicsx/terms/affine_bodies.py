@@ -18,8 +18,8 @@ class AffineBody(BodyTerm):
     apic: transfers by B, else (TPIC) by C.
     """
 
-    def __init__(self, *arguments, apic):
-        super().__init__(*arguments)
+    def __init__(self, *arguments, apic, **part):
+        super().__init__(*arguments, **part)
         self._apic, self._begun = apic, False
         self.points.add(C=self._gradient(), B=np.zeros_like(self.points.F))
 
@@ -27,7 +27,7 @@ class AffineBody(BodyTerm):
         """Of the initial velocity over the size of each point [1/s], shape (n, D, D)."""
         p, dim = self.points, self.body.dim
         C = np.zeros(p.F.shape)
-        if callable(self.body.velocity):
+        if callable(self.body.velocity) and len(p):
             size = APART * (p.V0 / self.thickness) ** (1.0 / dim)
             for j, axis in enumerate(np.eye(dim)):
                 aside = size[:, None] * axis

@@ -7,10 +7,11 @@ import numpy as np
 import mpm_dem_checks as check
 
 from ..basis.smooth import LINEAR
+from ..collective import WHOLE
 from ..laws import ELASTIC_STATE
 from ..laws.reference import renewal
 from ..points.moments import momentum
-from ..points.points import Points, half_widths, seed
+from ..points.points import Points, half_widths, numbers, seed
 from ..scene.geostatic import put_stress
 from .fields import Deformation, Patches, Quadrature
 from .kernels import compile_body_kernels, compile_point_kernels
@@ -28,31 +29,38 @@ class BodyTrial(NamedTuple):
 
 class BodyTerm:
     """One body as a term of a step, see ``grid_state``: its ``body`` record and ``points``, the material
-    points (at first all of them on every rank), whose deformation is the state of the term.
+    points on this rank, whose deformation is the state of the term. At first they are its ``part`` of all, in
+    the order of their numbers, of which the body has ``total``, from ``first`` on.
 
-    first: number of its first point; gravity: [m/s^2], shape (D,); body_force: None, or a function as of
+    gravity: [m/s^2], shape (D,); body_force: None, or a function as of
     ``MPM``; basis: a ``smooth.Basis`` on cells of size h [m], shape (D,)."""
 
-    def __init__(self, body, first, gravity, body_force=None, basis=LINEAR, h=None):
-        x, volume = seed(body, even=basis.smooth)
+    def __init__(self, body, first, gravity, body_force=None, basis=LINEAR, h=None, *, part=WHOLE):
+        x, volume = seed(body, basis.smooth, part)
         n, dim, self.body, self._params = len(x), body.dim, body, body.law.params
-        self._body_force = body_force
-        self.velocity_at = lambda at: (
-            check.values("velocity of the body", body.velocity, (at,), at.shape, unit="m/s")
-            if callable(body.velocity) else np.array(np.broadcast_to(body.velocity, at.shape), float))
+        self._body_force, self.first, self.part = body_force, first, part
+        self.total, own = numbers(body, part)
         a = np.tile(gravity, (n, 1))  # an unstressed body starts in free fall
         start = {}
         if body_force is not None:
-            a += check.values("body_force", body_force, (x, 0.0), x.shape, unit="m/s^2")
+            if n:
+                a += check.values("body_force", body_force, (x, 0.0), x.shape, unit="m/s^2")
             start["x0"] = x.copy()
         if basis.smooth:
-            start["domain"] = basis.domain(half_widths(body, volume), h)
+            start["domain"] = basis.domain(half_widths(body, volume, part), h)
         self.points = Points(
-            gid=first + np.arange(n), cell=np.zeros(n, np.int32), x=x, v=self.velocity_at(x), a=a,
-            mass=body.rho * volume, V0=volume,
+            gid=first + np.arange(own.start, own.stop), cell=np.zeros(n, np.int32), x=x,
+            v=self.velocity_at(x), a=a, mass=body.rho * volume, V0=volume,
             F=np.tile(np.eye(dim), (n, 1, 1)), F33=np.ones(n), state=np.zeros(n, body.law.state), **start)
-        if body.stress is not None:
+        if body.stress is not None and n:
             put_stress(self.points, body.law, body.stress)
+
+    def velocity_at(self, at):
+        """Velocity at the start at places [m/s], shape (n, D) both."""
+        velocity = self.body.velocity
+        if callable(velocity) and len(at):
+            return check.values("velocity of the body", velocity, (at,), at.shape, unit="m/s")
+        return np.array(np.broadcast_to(0.0 if callable(velocity) else velocity, at.shape), float)
 
     def compile(self, background, consistent):
         """Kernels of the law on the elements of ``background``, with consistent or lumped inertia."""

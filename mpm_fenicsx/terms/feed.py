@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..collective import total
 from ..points.points import half_widths
 from ..scene.bodies import Cloud
 from ..scene.geostatic import at_rest
@@ -21,18 +22,25 @@ ROUND = 1e-9  # of a layer or a cell: less than that is round-off
 NOTHING = 1e-12  # of a layer as deep as one point: less than that is no volume
 
 
+def mean_half_widths(term, comm):
+    """Of the points of a body at the start [m], shape (D,), see ``half_widths``. Collective."""
+    return total(comm, half_widths(term.body, term.points.V0, term.part).sum(axis=0)) / term.total
+
+
 class Feed:
     """Makes the points of an ``inflow`` by ``make``, with arguments as of ``BodyTerm``, for the ``term`` of
-    its body. h: size of a cell [m], shape (D,); gravity: [m/s^2], shape (D,). ``made``: number of layers so
-    far; ``width`` [m]; ``spacing`` of the points along, deep and across [m]."""
+    its body. sizes: of a cell, and half of those of a point [m], shape (D,) both; gravity: [m/s^2], shape
+    (D,). ``made``: number of layers so far; ``width`` [m]; ``spacing`` of the points along, deep and across
+    [m]."""
 
-    def __init__(self, inflow, term, make, h, gravity):
-        self.inflow, self.term, self.made, self._make, self._h = inflow, term, 0, make, h
+    def __init__(self, inflow, term, make, sizes, gravity):
+        self.inflow, self.term, self.made, self._make = inflow, term, 0, make
+        h, half = sizes
+        self._h = h
         self._gravity = gravity
         self.width = inflow.width or term.thickness
         self.flow = inflow.hydrograph(self.width)
         self._axes = inflow.axes
-        half = half_widths(term.body, term.points.V0).mean(axis=0)
         self.spacings = 2.0 * np.sqrt(self._axes**2 @ half**2)
         self._reach = abs(self._axes) @ h  # of a cell, along the axes of the inlet
         self.length = inflow.length or COLUMN * self._reach[0]

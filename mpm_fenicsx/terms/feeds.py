@@ -5,7 +5,7 @@ import numpy as np
 
 from ..collective import total
 from ..points.passed import Passed
-from .feed import Feed
+from .feed import Feed, mean_half_widths
 
 
 def key_of(name):
@@ -14,7 +14,7 @@ def key_of(name):
 
 
 class Feeds:
-    """``Feed`` of each of the ``inflows`` of a scene, into its ``bodies``, terms with all their points.
+    """``Feed`` of each of the ``inflows`` of a scene, into its ``bodies``, terms at the start.
 
     make: see ``Feed``; cell: size of one [m], shape (D,); gravity: [m/s^2], shape (D,). ``entered``: sums of
     what has come, the same on every rank. ``books``: whose ``enter`` is told of a body and its new points,
@@ -22,8 +22,9 @@ class Feeds:
     Collective."""
 
     def __init__(self, inflows, bodies, make, cell, gravity, comm):  # noqa: PLR0913 - once, by the model
-        self.first = sum(len(body.points) for body in bodies)  # number of the first new point
-        self._feeds = [Feed(one, bodies[one.body], make, cell, gravity) for one in inflows]
+        self.first = sum(body.total for body in bodies)  # number of the first new point
+        half = {one.body: mean_half_widths(bodies[one.body], comm) for one in inflows}
+        self._feeds = [Feed(one, bodies[one.body], make, (cell, half[one.body]), gravity) for one in inflows]
         self._gravity, self._comm, self.books = gravity, comm, ()
         self._passed = Passed(gravity, comm)
 

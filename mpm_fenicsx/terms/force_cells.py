@@ -7,6 +7,7 @@ gives most of the mass of the nodes on which the spring pulls, with its weights.
 where they meet, to a tenth of a cell of the grid."""
 import numpy as np
 
+from ..collective import together
 from ..points.moments import wrenches
 from ..scene.force_cells import names_of, numbers
 
@@ -14,17 +15,19 @@ TIE = 1e-9  # of the whole mass: of two cells that give as much the first one co
 
 
 class ForceCells:
-    """Those of the ``bodies``, terms with all their points still on every rank. ``names``: of the cells of
-    all bodies, by number; with any of them every material point has ``force_cell``, its number from 1 on, 0
-    in a body without a name. Raises ValueError for a name that is taken in the ``scene``, and for a named
-    body into which material flows."""
+    """Those of the ``bodies``, terms at the start. ``names``: of the cells of all bodies, by number; with any
+    of them every material point has ``force_cell``, its number from 1 on, 0 in a body without a name. Raises
+    ValueError for a name that is taken in the ``scene``, and for a named body into which material flows.
+    Collective."""
 
-    def __init__(self, bodies, scene):
+    def __init__(self, bodies, scene, comm):
         self._bodies, self.names, self._first = bodies, [], []
-        found = [numbers(body.body, body.points.x) for body in bodies]
+        found = together(comm, lambda: [numbers(body.body, body.points.x) for body in bodies])
         for body, of_points in zip(bodies, found):
             self._first.append(len(self.names))
-            self.names += names_of(body.body, of_points) if body.body.name is not None else ()
+            if body.body.name is not None:
+                of_all = np.concatenate(comm.allgather(np.unique(of_points)))
+                self.names += names_of(body.body, of_all)
         for name in self.names:
             if name in scene.names or self.names.count(name) > 1:
                 raise ValueError(f"{name!r} is the name of a body or of one of its force cells, and of "

@@ -25,7 +25,8 @@ def make_meetings(bodies, background):
             meets[2].append(other)
     for body in bodies:
         if "half" not in body.points.names:
-            body.points.add(half=surface_distances(body.body, body.points.V0, background.basis.smooth))
+            half = surface_distances(body.body, body.points.V0, background.basis.smooth, body.part)
+            body.points.add(half=half)
     return tuple(BodyContact(body, [Other(field, friction, spring, *_name(n, numbers)) for
                                     field, (friction, spring, numbers) in of_body.items()], background)
                  for n, (body, of_body) in enumerate(zip(bodies, others)) if of_body)

@@ -81,8 +81,8 @@ def make_contacts(scene, background, start, bodies):
         if surface.motion:
             _check_motion(surface.record)
     return tuple(SurfaceContact(body, surfaces, np.array(
-        [stiffness_at(surface.record, body.points.x, h, start) for surface in surfaces]), background,
-        start.pull)
+        [stiffness_at(surface.record, body.points.x, h, start.of(body)) for surface in surfaces]),
+        background, start.pull)
         for body in bodies if surfaces)
 
 

@@ -64,7 +64,7 @@ class SurfaceContact:
         self._wall = np.repeat(np.arange(len(surfaces)), most)  # of each slot
         p, n, W, M, D = body.points, len(body.points), len(surfaces), len(self._wall), self._dim
         area, self._stiffness = surface_shares(p.V0, body.thickness, D), stiffness.mean(axis=1)
-        p.add(half=surface_distances(body.body, p.V0, background.basis.smooth), sunk=np.zeros(n),
+        p.add(half=surface_distances(body.body, p.V0, background.basis.smooth, body.part), sunk=np.zeros(n),
               wall_stiffness=(stiffness * area).T.copy(),
               wall_side=np.zeros((n, W), np.int8), wall_status=np.zeros((n, M), np.int8),
               wall_force=np.zeros((n, M, D)), wall_gap=np.zeros((n, M, D)),

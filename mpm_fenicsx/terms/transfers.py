@@ -4,6 +4,7 @@ from functools import partial
 from types import ModuleType
 from typing import Callable, NamedTuple
 
+from ..collective import Part, together
 from ..points import transfer
 from . import midpoint, newmark
 from .affine_bodies import AffineBody
@@ -25,10 +26,15 @@ TRANSFERS = {
     "tpic": Transfer(midpoint, partial(AffineBody, apic=False), transfer.to_points_midpoint)}
 
 
-def make_bodies(scene, grid, gravity, basis, make):
+def make_bodies(scene, gravity, basis, make, comm):
     """Terms of the bodies of a ``SolidScene``, numbered through, by ``make``, with arguments as of
-    ``BodyTerm``; ValueError when they do not fit each other or the grid."""
-    bodies, body_force = scene.bodies, scene.body_force
+    ``BodyTerm``, each rank with its part of their points; ValueError when they do not fit each other or the
+    grid. Collective."""
+    return together(comm, lambda: _make(scene, gravity, basis, make, Part(comm.rank, comm.size)))
+
+
+def _make(scene, gravity, basis, make, part):
+    bodies, body_force, grid = scene.bodies, scene.body_force, scene.grid
     if not bodies:
         raise ValueError("there is no body: give at least one")
     for number, body in enumerate(bodies):
@@ -40,7 +46,7 @@ def make_bodies(scene, grid, gravity, basis, make):
                              "bodies in one plane grid have the same thickness")
     terms, count, h = [], 0, grid.box.size / grid.cells if basis.smooth else None
     for body, field in zip(bodies, scene.fields):
-        terms.append(make(body, count, gravity, body_force, basis, h))
+        terms.append(make(body, count, gravity, body_force, basis, h, part=part))
         terms[-1].points.field = field
-        count += len(terms[-1].points)
+        count += terms[-1].total
     return terms

@@ -31,7 +31,7 @@ def reporter(tmp_path, monkeypatch):
 def test_sections_and_failures(reporter, tmp_path, capsys):
     assert reporter.main([f"out={tmp_path}/out"]) == 1
     text = (tmp_path / "docs/report.md").read_text()
-    assert "| 1 | 2 |" in text and "old" not in text and "\nafter\n" in text and "load" in text
+    assert "| 1 | 2 |" in text and "old" not in text and "\nafter\n" in text and ", load " in text
     assert "## Slow" in text and "**This part failed.**" in text and "Absent" not in text
     assert "**This part failed.**" in (tmp_path / "docs/other.md").read_text()
     said = capsys.readouterr()

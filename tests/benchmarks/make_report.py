@@ -1,13 +1,14 @@
 """All measured numbers, made anew by one command: ./dev report. Writes docs/report.md, its pictures, and the
 tables in docs/solvers.md and docs/error_floor.md.
 
-    ./dev report [parts=beam_2d,solvers,…] [peer=PYTHON script=FILE] [out=out/report]
+    ./dev report [parts=beam_2d,solvers,…] [peer=PYTHON script=FILE column=FILE] [out=out/report]
 
-peer: the interpreter of another program and its script of the beam, see cases/studies/peer.py; without it the
-stored numbers of cases/references/kratos_beam.csv stand beside ours. Every part runs by itself with a limit
+peer: the interpreter of another program; script: its script of the beam, see cases/studies/peer.py; without
+it the stored numbers of cases/references/kratos_beam.csv stand beside ours. column: its script of a column of
+soil, see bench_throughput.py; without it no peer's throughput is told. Every part runs by itself with a limit
 of time; one that fails says so in its section, the others go on, and the exit status is 1. A part that is not
-asked for keeps its last section. The machine should do nothing else meanwhile; the load before the run is in
-the report.
+asked for keeps its last section, each of which says on what machine it was measured. The machine should do
+nothing else meanwhile; the load before each part is in the report.
 """
 import csv
 import os
@@ -61,21 +62,24 @@ PARTS = {"beam_2d": Part("Error against run time: beam in the plane",
          "stability": Part("Stability of stiff and extreme cases",
                            [sys.executable, "-m", "coupling.stability"], limit=600.0,
                            needs="cases/studies/stability.py"),
+         "throughput": Part("Throughput, and what the machine could do", bench("bench_throughput"),
+                            limit=600.0),
          "solvers": Part("Tables", bench("bench_solvers"), "docs/solvers.md", 600.0),
          "floor": Part("Tables", bench("bench_floor"), "docs/error_floor.md", 600.0)}
 WARM_UP = [("column_collapse", "t_end=1e-3"), ("beam_impact", "t_end=2e-5"),
            ("beam_impact", "dim=3", "t_end=4e-6"), ("multiple_impact", "t_end=2e-5"),
            ("beam_impact", "dem=liggghts", "t_end=2e-5")]  # so that no part measures the compiler
 PICTURES = {"beam_2d": "work_precision.png", "beam_3d": "work_precision.png",
-            "three_impacts": "work_precision.png", "stability": "stability.png"}
+            "three_impacts": "work_precision.png", "stability": "stability.png",
+            "throughput": "throughput.png"}
 
 
 def run(name, part, folder, more):
     """Run the part; its Markdown, or None when it failed, and the seconds it took."""
     folder.mkdir(parents=True, exist_ok=True)
-    begin, tool = perf_counter(), part.command[1] == "-m"
+    begin, draws = perf_counter(), part.command[1] == "-m" or name in PICTURES
     with open(folder / "output.md", "w") as out, open(folder / "log.txt", "w") as log:
-        process = subprocess.Popen([*part.command, *more, *([f"out={folder}"] if tool else [])], cwd=ROOT,
+        process = subprocess.Popen([*part.command, *more, *([f"out={folder}"] if draws else [])], cwd=ROOT,
                                    stdout=out, stderr=log, env=environment(), start_new_session=True)
         try:
             status = process.wait(part.limit)
@@ -94,11 +98,12 @@ def run(name, part, folder, more):
     return made.read_text(encoding="utf-8"), seconds
 
 
-def section(name, part, text, seconds):
-    """Markdown of a section."""
+def section(name, part, text, seconds, where):
+    """Markdown of a section; where: see ``machine``."""
     words = [word if word != sys.executable else "python" for word in part.command]
     lines = [f"## {part.title}\n" if part.document == "docs/report.md" else "",
-             f"`{' '.join(words)}`, {seconds:.0f} s", "", text.strip() if text else "**This part failed.**"]
+             f"`{' '.join(words)}`, {seconds:.0f} s on {where}", "",
+             text.strip() if text else "**This part failed.**"]
     if text and name in PICTURES:
         lines += ["", f"![{part.title}]({name}.png)"]
     return "\n".join(lines).strip() + "\n"
@@ -137,12 +142,26 @@ def warm_up(folder):
                        env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
-def machine(load):
-    """A line on what this ran on."""
-    lines = Path("/proc/cpuinfo").read_text().splitlines()
-    model = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), "")
-    return (f"{model or platform.machine()}, {os.cpu_count()} cores, load {load:.1f} before the run (below "
-            f"0.5: quiet), Python {platform.python_version()}; one rank unless it says otherwise.")
+def machine():
+    """What a part is going to run on."""
+    known = {}
+    for line in Path("/proc/cpuinfo").read_text().splitlines():
+        key, _, value = line.partition(":")
+        known.setdefault(key.strip(), value.strip())
+    kind = (f"{known['model name']} (family {known.get('cpu family')}, model {known.get('model')})"
+            if "model name" in known else platform.machine())
+    return (f"{kind}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} before, Python "
+            f"{platform.python_version()}")
+
+
+def of_peer(name, given):
+    """Words for the parts that a peer can stand beside."""
+    if name == "beam_2d":
+        return ([f"peer={given['peer']}", f"script={given['script']}", *PEER_RUNS] if "script" in given
+                else [OVERLAY])
+    if name == "throughput" and "column" in given:
+        return [f"peer={given['peer']}", f"script={given['column']}"]
+    return []
 
 
 def main(words):
@@ -153,7 +172,6 @@ def main(words):
     folder, begin, failed, costs = Path(given.get("out",
                                                   ROOT / "out/report")).resolve(), perf_counter(), False, []
     pictures = ROOT / "docs"
-    put("docs/report.md", "machine", machine(os.getloadavg()[0]) + "\n")
     warm_up(folder)
     print(f"warm-up: {perf_counter() - begin:.0f} s", flush=True)
     for name in chosen:
@@ -161,14 +179,10 @@ def main(words):
         if part.needs and not (ROOT / part.needs).is_file():
             continue
         shutil.rmtree(folder / name, ignore_errors=True)
-        more = []
-        if name == "beam_2d":
-            more = [OVERLAY]
-            if "peer" in given:
-                more = [f"peer={given['peer']}", f"script={given['script']}", *PEER_RUNS]
-        text, seconds = run(name, part, folder / name, more)
+        where = machine()
+        text, seconds = run(name, part, folder / name, of_peer(name, given))
         failed |= text is None
-        put(part.document, name, section(name, part, text, seconds))
+        put(part.document, name, section(name, part, text, seconds, where))
         costs.append((name, seconds))
         print(f"{name}: {seconds:.0f} s", flush=True)
         if text and name in PICTURES and (folder / name / PICTURES[name]).is_file():

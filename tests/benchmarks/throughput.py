@@ -1,11 +1,12 @@
-"""Throughput of the implicit step in space with plastic soil: point-steps per second of the processor, and
-what they are spent on. One rank.
+"""Throughput of the implicit step: point-steps per second of the processor, and what they are spent on. One
+rank.
 
     ./dev run python tests/benchmarks/throughput.py [points=10976] [limits=1,0.2,5] [steps=10] [turns=1]
-        [E=1e6] [against=PATH] [-mpm_... ...]
+        [dim=3] [law=plastic] [E=1e6] [against=PATH] [-mpm_... ...]
 
-A quarter of a block of dry soil (Mohr–Coulomb with F-bar, lumped inertia) on a rough floor is flattened from
-the first step on; its sides and its top are free. After 15 steps at the explicit limit, h over the speed of
+A quarter of a block (in the plane half of it) on a rough floor is flattened from the first step on; its sides
+and its top are free. law=plastic: dry soil, Mohr–Coulomb with F-bar, lumped inertia; law=elastic: neo-Hooke,
+consistent inertia. After 15 steps at the explicit limit, h over the speed of
 pressure waves, it goes on from the same state for ``steps`` steps of each of the ``limits`` times that.
 ``against``: root of another tree of this project, such as that of the commit before, which runs in turns with
 this one. Every run is a process of its own. Memory: what the process has grown by at most.
@@ -25,22 +26,27 @@ TREE = WORDS.get("tree", str(Path(__file__).resolve().parents[2]))
 HEIGHT, RHO, NU, START = 0.5, 1600.0, 0.3, 15
 
 
-def scene(points, E):
+def scene(points, E, dim=3, law="plastic"):
     """The MPM with about so many ``points``, and the explicit limit of the time step [s]."""
-    from mpm_fenicsx import MPM, Body, Box, Support, at_rest, flow_grid, level_floor, mohr_coulomb
+    from mpm_fenicsx import MPM, Body, Box, Support, at_rest, flow_grid, level_floor, mohr_coulomb, neo_hooke
 
-    high = round((points / 32) ** (1 / 3))
-    wide = round((points / 8 / high) ** 0.5)
-    h = HEIGHT / high
-    size, rate = (wide * h, HEIGHT, wide * h), 0.3 * (9.81 / HEIGHT) ** 0.5
-    law = mohr_coulomb(E, NU, 30.0)
-    body = Body(Box((0.0, 0.0, 0.0), size), (wide, high, wide), 2, law, RHO, f_bar=True,
-                velocity=lambda x: rate * x * (0.5, -1.0, 0.5), stress=at_rest(HEIGHT, RHO, 9.81, 0.5))
-    grid = flow_grid(size, h, (2 * wide * h, HEIGHT + 2 * h, 2 * wide * h), "xz")
-    supports, walls = level_floor("stick", h, 3)
-    supports += [Support.column(axis, 0.0, grid, axis) for axis in "xz"]
-    solid = MPM(grid, body, supports, gravity=(0.0, -9.81, 0.0), inertia="lumped", penalties=walls)
-    return solid, h / ((law.params.lam + 2 * law.params.mu) / RHO) ** 0.5
+    high = round((points / (32 if dim == 3 else 8)) ** (1 / dim))
+    wide = round((points / 2**dim / high) ** (1 / (dim - 1)))
+    h, across, ways = HEIGHT / high, dim == 3, "xz"[:dim - 1]
+    size, rate = (wide * h, HEIGHT, wide * h)[:dim], 0.3 * (9.81 / HEIGHT) ** 0.5
+    push = (0.5, -1.0, 0.5) if across else (1.0, -1.0)
+    soil = dict(law=mohr_coulomb(E, NU, 30.0), f_bar=True, stress=at_rest(HEIGHT, RHO, 9.81, 0.5))
+    given = soil if law == "plastic" else dict(law=neo_hooke(E, NU))
+    body = Body(Box((0.0,) * dim, size), (wide, high, wide)[:dim], 2, rho=RHO,
+                velocity=lambda x: rate * x * push, **given)
+    room = (2 * wide * h, HEIGHT + 2 * h, 2 * wide * h)[:dim]
+    grid = flow_grid(size, h, room, ways)
+    supports, walls = level_floor("stick", h, dim)
+    supports += [Support.column(axis, 0.0, grid, axis) for axis in ways]
+    solid = MPM(grid, body, supports, gravity=(0.0, -9.81, 0.0)[:dim], penalties=walls,
+                inertia="lumped" if law == "plastic" else "consistent")
+    elastic = body.law.params
+    return solid, h / ((elastic.lam + 2 * elastic.mu) / RHO) ** 0.5
 
 
 def peak():
@@ -58,8 +64,8 @@ def count_calls(counted, *methods):
         setattr(owner, name, call)
 
 
-def measure(points, E, limits, steps):
-    """In a process of its own: a record of each of the ``limits``."""
+def measure(points, E, limits, steps, **kind):
+    """In a process of its own: a record of each of the ``limits``. kind: ``dim`` and ``law``."""
     sys.path.insert(0, TREE)
     from mpm_fenicsx.solve import clock
     from mpm_fenicsx.solve.equations import Equations
@@ -68,7 +74,7 @@ def measure(points, E, limits, steps):
     clock.perf_counter, counted = process_time, Counter()
     count_calls(counted, (Equations, "residual"), (Equations, "tangent"), (Newton, "solve"))
     before = peak()
-    solid, limit = scene(points, E)
+    solid, limit = scene(points, E, **kind)
     for _ in range(START):
         solid.advance(limit)
     state, rows = solid.get_state(), []
@@ -124,6 +130,6 @@ if __name__ == "__main__":
         sys.argv[1:] = OPTIONS
         measure(float(WORDS.get("points", 10976)), float(WORDS.get("E", 1e6)),
                 [float(text) for text in WORDS.get("limits", "1,0.2,5").split(",")],
-                int(WORDS.get("steps", 10)))
+                int(WORDS.get("steps", 10)), dim=int(WORDS.get("dim", 3)), law=WORDS.get("law", "plastic"))
     else:
         main()

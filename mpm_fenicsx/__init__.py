@@ -7,7 +7,7 @@ from mpi4py import MPI  # noqa: F401 - first: where MPI is a wheel, PETSc finds 
 
 import mpm_dem_checks as check
 
-from .command_line import words
+from .command_line import PETSC_DEFAULTS, words
 
 for option, value in zip(words(), words()[1:]):
     if option == "-options_file":  # PETSc would end in lines that name neither the option nor the file
@@ -19,10 +19,7 @@ petsc4py.init(words())  # before dolfinx is imported: afterwards PETSc no longer
 
 from petsc4py import PETSc  # noqa: E402
 
-for option, value in {
-    "options_left": "no",  # `unused_options` says it; PETSc from 3.21 on would say it, too
-    "vec_mdot_use_gemv": "no",  # round-off of the newer VecMDot depends on where vectors lie in memory
-}.items():
+for option, value in PETSC_DEFAULTS.items():
     if not PETSc.Options().hasName(option):
         PETSc.Options()[option] = value
 

@@ -5,7 +5,7 @@ import warnings
 
 from petsc4py import PETSc
 
-from ..command_line import words
+from ..command_line import PETSC_DEFAULTS, words
 from ..grid import compat
 from . import solvers
 
@@ -21,8 +21,8 @@ def given():
     """Options from the command line, PETSC_OPTIONS, .petscrc and files of options: name (without dash) →
     text."""
     all_of_them = PETSc.Options().getAll()
-    return {name: text for name, text in all_of_them.items() if not solvers.is_preset(name, text,
-                                                                                      all_of_them)}
+    return {name: text for name, text in all_of_them.items()
+            if text != PETSC_DEFAULTS.get(name) and not solvers.is_preset(name, text, all_of_them)}
 
 
 def used():

@@ -14,13 +14,14 @@ from scipy.sparse.csgraph import connected_components
 
 from ..basis.shape import cell_maps
 from ..basis.smooth import LINEAR, StencilGrid
-from ..collective import together
+from ..collective import Part, together
 from ..scene.bodies import Grid
 from ..scene.frame import shifted
 from ..scene.lattice import lattice
 from . import compat
-from .distribution import EMPTY_CELL, bisect, ghosts
+from .distribution import EMPTY_CELL, POINT, Cells, bisect, bisect_together, ghosts
 from .domain import Domain
+from .locate import lattice_numbers, lattice_of
 from .patches import patches
 from .search import LatticeSearch, WalkSearch
 
@@ -138,10 +139,22 @@ class Background:
         self.neighbours = self._ranks_around()
 
     def _share_out(self, filling, patch):
-        vertices, cells = self.whole
-        centres = vertices[cells].mean(axis=1)
-        weights = EMPTY_CELL + self._points_per_cell(centres, filling)
-        return bisect(centres, weights, self.comm.size, patch)
+        """Rank of each cell of the whole grid, (cells,), by what fills them."""
+        (vertices, cells), comm = self.whole, self.comm
+        if comm.size == 1:
+            return np.zeros(len(cells), np.int32)
+        number, mine = self._cells_near(filling), Part(comm.rank, comm.size).of(len(cells))
+        if patch is not None:
+            count = comm.allreduce(np.bincount(number, minlength=len(cells)))
+            return bisect(vertices[cells].mean(axis=1), EMPTY_CELL + POINT * count, comm.size, patch)
+        ends = [Part(rank, comm.size).of(len(cells)).stop for rank in range(comm.size)]
+        filled, count = np.unique(number, return_counts=True)
+        cuts = np.searchsorted(filled, ends)[:-1]
+        weights = np.full(mine.stop - mine.start, EMPTY_CELL, np.int64)
+        for which, many in comm.alltoall(list(zip(np.split(filled, cuts), np.split(count, cuts)))):
+            weights[which - mine.start] += POINT * many
+        own = bisect_together(comm, Cells(vertices[cells[mine]].mean(axis=1), weights, mine.start))
+        return np.concatenate(comm.allgather(own))
 
     @property
     def field_of(self):
@@ -167,15 +180,19 @@ class Background:
         blocks = b"" if self.blocks is None else self.blocks.numbers.tobytes()
         return zlib.crc32(np.ascontiguousarray(self.owner), zlib.crc32(blocks))
 
-    def _points_per_cell(self, centres, filling):
-        """Number of points near the middle of each cell of the whole grid, over all ranks; shape (cells,)."""
-        count = np.zeros(len(centres))
-        if self.comm.size > 1:
-            from scipy.spatial import cKDTree  # takes time to import, and one rank does not need it
+    def _cells_near(self, x):
+        """Numbers of the cells of the whole grid that points x [m], shape (n, D), are in; of a mesh those
+        whose middles are nearest."""
+        if isinstance(self.grid, Grid):
+            number = np.empty(len(x), np.int64)
+            lattice_numbers(x, *lattice_of(self.grid, np.full((self.dim, 2), np.inf)), number)
+            if self.blocks is not None:
+                self.blocks.renumber(number)
+            return number[number >= 0]
+        from scipy.spatial import cKDTree  # takes time to import, and one rank does not need it
 
-            nearest = cKDTree(centres).query(filling)[1] if len(filling) else np.zeros(0, int)
-            count = self.comm.allreduce(np.bincount(nearest, minlength=len(centres)).astype(float))
-        return count
+        vertices, cells = self.whole
+        return cKDTree(vertices[cells].mean(axis=1)).query(x)[1] if len(x) else np.zeros(0, np.int64)
 
     def distribute(self, vertices, cells):
         """Every cell to its owner and, as a ghost, to all ranks that share one of its vertices."""

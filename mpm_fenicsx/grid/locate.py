@@ -6,6 +6,7 @@ import numpy as np
 
 from ..basis.shape import CellMaps, ReferencePoint
 from ..compiled import compiled
+from ..scene.lattice import cell_count
 
 D, K = 2, 4  # fixed by specialise
 to_reference = None
@@ -23,6 +24,12 @@ class Lattice(NamedTuple):
     counts: np.ndarray
     simplices: int
     margin: np.ndarray
+
+
+def lattice_of(grid, margin):
+    """``Lattice`` of a ``Grid``."""
+    return Lattice(np.asarray(grid.box.lower, float), grid.box.size / grid.cells,
+                   np.asarray(grid.cells, np.int64), cell_count((1,) * grid.dim, grid.cell), margin)
 
 
 class Neighbours(NamedTuple):

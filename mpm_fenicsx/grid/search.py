@@ -9,18 +9,15 @@ from mpi4py import MPI
 
 from ..basis.shape import reference
 from ..compiled import specialise
-from ..scene.lattice import cell_count
 from . import compat
-from .locate import NOWHERE, Lattice, Neighbours, holds, lattice_numbers, locate_lattice, walk
+from .locate import NOWHERE, Neighbours, holds, lattice_numbers, lattice_of, locate_lattice, walk
 
 
 class LatticeSearch:
     """O(1) on the regular cells of a box, however far a point moved."""
 
     def __init__(self, grid, background):
-        self._lattice = Lattice(np.asarray(grid.box.lower, float), grid.box.size / grid.cells,
-                                np.asarray(grid.cells, np.int64),
-                                cell_count((1,) * grid.dim, grid.cell), background.margin)
+        self._lattice = lattice_of(grid, background.margin)
         self._blocks = background.blocks
         self._per_field = len(background.whole[1])
         self._rank, self._owner = background.comm.rank, background.owner

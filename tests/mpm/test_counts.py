@@ -39,7 +39,7 @@ def test_messages_and_bytes_are_those_of_the_model(on_ranks, tmp_path, dim, rank
         messages, size = rank["sent"]["tangent"]
         if new:
             assert messages == rank["expected"]["new tangent"][0]
-            assert 0.5 < size / rank["expected"]["new tangent"][1] < 2.0  # by the cells at a node that are here
+            assert 0.5 < size / rank["expected"]["new tangent"][1] < 2.0  # cells at a node
         assert rank["sent"]["search"] == rank["sent"]["to points"] == [0.0, 0.0]
         assert tuple(rank["sizes"]) == SIZES[dim]
         assert rank["others"]["Allgatherv"] == 1.0 and rank["got"] <= rank["interface"]

@@ -1,5 +1,7 @@
 """Search for the cells of points, on the lattice and by walking, and the distribution of the cells over
 ranks."""
+import json
+
 import numpy as np
 import pytest
 from mpi4py import MPI
@@ -134,3 +136,35 @@ def test_bisection_gives_every_rank_its_share(ranks):
     share = np.bincount(bisect(x, weights, ranks), weights, minlength=ranks)
     assert share.max() / share.mean() < 1.08
     np.testing.assert_array_equal(bisect(x, weights, ranks), bisect(x, weights, ranks))
+
+
+TOGETHER = """
+import json
+import sys
+import numpy as np
+from mpi4py import MPI
+from mpm_fenicsx.collective import Part
+from mpm_fenicsx.grid.distribution import EMPTY_CELL, POINT, Cells, bisect, bisect_together
+comm, random, same = MPI.COMM_WORLD, np.random.default_rng(5), []
+for n, D, scale in (7200, 2, 1.0), (3000, 3, 1e-3), (500, 3, 1e6), (40, 2, 1.0), (1, 2, 1.0):
+    x = scale * (random.random((n, D)) - 0.5)
+    if n > 600:
+        x = np.round(8.0 * x / scale) * scale  # many lie level
+    weights = EMPTY_CELL + POINT * random.integers(0, 9, n) * (x[:, 0] < 0.1 * scale)
+    mine = Part(comm.rank, comm.size).of(n)
+    own = bisect_together(comm, Cells(x[mine], weights[mine], mine.start))
+    same.append(bool((np.concatenate(comm.allgather(own)) == bisect(x, weights, comm.size)).all()))
+if comm.rank == 0:
+    with open(sys.argv[1], "w") as file:
+        json.dump(same, file)
+"""
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+def test_bisection_by_all_ranks_together(on_ranks, tmp_path, ranks):
+    """Each of them has a slice of the cells: the same cuts as with all, also where many cells lie level, and
+    of one cell."""
+    done = on_ranks(ranks, TOGETHER, tmp_path / "same.json")
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert json.loads((tmp_path / "same.json").read_text()) == [True] * 5

@@ -1,7 +1,6 @@
 """A scene as arrays: tables of its spheres, single ones first, of its clusters, and of its walls as one
 surface."""
-from itertools import combinations
-from typing import Dict, NamedTuple, Tuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -124,14 +123,9 @@ def _rim(elements: np.ndarray, dim: int) -> np.ndarray:
     Beyond them an open wall has no inside. Discs have none of both."""
     if elements.shape[1] == 1:
         return np.zeros((len(elements), dim), np.bool_)
-    facets = lambda element: combinations(sorted(element), len(element) - 1)  # noqa: E731
-    times: Dict[Tuple[int, ...], int] = {}
-    for element in elements.tolist():
-        for facet in facets(element):
-            times[facet] = times.get(facet, 0) + 1
-    free = np.zeros(elements.shape, np.bool_)
-    for e, element in enumerate(elements.tolist()):
-        for k, node in enumerate(element):
-            rest = tuple(sorted(element[:k] + element[k + 1:]))
-            free[e, k] = times[(node,) if len(element) == 2 else rest] == 1
-    return free
+    rest = elements
+    if dim == 3:  # the nodes of the edge opposite to each node, in either direction one number
+        low, high = np.sort(np.stack([elements[:, [1, 0, 0]], elements[:, [2, 2, 1]]]), axis=0).astype(np.int64)
+        rest = low * (1 + int(elements.max(initial=0))) + high
+    _, number, times = np.unique(rest, return_inverse=True, return_counts=True)
+    return times[number.ravel()].reshape(elements.shape) == 1

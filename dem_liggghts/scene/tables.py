@@ -125,7 +125,7 @@ def _rim(elements: np.ndarray, dim: int) -> np.ndarray:
         return np.zeros((len(elements), dim), np.bool_)
     rest = elements
     if dim == 3:  # the nodes of the edge opposite to each node, in either direction one number
-        low, high = np.sort(np.stack([elements[:, [1, 0, 0]], elements[:, [2, 2, 1]]]), axis=0).astype(np.int64)
-        rest = low * (1 + int(elements.max(initial=0))) + high
+        ends = np.stack([elements[:, [1, 0, 0]], elements[:, [2, 2, 1]]]).astype(np.int64)
+        rest = ends.min(axis=0) * (1 + int(elements.max(initial=0))) + ends.max(axis=0)
     _, number, times = np.unique(rest, return_inverse=True, return_counts=True)
     return times[number.ravel()].reshape(elements.shape) == 1

@@ -80,10 +80,10 @@ def make_contacts(scene, background, start, bodies):
     for surface in surfaces:
         if surface.motion:
             _check_motion(surface.record)
-    return tuple(SurfaceContact(body, surfaces, np.array(
-        [stiffness_at(surface.record, body.points.x, h, start.of(body)) for surface in surfaces]),
-        background, start.pull)
-        for body in bodies if surfaces)
+    here = np.zeros((1, background.dim))  # anywhere in a body
+    return tuple(SurfaceContact(body, surfaces, np.concatenate(
+        [stiffness_at(surface.record, here, h, start.of(body)) for surface in surfaces]), background,
+        start.pull) for body in bodies if surfaces)
 
 
 def _check_motion(penalty):

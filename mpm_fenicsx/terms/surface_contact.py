@@ -43,8 +43,7 @@ class SurfaceContact:
     which walls with creases have several (see ``flanks``), force [N], gap along the wall [m], status in the
     tangent in use, and element (-1: none); ``half`` and ``sunk``: see ``feet.ThickPoints``.
 
-    body: its term; stiffness: of each wall per area, at each point [Pa/m], shape (walls, n); gravity
-    [m/s^2]."""
+    body: its term; stiffness: of each wall per area [Pa/m], shape (walls,); gravity [m/s^2]."""
 
     follows, points, kinks = False, None, True
     _sticks = False  # friction in the step to come holds whatever comes
@@ -63,9 +62,9 @@ class SurfaceContact:
         self._slots = np.concatenate([[0], np.cumsum(most)])  # the first of each wall
         self._wall = np.repeat(np.arange(len(surfaces)), most)  # of each slot
         p, n, W, M, D = body.points, len(body.points), len(surfaces), len(self._wall), self._dim
-        area, self._stiffness = surface_shares(p.V0, body.thickness, D), stiffness.mean(axis=1)
+        area, self._stiffness = surface_shares(p.V0, body.thickness, D), stiffness
         p.add(half=surface_distances(body.body, p.V0, background.basis.smooth, body.part), sunk=np.zeros(n),
-              wall_stiffness=(stiffness * area).T.copy(),
+              wall_stiffness=area[:, None] * stiffness,
               wall_side=np.zeros((n, W), np.int8), wall_status=np.zeros((n, M), np.int8),
               wall_force=np.zeros((n, M, D)), wall_gap=np.zeros((n, M, D)),
               wall_foot=np.zeros((n, M, D)), wall_element=np.full((n, M), -1, np.int32))

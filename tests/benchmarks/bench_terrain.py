@@ -11,16 +11,20 @@ from time import process_time
 
 import numpy as np
 
-from dem_liggghts import Interaction, Material, Scene, Spheres
+from dem_liggghts import Interaction, Material, Scene, Spheres, Wall
 from mpm_fenicsx import Box, Terrain
 
 CELL, RADIUS, STEPS, DT = 1.0, 0.4, 25, 2e-4
-NOTHING = np.zeros((0, 3))  # there is no moving wall
 
 
 def heights(x, y):
     """Of a rough slope [m]."""
     return 0.4 * (600.0 - x) + 0.3 * np.sin(0.7 * x) * np.cos(0.9 * y)
+
+
+def discs(count):
+    """An interface far from the rocks."""
+    return Wall.discs([[60.0, 10.0 + 0.05 * k, 300.0] for k in range(count)], 0.02)
 
 
 def opened(cells, backend):
@@ -30,7 +34,8 @@ def opened(cells, backend):
     xy = np.stack(np.meshgrid(20.0 + 2.0 * np.arange(4), [14.0, 16.0], indexing="ij"), axis=-1).reshape(-1, 2)
     x = np.column_stack([xy, terrain.height(xy) + 1.5 * RADIUS])
     rocks = Spheres(x, np.zeros_like(x), RADIUS, rho=2600.0)
-    scene = Scene(rocks, None, Material(1e8, 0.25), None, Interaction(0.5, 0.5), gravity=(0.0, 0.0, -9.81),
+    stone, met = Material(1e8, 0.25), Interaction(0.5, 0.5)
+    scene = Scene(rocks, discs(1), stone, stone, met, met, gravity=(0.0, 0.0, -9.81),
                   structures=[terrain.structure("terrain", friction=0.5)])
     return scene.open(backend, DT), len(terrain.elements)
 
@@ -46,8 +51,20 @@ def measured(dems, work, windows):
     return 1e3 * seconds / windows
 
 
-WORKS = {"a window": lambda dem: dem.advance(STEPS, NOTHING, NOTHING), "energies": lambda dem: dem.energy(),
-         "what sets it back": lambda dem: getattr(dem, "remember", dem.get_state)()}
+def advance(dem):
+    """A window in which the interface is at rest."""
+    x = np.array(dem.scene.wall.nodes)
+    dem.advance(STEPS, x, np.zeros_like(x))
+
+
+def renew(dem):
+    """Another interface, of more or fewer discs."""
+    dem.replace_wall(discs(200 - len(dem.scene.wall.nodes) // 2))
+
+
+WORKS = {"a window": advance, "energies": lambda dem: dem.energy(),
+         "what sets it back": lambda dem: getattr(dem, "remember", dem.get_state)(),
+         "another interface": renew}
 
 
 def main(side=512, windows=200):

@@ -65,7 +65,7 @@ SEEDED = """
 import json
 import sys
 import numpy as np
-from mpm_fenicsx import MPM, Body, Box, Cloud, Grid, linear
+from mpm_fenicsx import MPM, Body, Box, Cloud, Grid, Structure, linear
 from mpm_fenicsx.terms import bodies
 seeded, make = [], bodies.BodyTerm.__init__
 
@@ -82,7 +82,8 @@ law, grid = linear(1e6, 0.3), Grid(Box((0.0, 0.0), (4.0, 1.0)), (16, 4))
 def made(**more):
     block = Body(Box((0.0, 0.0), (2.0, 0.5)), (8, 2), 2, law, 1000.0, **more)
     drops = Body(Cloud([(3.0, 0.2), (3.2, 0.3)], [0.01, 0.02]), None, None, law, 1000.0)
-    return MPM(grid, [block, drops], inertia="lumped", gravity=(0.0, -9.81))
+    bed = Structure.plane("bed", (0.0, 0.0), "+y", grid.box, friction=0.3)
+    return MPM(grid, [block, drops], inertia="lumped", gravity=(0.0, -9.81), structures=[bed])
 
 
 def message(**more):
@@ -94,6 +95,8 @@ def message(**more):
 
 solid = made()
 bodies.BodyTerm.__init__ = make
+for _ in range(3):
+    solid.advance(1e-3)
 comm, gids = solid.comm, [body.points.gid.tolist() for body in solid.bodies]
 told = [message(velocity=lambda x: np.where(x < 1.0, 0.0, np.nan)),
         message(stress=lambda x: np.where(x[:, :1] < 1.0, 0.0, [[-1e9, 0.0, np.inf]]))]

@@ -62,7 +62,7 @@ def main(
     ahead = reference.room(dim, (length + 0.3 * h, 0.0, 0.0),
                            (length + 4 * boulder * max(rows, 1), 2.1 * boulder, width))
     balls = Spheres.packed(spheres, boulder, ahead, rho_rock, seed)
-    body = Body(whole, reference.counts(whole, h), 2, soil.material(dim, h), soil.rho, f_bar=True,
+    body = Body(whole, reference.counts(whole, h), 2, soil.material(dim), soil.rho, f_bar=True,
                 friction=friction, thickness=width).without([balls, *rocks], gap=0.25 * h)
 
     # an elastic barrier goes through the bed's plane, which ends before it, so that it does not rub there

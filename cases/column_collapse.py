@@ -66,9 +66,9 @@ def main(
     fine = (2 if dim == 2 else 1) if refine is None else check.count("refine", refine)
     gravity = (0.0, -g, 0.0)[:dim]
     body = Body(Box((0.0,) * dim, size), tuple(n * fine for n in Grid.counts(size, h)),
-                POINTS[kind] if points is None else points, soil.material(dim, h), soil.rho, cell=kind,
+                POINTS[kind] if points is None else points, soil.material(dim), soil.rho, cell=kind,
                 f_bar=f_bar)
-    stated = state.ground(body, soil, gravity, h)
+    stated = state.ground(body, soil, gravity)
     grid = flow_grid(size, h, fall_room(size, g, steps.t_end, ways) if box is None else box, ways, cell)
     supports, walls = level_floor(granular.floor_kind(floor), h, dim)
     supports.append(Support.column("x", 0.0, grid, "x", name="the wall"))

@@ -37,7 +37,7 @@ def main(
     """Force of sand and blocks on both halves of a cube at the end of a flume, and what gauges see."""
     width, gravity = reference.WIDTH, reference.GRAVITY
     sand = Box((0.0, 0.0, 0.0), (7.0, width, 2.0))
-    body = Body(sand, Grid.counts(tuple(sand.size), h), 2, soil.material(3, h), soil.rho, f_bar=True)
+    body = Body(sand, Grid.counts(tuple(sand.size), h), 2, soil.material(3), soil.rho, f_bar=True)
     ground = Terrain.function(reference.bed, Box((-1.0, -h), (reference.END, width + h)), h)
     sides = Box((-1.0, -h, -1.0), (reference.SIDES, width + h, room))
     cube = Box((reference.FRONT, reference.ACROSS[0], 0.0), (reference.FRONT + 1.0, reference.ACROSS[1],

@@ -62,7 +62,7 @@ def main(
     check.between("soil_restitution", soil_restitution, 0, 1)
     stack.check_steps(depth, scheme.inner, scheme.substeps)
     size = granular.SIZE
-    body = Body(Box((0.0, 0.0), size), tuple(2 * n for n in Grid.counts(size, h)), 3, soil.material(2, h),
+    body = Body(Box((0.0, 0.0), size), tuple(2 * n for n in Grid.counts(size, h)), 3, soil.material(2),
                 soil.rho, cell="triangle", thickness=depth, f_bar=True)
     grid = flow_grid(size, h, box)
     supports = [*level_floor("stick", h, dim=2)[0], Support.column("x", 0.0, grid, "x", name="the wall")]

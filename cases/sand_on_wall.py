@@ -40,7 +40,7 @@ def main(
     check.between("slope", slope, 0.0, 90.0, "degrees", ends="()")
     length, top = check.numbers("deposit", deposit, 2, "m", check.positive)
     whole, foot = reference.room(dim, (0.0, 0.0, 0.0), (length, top, width)), length + path
-    body = Body(whole, reference.counts(whole, h), 2, soil.material(dim, h), soil.rho, f_bar=True,
+    body = Body(whole, reference.counts(whole, h), 2, soil.material(dim), soil.rho, f_bar=True,
                 thickness=width)
     room = reference.room(dim, (-4 * h, -4 * h, -h), (foot + 24 * h, 1.5 * (top + height), width + h))
     structures = reference.chute(room, width, h, friction)

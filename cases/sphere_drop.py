@@ -46,7 +46,7 @@ def main(
     part = 4.0 if dim == 3 else 2.0  # of which one is computed, between planes of symmetry
     length, height, width = check.numbers("size", size, 3, "m", check.positive)
     bed = (0.5 * length, height, 0.5 * width)[:dim]
-    body = Body(Box((0.0,) * dim, bed), Grid.counts(bed, h), 2, soil.material(dim, h), soil.rho, f_bar=True,
+    body = Body(Box((0.0,) * dim, bed), Grid.counts(bed, h), 2, soil.material(dim), soil.rho, f_bar=True,
                 thickness=width)
     grid = flow_grid(bed, h, (bed[0], height + 4 * h, bed[-1])[:dim], "")  # with room for what is thrown up
     down = (0.0, -g, 0.0)[:dim]
@@ -54,7 +54,7 @@ def main(
     supports += [Support.column(axis, at, grid, axis, name=f"the side at {axis} = {at} m")
                  for axis, side in zip("xz", (bed[0], bed[-1])[:dim - 1]) for at in (0.0, side)]
     solid = MPM(grid, supports=supports, interface=Balls(ball * h), gravity=down, inertia="lumped",
-                outflow={"+y": "remove"}, numerics=numerics, **state.ground(body, soil, down, h))
+                outflow={"+y": "remove"}, numerics=numerics, **state.ground(body, soil, down))
 
     highest = height * (1.0 - 0.25 / Grid.counts(bed, h)[1])  # of the points, two to a cell
     at = np.array((0.0, highest + ball * h + radius, 0.0)[:dim])  # on top of the balls

@@ -39,7 +39,7 @@ def main(
     gravity, stone = (0.0, 0.0, -9.81), Material(1e9, 0.25)
     boulders = reference.rocks(ground, rocks, radius, seed)
     release, corridor = reference.release(), reference.corridor()
-    body = Body(ground.release(depth, release, h), None, None, soil.material(3, h), soil.rho, f_bar=True)
+    body = Body(ground.release(depth, release, h), None, None, soil.material(3), soil.rho, f_bar=True)
     slope = ground.structure("ground", friction=bed, regions={"forest": (reference.forest(), forest)})
     check_dam = Structure.box("dam", reference.dam(ground, dam, thickness=2.0 * h), friction=0.4)
     solid = MPM(ground.grid(h, above=6.0 * h, where=corridor), state.of(body), interface=Balls(0.25 * h),

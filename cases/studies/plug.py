@@ -31,7 +31,7 @@ def main(
 ) -> Run:
     """Force on the cube over that of a stream whose momentum it takes, in the first pulse and after it."""
     plug = Box((79.5 - length, 0.0, 0.0), (79.5, width, depth))
-    body = Body(plug, Grid.counts(tuple(plug.size), h), 2, soil.material(3, h), soil.rho, f_bar=True,
+    body = Body(plug, Grid.counts(tuple(plug.size), h), 2, soil.material(3), soil.rho, f_bar=True,
                 velocity=(v, 0.0, 0.0))
     start = 70.0 - max(length - 8.0, 0.0)
     ground = Terrain.function(reference.bed, Box((start, -h), (reference.END, width + h)), h)

@@ -81,6 +81,15 @@ def _check_rest(functions: compat.Functions, name: str, params: Sequence[float])
                 "mu / 2 * (tr(F.T * F) - 3) - mu * ln(det(F)) does")
 
 
+def formulas(law: Law) -> Tuple[str, ...]:
+    """What tells the formula of the law's energy from others, where it has one of ``from_energy``: its own or
+    those of the laws in it."""
+    found: Tuple[str, ...] = ()
+    for name, part in law.parts:
+        found += formulas(part) if isinstance(part, Law) else (part,) if name == "ENERGY" else ()
+    return found
+
+
 def from_energy(psi: Callable, /, **parameters: float) -> Law:
     """The hyperelastic law with the strain energy ``psi(F, **parameters)`` per undeformed volume [J/m^3],
     written in UFL; F: deformation gradient, shape (3, 3), in the plane, too, where only F_33 is left of its

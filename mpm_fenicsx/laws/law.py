@@ -42,7 +42,9 @@ class Law(NamedTuple):
     across the plane in plane stress, for laws that have one: thickness(p, F). ``parts``: names and templates
     of functions that the kernels call by these names, and those after them, where several laws share their
     kernels, or constants; a law among them brings ``NAME_stress``, ``NAME_tangent`` and ``NAME_energy``.
-    ``symmetric``: A is, and so may be the solver."""
+    ``symmetric``: A is, and so may be the solver. ``by_cell``: of a law that depends on the size of the
+    background cells, the law for cells of that size [m]; ``cell``: what it is made for [m], None where
+    ``MPM`` is to put that of its grid."""
 
     name: str
     params: NamedTuple
@@ -53,6 +55,8 @@ class Law(NamedTuple):
     thickness: Optional[Callable] = None
     parts: Tuple[Tuple[str, Any], ...] = ()
     symmetric: bool = True
+    by_cell: Optional[Callable[[float], "Law"]] = None
+    cell: Optional[float] = None
 
 
 def lame(E: float, nu: float) -> Tuple[float, float]:

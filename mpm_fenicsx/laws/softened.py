@@ -1,5 +1,6 @@
 """Soil from its peak to its residual strength, of two laws with either."""
-from typing import Dict
+from functools import partial
+from typing import Dict, Optional
 
 import mpm_dem_checks as check
 
@@ -30,12 +31,13 @@ def _check(peak: Law, residual: Law) -> None:
                              f"{other:.6g} and {one:.6g}): give at most that, strength is lost")
 
 
-def softened(peak: Law, residual: Law, strain: float, length: float, cell: float) -> Law:
+def softened(peak: Law, residual: Law, strain: float, length: float, cell: Optional[float] = None) -> Law:
     """Soil that goes from the strength of ``peak`` to that of ``residual``, both ``mohr_coulomb`` or both
     ``drucker_prager``, as it shears plastically by ``strain`` [-] in a band of width ``length`` [m], see
-    ``softening``; ``cell``: size of the background cells [m], the width of a band on the grid. The law
-    remembers ``plastic_strain``. Raises ValueError for impossible values, and where ``cell`` is so large that
-    strength is lost faster than the soil unloads.
+    ``softening``. The law remembers ``plastic_strain``. ``cell``: size of the background cells [m], the width
+    of a band on the grid; None: ``MPM`` takes that of its grid (of cells that are not square or cubes the
+    geometric mean), and a single point is a sample as wide as ``length``. Raises ValueError for impossible
+    values, and where ``cell`` is so large that strength is lost faster than the soil unloads.
 
     A band of clay, 5 cm wide, that loses half of its cohesion over a slip of 5 mm:
 
@@ -50,6 +52,8 @@ def softened(peak: Law, residual: Law, strain: float, length: float, cell: float
                             "strength is residual, a positive number")
     length = check.positive("length of softening", length, "m", "give the width of the band that the strain "
                             "belongs to, a positive number")
-    cell = check.positive("cell of softening", cell, "m", "give the size of the background cells, a positive "
-                          "number")
-    return softening_law(peak, residual, strain, length, cell, SOFTENS[peak.name])
+    if cell is not None:
+        cell = check.positive("cell of softening", cell, "m", "give the size of the background cells, a "
+                              "positive number, or leave it out")
+    law = softening_law(peak, residual, strain, length, cell, SOFTENS[peak.name])
+    return law._replace(cell=cell, by_cell=partial(softened, peak, residual, strain, length))

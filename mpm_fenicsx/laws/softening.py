@@ -23,7 +23,7 @@ A return with the strength of the end of the step: k is the root of
 which lies between k_old and that for the residual strength; Newton's method within these bounds finds it.
 """
 import math
-from typing import Callable, NamedTuple
+from typing import Callable, NamedTuple, Optional
 
 from .hencky import ELASTIC, hencky_law
 from .law import Law
@@ -130,14 +130,14 @@ def full_strain(strain: float, length: float, cell: float) -> float:
     return strain / math.sqrt(3.0) * length / cell
 
 
-def softening_law(peak: Law, residual: Law, strain: float, length: float, cell: float,
+def softening_law(peak: Law, residual: Law, strain: float, length: float, cell: Optional[float],
                   softens: Softens) -> Law:
     """See ``softened``; ``peak`` and ``residual`` go together, and have their viscosity in their parameters.
-    ValueError where strength goes faster than the soil unloads."""
-    full = full_strain(strain, length, cell)
+    ValueError where strength goes faster than the soil unloads in cells of that size."""
+    full = full_strain(strain, length, cell or length)
     steepest = softens.steepest(peak.params, residual.params)
     loss = softens.loss(peak.params, residual.params)
-    if loss > steepest * full:
+    if cell and loss > steepest * full:
         raise ValueError(
             f"cell is {cell:.6g} m: within bands so wide the strength falls by {loss:.4g} Pa over a plastic "
             f"strain of {full:.4g}, faster than the soil unloads; give cells of less than "

@@ -70,20 +70,19 @@ class Soil:
         **dict.fromkeys(("softening_length", "residual_phi", "residual_cohesion"),
                         (_softens, "with softening=, a plastic shear strain"))}
 
-    def material(self, dim: int, cell: Optional[float] = None) -> Law:
+    def material(self, dim: int) -> Law:
         """The law in ``dim`` dimensions: Drucker–Prager matches Mohr–Coulomb in plane strain, in space in
         triaxial compression; von Mises yields in pure shear at the cohesion; mu(I) has the friction
-        coefficients tan phi at rest and tan phi_2. cell: size of the background
-        cells [m], which softening needs.
+        coefficients tan phi at rest and tan phi_2.
 
         >>> Soil(E=50e3, nu=0.4, rho=1300.0, phi=0.0, cohesion=100.0, law="von_mises").material(3).params.Y
         173.20508075688772
         >>> Soil(E=1e7, nu=0.3, rho=1800.0, phi=20.0, cohesion=2e4, softening=0.1, softening_length=0.05,
-        ...      residual_cohesion=1e4).material(2, cell=0.1).name
+        ...      residual_cohesion=1e4).material(2).name
         'softening_mohr_coulomb'
         """
         if self.softening is not None:
-            return self._softened(dim, cell)
+            return self._softened(dim)
         if self.law == "von_mises":
             check.positive("cohesion", self.cohesion, "Pa",
                            "law=von_mises has its strength from it, give a positive number")
@@ -106,11 +105,11 @@ class Soil:
         at_rest, fast = (math.tan(math.radians(angle)) for angle in (self.phi, self.phi_2))
         return mu_i(self.E, self.nu, at_rest, fast, self.I_0, self.grain_diameter, self.grain_density)
 
-    def _softened(self, dim: int, cell: Optional[float]) -> Law:
+    def _softened(self, dim: int) -> Law:
         """See ``softened``."""
-        for name, value in (("softening_length", self.softening_length), ("cell", cell)):
-            if value is None:
-                raise ValueError(f"{name} is none: softening={self.softening:g} needs it, give a length in m")
+        if self.softening is None or self.softening_length is None:
+            raise ValueError(f"softening_length is none: softening={self.softening:g} needs it, give a "
+                             "length in m")
         phi = self.phi if self.residual_phi is None else self.residual_phi
         cohesion = self.cohesion if self.residual_cohesion is None else self.residual_cohesion
         check.between("residual_phi", phi, 0, self.phi, "degrees",
@@ -119,8 +118,7 @@ class Soil:
                       f"give at least 0 and at most the cohesion, {self.cohesion:g}")
         peak = replace(self, softening=None)
         residual = replace(peak, phi=phi, psi=0.0, cohesion=cohesion, tension=None)
-        return softened(peak.material(dim), residual.material(dim), self.softening, self.softening_length,
-                        cell)
+        return softened(peak.material(dim), residual.material(dim), self.softening, self.softening_length)
 
     @property
     def at_rest(self) -> float:

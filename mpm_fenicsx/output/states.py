@@ -7,6 +7,7 @@ import numpy as np
 from ..collective import checksum
 from ..errors import MPMError
 from ..grid.background import whole_mesh
+from ..laws.energy import formulas
 
 WHAT = ("number of ranks", "rank", "dimension", "number of material points", "grid", "material points",
         "laws", "supports", "interface, loads and walls", "kind of inertia", "basis", "outflow", "origin",
@@ -20,8 +21,8 @@ def fingerprint(model, conditions):
     gravity. To be taken while the ranks have their parts of the material points in order. conditions: sets of
     particles with their names. Collective."""
     scene, points = model.scene, [body.points for body in model.bodies]
-    laws = [(b.law.name, tuple(map(float, b.law.params)), b.rho, b.thickness, b.stress_state, b.f_bar)
-            for b in scene.bodies]
+    laws = [(b.law.name, tuple(map(float, b.law.params)), b.rho, b.thickness, b.stress_state, b.f_bar,
+             *formulas(b.law)) for b in scene.bodies]
     outflow = sorted(scene.outflow.items()) if isinstance(scene.outflow, dict) else scene.outflow
     if scene.openings:
         outflow = outflow, [(one.name, one.at.tolist(), str(one.normal)) for one in scene.openings]

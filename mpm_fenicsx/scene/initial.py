@@ -75,14 +75,14 @@ class InitialGround(InitialState):
                         (_layered, "with layers=, their depths")),
         "layer_ratio": (lambda keys: _layered(keys) and _rests(keys), "with initial=geostatic and layers=")}
 
-    def ground(self, body: Body, soil: Soil, gravity: Sequence[float], cell: float) -> Dict[str, Any]:
+    def ground(self, body: Body, soil: Soil, gravity: Sequence[float]) -> Dict[str, Any]:
         """What ``MPM`` takes of a ``body``, a Box of ``soil`` with a level surface, in layers if there are:
         its ``body``, whether layers are ``bonded``, and the ``body_force`` of water.
 
         >>> soil = Soil(E=1e6, nu=0.3, rho=1600.0, phi=30.0)
         >>> body = Body(Box((0.0, 0.0), (1.0, 1.0)), (4, 4), 2, soil.material(2), soil.rho)
         >>> deep = InitialGround(initial="geostatic", layers=(0.25,), layer_rho=(1500.0, 1900.0))
-        >>> stated = deep.ground(body, soil, (0.0, -10.0), cell=0.25)
+        >>> stated = deep.ground(body, soil, (0.0, -10.0))
         >>> [(one.cells, one.rho) for one in stated["body"]]
         [((4, 1), 1500.0), ((4, 3), 1900.0)]
         """
@@ -95,7 +95,7 @@ class InitialGround(InitialState):
         top = np.zeros(body.dim)
         top[1] = body.box.upper[1]
         ground = Ground(layers, top, gravity, water=self.water)
-        bodies = [replace(part, law=one.material(body.dim, cell), rho=one.rho) for part, one
+        bodies = [replace(part, law=one.material(body.dim), rho=one.rho) for part, one
                   in zip(_cut(body, rows), soils)]
         if self.initial == "geostatic":
             bodies = [replace(one, stress=ground.stress) for one in bodies]

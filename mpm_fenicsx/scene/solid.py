@@ -9,6 +9,7 @@ from mpm_dem_series import over_time
 
 from .balls import Balls
 from .bodies import Body, Grid
+from .cell_sizes import on_grid
 from .conditions import GridWall, Load, Penalty
 from .interface import Interface
 from .lattice import cell_count
@@ -77,7 +78,8 @@ class SolidScene:
             object.__setattr__(self, name, value)
 
         check.record("grid", self.grid, Grid, Mesh)
-        put("body", check.records("bodies", self.bodies, Body))
+        put("body", tuple(on_grid(body, self.grid, number) for number, body
+                          in enumerate(check.records("bodies", self.bodies, Body))))
         put("supports", check.records("supports", self.supports, Support))
         put("loads", check.records("loads", self.loads, Load))
         put("penalties", check.records("penalties", self.penalties, Penalty, GridWall))

@@ -19,7 +19,7 @@ def unbalanced(dim=2, density=None, **keys):
     held += [Support(lambda x, d=d: (x[:, d] < 1e-9) | (x[:, d] > size[d] - 1e-9), "xyz"[d])
              for d in range(dim) if d != 1]
     gravity = (0.0, -G, 0.0)[:dim]
-    stated = InitialGround(initial="geostatic", **keys).ground(body, SOIL, gravity, 0.1)
+    stated = InitialGround(initial="geostatic", **keys).ground(body, SOIL, gravity)
     solid = MPM(Grid(Box((0.0,) * dim, size), Grid.counts(size, 0.1)), supports=held, gravity=gravity,
                 inertia="lumped", **stated)
     stress, x = solid.cauchy_stress(), np.concatenate([one.points.x for one in solid.bodies])
@@ -95,5 +95,5 @@ def test_of_several_bodies_each_has_its_number():
     body = Body(Box((0.0, 0.0), (1.0, 1.0)), (4, 4), 2, SOIL.material(2), SOIL.rho)
     assert InitialState().of(body) is body
     deep = InitialGround(start="there", initial="geostatic", layers=(0.5,))
-    stated = deep.ground(body, SOIL, (0.0, -G), 0.25)
+    stated = deep.ground(body, SOIL, (0.0, -G))
     assert [(one.start.body, one.stress) for one in stated["body"]] == [(0, None), (1, None)]

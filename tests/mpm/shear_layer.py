@@ -7,20 +7,20 @@ HEIGHT, E, NU, PEAK, RESIDUAL, WEAKER = 1.0, 3e6, 0.49, 1e3, 400.0, 0.95
 LENGTH, STRAIN = 0.25, 0.02  # of a band: residual after a slip of 5 mm
 
 
-def clay(share, cell):
+def clay(share, length):
     """Cohesion alone, ``share`` of it."""
-    return softened(*(mohr_coulomb(E, NU, 0.0, cohesion=share * c) for c in (PEAK, RESIDUAL)), STRAIN, LENGTH,
-                    cell)
+    return softened(*(mohr_coulomb(E, NU, 0.0, cohesion=share * c) for c in (PEAK, RESIDUAL)), STRAIN,
+                    length)
 
 
 def sheared(n, regular=True, slide=0.008, steps=80):
     """Slide of the top [m] and shear stress in the bed [Pa] of a layer of ``n`` rows after each step;
-    regular: the law knows the size of its cells, else it has the strain of a band as wide as ``LENGTH``."""
+    regular: with the slip of a band as wide as ``LENGTH``, else with its strain."""
     h = HEIGHT / n
-    cell = h if regular else LENGTH
+    length = LENGTH if regular else h
     row = h * (n // 2)
     layers = [(0.0, row), (row, row + h), (row + h, HEIGHT)]
-    bodies = [Body(Box((0.0, low), (2 * h, high)), (2, round((high - low) / h)), 2, clay(share, cell), 1.0)
+    bodies = [Body(Box((0.0, low), (2 * h, high)), (2, round((high - low) / h)), 2, clay(share, length), 1.0)
               for (low, high), share in zip(layers, (1.0, WEAKER, 1.0))]
     supports = [Support(lambda x: x[:, 1] > -1.0, "y"), Support(lambda x: x[:, 1] < 1e-9, "x"),
                 Support(lambda x: x[:, 1] > HEIGHT - 1e-9, "x", lambda t: slide * t, name="top")]

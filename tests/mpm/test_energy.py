@@ -206,3 +206,21 @@ def test_it_is_compiled_once_for_all_processes_and_moduli(run_script):
     assert run_script(1.0) == ("0 True", 1)
     assert run_script(1.0, "alone") == ("4 True", 1)
     assert run_script(2.5, "alone") == ("4 True", 1)
+
+
+def stiffer(F, mu, lam):
+    return mu / 2 * (tr(F.T * F) - 3) - mu * ln(det(F)) + lam / 2 * (det(F) - 1) ** 2
+
+
+stiffer.__name__ = "neo"  # another energy under the same name, with the same parameters
+
+
+def test_a_checkpoint_of_another_formula_is_told(tmp_path):
+    box = Box((0.0, 0.0), (1.0, 1.0))
+    make = lambda psi: MPM(Grid(box, (2, 2)), Body(box, (2, 2), 2, from_energy(psi, mu=MU, lam=LAM), 1.0))  # noqa: E731
+    first = make(neo)
+    first.advance(0.1)
+    first.save(tmp_path / "neo.h5")
+    make(neo).load(tmp_path / "neo.h5")
+    with pytest.raises(ValueError, match="another scene: its laws differ from those here"):
+        make(stiffer).load(tmp_path / "neo.h5")

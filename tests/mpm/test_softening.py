@@ -2,8 +2,22 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import PATHS, Soil, drive, drucker_prager, linear, mohr_coulomb, softened, von_mises
+from mpm_fenicsx import (
+    MPM,
+    PATHS,
+    Body,
+    Box,
+    Grid,
+    Soil,
+    drive,
+    drucker_prager,
+    linear,
+    mohr_coulomb,
+    softened,
+    von_mises,
+)
 from tests.mpm import shear_layer
+from tests.mpm.conftest import make_distorted
 
 E, NU = 50e6, 0.3
 G = E / (2 * (1 + NU))
@@ -133,7 +147,7 @@ SOIL = dict(E=E, nu=NU, rho=1800.0, phi=35.0, cohesion=2e3)
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_soil_of_a_case_softens(law, dim):
     keys = dict(softening=0.05, softening_length=0.1, residual_phi=25.0, residual_cohesion=5e2)
-    one = Soil(**SOIL, law=law, psi=5.0, **keys).material(dim, cell=0.05)
+    one = Soil(**SOIL, law=law, psi=5.0, **keys).material(dim).by_cell(0.05)
     match = {} if law == "mohr_coulomb" else {"match": "plane_strain" if dim == 2 else "compression"}
     other = soft(LAWS[law], dict(dilation_angle=5.0), strain=0.05, length=0.1, cell=0.05, **match)
     assert one.name == other.name == f"softening_{law}" and one.params == other.params
@@ -149,9 +163,35 @@ def test_a_soil_of_a_case_softens(law, dim):
     (dict(softening=0.0, softening_length=0.1), "strain of softening is 0.0")])
 def test_numbers_of_a_soil_that_cannot_be_meant(keys, words):
     with pytest.raises(ValueError, match=words):
-        Soil(**SOIL, **keys).material(2, cell=0.1)
+        Soil(**SOIL, **keys).material(2)
 
 
-def test_a_soil_that_softens_needs_the_size_of_the_cells():
-    with pytest.raises(ValueError, match="cell is none: softening=0.1 needs it, give a length in m"):
-        Soil(**SOIL, softening=0.1, softening_length=0.1).material(2)
+def scene(law, grid):
+    """A block of that soil."""
+    return MPM(grid, Body(Box((0.0, 0.0), (0.2, 0.2)), (4, 4), 2, law, 1800.0))
+
+
+def test_without_a_size_the_cells_are_those_of_the_grid():
+    law = Soil(**SOIL, softening=0.1, softening_length=0.1).material(2)
+    assert law.params.full == pytest.approx(0.1 / 3**0.5)  # of a point, a sample as wide as the length
+    room = Box((0.0, 0.0), (0.4, 0.4))
+    fine = make_distorted("triangle", (8, 8), by=0.0, box=room)
+    for grid, cell in ((Grid(room, (8, 8)), 0.05), (Grid(room, (4, 16)), 0.05), (fine, 0.05),
+                       (Grid(room, (4, 4)), 0.1)):
+        solid = scene(law, grid)
+        assert solid.bodies[0].body.law.cell == pytest.approx(cell)
+        assert solid.bodies[0].body.law.params.full == pytest.approx(0.1 / 3**0.5 * 0.1 / cell)
+        solid.close()
+
+
+def test_cells_of_another_size_are_told():
+    law = soft(LAWS["mohr_coulomb"], cell=0.05)
+    room = Box((0.0, 0.0), (0.4, 0.4))
+    scene(law, Grid(room, (8, 4))).close()  # of cells that are not square, any size in between
+    for counts in ((4, 4), (16, 16)):
+        with pytest.raises(ValueError, match="softening_mohr_coulomb of body 0 is made for cells of 0.05 m, "
+                           "and those of the grid are .* m: leave cell= out"):
+            scene(law, Grid(room, counts))
+    brittle = soft(LAWS["mohr_coulomb"], length=1e-4, cell=None)
+    with pytest.raises(ValueError, match="cell is 0.1 m: within bands so wide"):
+        scene(brittle, Grid(room, (4, 4)))

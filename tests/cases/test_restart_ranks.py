@@ -30,15 +30,16 @@ def check_near(folder, other, names):
                                    err_msg=name)
 
 
-def check(go, tmp_path, case, names, *words, ranks=(2, 1, 3)):
-    """Straight on two ranks; from its checkpoint before the last on so many ranks each."""
+def check(go, tmp_path, case, names, *words, ranks=(2, 1, 3), options=()):
+    """Straight on two ranks; from its checkpoint before the last on so many ranks each. options: PETSc's, of
+    all runs."""
     first = tmp_path / "first"
-    go(2, case, f"out={first}", *words)
+    go(2, case, f"out={first}", *words, *options)
     for n in ranks:
         again = tmp_path / f"ranks{n}"
         shutil.copytree(first, again)
         (again / "checkpoint.h5").unlink()
-        go(n, case, f"restart={again}")
+        go(n, case, f"restart={again}", *options)
         if n == 2:
             assert (first / "history.csv").read_bytes() == (again / "history.csv").read_bytes()
         check_near(first, again, names)
@@ -79,6 +80,8 @@ def test_soil_and_blocks_go_on_on_other_ranks(go, tmp_path, more, liggghts):
 @pytest.mark.mpi
 @pytest.mark.validation
 def test_a_flow_on_a_new_distribution_goes_on_on_other_ranks(go, tmp_path):
-    """The column has spread, and its points are on other ranks than at the start."""
+    """The column has spread, and its points are on other ranks than at the start. Ranks that make a tangent
+    anew at another step differ by what Newton's method leaves: here next to nothing."""
     check(go, tmp_path, "column_collapse", ["front", "kinetic", "height"],
-          "h=0.025", "dt=2e-3", "t_end=0.2", "rebalance=1.01", "checkpoint=40")
+          "h=0.025", "dt=2e-3", "t_end=0.2", "rebalance=1.01", "checkpoint=40",
+          options=("-mpm_snes_atol", "1e-9"))

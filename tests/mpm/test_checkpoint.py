@@ -269,7 +269,7 @@ def test_no_checkpoint_between_load_steps(tmp_path):
 RUN = """
 import sys
 import numpy as np
-from mpm_fenicsx import MPM, Body, Box, Grid, Interface, Penalty, neo_hooke
+from mpm_fenicsx import MPM, Body, Box, Grid, Interface, Numerics, Penalty, neo_hooke
 _, task, path, cell, basis = sys.argv
 D = 2 if cell in ("quadrilateral", "triangle") else 3
 points = {"quadrilateral": 2, "triangle": 3, "hexahedron": 2, "tetrahedron": 4}[cell]
@@ -280,7 +280,8 @@ wall = Penalty(Interface.line((3.0, 0.0), (3.0, 2.0), 8), normal=(-1.0, 0.0), se
                contact="surface" if basis == "gimp" else "nodes")
 solid = MPM(Grid(Box((0, 0, 0)[:D], (5, 2, 2)[:D]), (20, 8, 8)[:D], cell), body,
             interface=Interface(top, np.zeros((0, D), int)), penalties=[wall] if D == 2 else (),
-            inertia="ghost" if basis == "linear" else "lumped", basis="gimp" if basis == "gimp" else "linear")
+            inertia="ghost" if basis == "linear" else "lumped",
+            numerics=Numerics(rebalance=1.1, basis="gimp" if basis == "gimp" else "linear"))
 solid.rebalance_every = 5 if task != "elsewhere" else 10**9
 def advance(first, last):
     for n in range(first, last):

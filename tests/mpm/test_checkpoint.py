@@ -292,21 +292,21 @@ def fields():
     return {name: gather(getattr(solid.points, name))[order] for name in ("x", "v", "F")}
 found, lists = {}, [[]]
 if task == "straight":
-    advance(0, 22)
+    advance(0, 18)
     solid.save(path)
     lists = [list(solid.rebalances)]
     state = solid.get_state()
-    advance(22, 40)
+    advance(18, 40)
     found = fields()
     solid.set_state(state)  # over another distribution, and on without a new one
     solid.load(path)
     solid.rebalance_every = 10**9
-    advance(22, 40)
+    advance(18, 40)
     found |= {"still " + name: values for name, values in fields().items()}
 else:
     solid.load(path)
     lists = [list(solid.rebalances)]
-    advance(22, 40)
+    advance(18, 40)
     found = fields()
 if solid.comm.rank == 0:
     np.savez(path + "." + task, **found, loaded=np.array(lists[0]), at_end=np.array(solid.rebalances),

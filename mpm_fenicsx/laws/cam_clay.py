@@ -19,7 +19,9 @@ The return of a step, with x its compaction, h = 2 P - P_c and the multiplier g,
     x = g h,    q (1 + 6 G g / M^2) = q_trial,    q^2 / M^2 = P (P_c - P),
 
 is one equation for x between 0 and the compaction that leads to h = 0, at which its two ends have different
-signs: Newton's method within these bounds always finds it.
+signs: Newton's method within these bounds always finds it. Mostly it does so from no compaction on without
+them, which need a root of their own; so of several solutions, as clay has that is dry of critical and loses
+strength faster than it unloads, it finds the one next to the state before.
 """
 import math
 from typing import NamedTuple
@@ -84,27 +86,48 @@ def _critical(p, P_c, volume):
 
 @called
 def _excess(p, P_c, volume, q, x):
-    """q^2 / M^2 + P (P - P_c) after the compaction x, and its derivative."""
+    """q^2 / M^2 + P (P - P_c) after the compaction x, its derivative, and about how far h = 0 is from x."""
     P, now = _pressure(p, volume - x), P_c * math.exp(x / p.hardening)
     stiff, harder, h = (P + p.P_r) / p.kappa, now / p.hardening, 2.0 * P - now
     a = 6.0 * p.mu / (p.M * p.M)
     turn = h + a * x  # q = q_trial h / turn
-    if turn == 0.0:
-        return P * (P - now), -1.0
-    left = q * h / turn
     falls = -2.0 * stiff - harder  # of h
+    if turn == 0.0:
+        return P * (P - now), -1.0, 0.0
+    left = q * h / turn
     slope = q * a * (falls * x - h) / (turn * turn)
     return (left * left / (p.M * p.M) + P * (P - now),
-            2.0 * left * slope / (p.M * p.M) - h * stiff - P * harder)
+            2.0 * left * slope / (p.M * p.M) - h * stiff - P * harder, -h / falls)
+
+
+@called
+def _nearby(p, P_c, volume, q):
+    """Compaction of the step by Newton's method from none on; NaN where it would go beyond the critical state,
+    or does not converge at once."""
+    x, last, side = 0.0, math.inf, 0.0
+    for _ in range(8):
+        value, slope, to_critical = _excess(p, P_c, volume, q, x)
+        if side == 0.0:
+            side = to_critical
+        step = value / slope
+        if not (to_critical * side > 0.0 and abs(step) <= 0.5 * last and (x - step) * side > 0.0):
+            return math.nan
+        x, last = x - step, abs(step)
+        if last <= 1e-8 * min(abs(x), abs(to_critical)):  # converging quadratically, it is exact then
+            return x
+    return math.nan
 
 
 @called
 def _flow(p, P_c, volume, q):
     """Compaction of the step."""
+    near = _nearby(p, P_c, volume, q)
+    if near == near:
+        return near
     full = _critical(p, P_c, volume)
     low, high, share, last = 0.0, 1.0, 0.5, 1.0
     for _ in range(100):
-        value, slope = _excess(p, P_c, volume, q, share * full)
+        value, slope, _ = _excess(p, P_c, volume, q, share * full)
         if value > 0.0:
             low = share
         else:

@@ -16,7 +16,15 @@ from energy_law import rubber  # noqa: E402
 from own_law import damped  # noqa: E402
 from ufl import det, ln, tr  # noqa: E402
 
-from mpm_fenicsx import drucker_prager, from_energy, linear, mohr_coulomb, neo_hooke, von_mises  # noqa: E402
+from mpm_fenicsx import (  # noqa: E402
+    cam_clay,
+    drucker_prager,
+    from_energy,
+    linear,
+    mohr_coulomb,
+    neo_hooke,
+    von_mises,
+)
 from mpm_fenicsx.compiled import specialise  # noqa: E402
 from mpm_fenicsx.laws import kernels, lame  # noqa: E402
 
@@ -65,7 +73,7 @@ def main(points=19200, repeat=50):
     lam, mu = lame(5e4, 0.4)
     laws = [linear(5e4, 0.4), neo_hooke(5e4, 0.4), mohr_coulomb(5e4, 0.4, 22.0),
             drucker_prager(5e4, 0.4, 22.0), von_mises(5e4, 0.4, 100.0),
-            damped(5e4, 0.4, 100.0),
+            damped(5e4, 0.4, 100.0), cam_clay(25.0, 0.1, 0.02, 1e6, 3e4),
             from_energy(neo_hookean, mu=mu, lam=lam), rubber(5e3, 2e3, 8e4)]
     print("| law | dimensions | stress [ns] | tangent [ns] | flowing | opened |\n| --- | --- | --- | --- | "
           "--- | --- |")

@@ -143,3 +143,12 @@ def test_it_starts_with_the_stress_of_its_weight(start):
 def test_impossible_clays(changed, words):
     with pytest.raises(ValueError, match=words):
         clay(**changed)
+
+
+def test_of_several_solutions_it_takes_the_next_one():
+    """Brittle clay dry of critical: where it begins to yield, the stress does not jump to another solution."""
+    brittle = cam_clay(35.0, 0.0247, 0.00935, 4e5, 6.9e5)
+    table = drive(brittle, PATHS["undrained"](shortening=0.7, pressure=1.245e5, steps=2000))
+    q = table["q"][2001:]
+    yields = np.flatnonzero(np.diff(table["compaction"][2001:]))[0]
+    assert abs(np.diff(q[yields - 1:yields + 3])).max() < 2e-3 * q.max()

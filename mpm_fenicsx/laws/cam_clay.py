@@ -102,7 +102,7 @@ def _excess(p, P_c, volume, q, x):
 
 @called
 def _nearby(p, P_c, volume, q):
-    """Compaction of the step by Newton's method from none on; NaN where it would go beyond the critical state,
+    """Compaction of the step by Newton's method from none on; NaN where that is beyond the critical state,
     or does not converge at once."""
     x, last, side = 0.0, math.inf, 0.0
     for _ in range(8):

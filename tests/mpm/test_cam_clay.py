@@ -146,7 +146,7 @@ def test_impossible_clays(changed, words):
 
 
 def test_of_several_solutions_it_takes_the_next_one():
-    """Brittle clay dry of critical: where it begins to yield, the stress does not jump to another solution."""
+    """Brittle clay dry of critical: as it begins to yield, the stress does not jump to another one."""
     brittle = cam_clay(35.0, 0.0247, 0.00935, 4e5, 6.9e5)
     table = drive(brittle, PATHS["undrained"](shortening=0.7, pressure=1.245e5, steps=2000))
     q = table["q"][2001:]

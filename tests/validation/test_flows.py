@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from mpm_fenicsx import MPM, Body, Box, Grid, Support, at_rest, herschel_bulkley, mu_i
+from mpm_fenicsx import MPM, Body, Box, Cloud, Grid, Support, at_rest, herschel_bulkley, mu_i
 from tests.mpm.incline import (
     G,
     bagnold,
@@ -94,6 +94,43 @@ def current(h, times, dt=0.02):
 def test_viscous_gravity_current(h, most):
     """Against lubrication theory from the same block: within 5 % from 5 s on, the finer the nearer."""
     assert current(h, [5.0, 10.0]) == pytest.approx(spreading([5.0, 10.0], 0.2, 0.1, 0.1, 0.6), rel=most)
+
+
+SPREADS = (G * 0.02**3 / 0.3) ** 0.2  # (g q^3 / 3 nu)^(1/5) of that area and fluid
+
+
+def similar_depth(x, front):
+    """Depth [m] of the similarity solution with its front there (Huppert 1982)."""
+    return 0.02 / (0.8413 * front) * np.maximum(1.0 - (x / front) ** 2, 0.0) ** (1.0 / 3.0)
+
+
+def similar_current(h, growth=2.0, start=0.4, dt=0.04):
+    """Prefactor at the ``growth`` of the time of a current that begins as the similarity solution, and the
+    power of its front since then."""
+    first = (start / (1.411 * SPREADS)) ** 5
+    x = np.stack(np.meshgrid(*(0.5 * h * (np.arange(round(2 * size / h)) + 0.5) for size in (start, 0.1)),
+                             indexing="ij"), axis=-1).reshape(-1, 2)
+    x = x[x[:, 1] < similar_depth(x[:, 0], start)]
+    cloud = Cloud(x, np.full(len(x), 0.02 / len(x)), np.full((len(x), 2), 0.25 * h))
+    pressed = lambda x: np.outer(np.minimum(x[:, 1] - similar_depth(x[:, 0], start), 0.0), np.ones(3))  # noqa: E731
+    body = Body(cloud, None, None, herschel_bulkley(1e5, 100.0), 1000.0, f_bar=True,
+                stress=lambda x: 1000.0 * G * pressed(x))
+    held = [Support(lambda x: x[:, 1] < 1e-9, "xy"), Support(lambda x: x[:, 0] < 1e-9, "x")]
+    solid = MPM(Grid(Box((0.0, 0.0), (0.8, 0.08)), (round(0.8 / h), round(0.08 / h))), body, held,
+                gravity=(0.0, -G), inertia="lumped")
+    steps = round((growth - 1.0) * first / dt)
+    for _ in range(steps):
+        solid.advance(dt)
+    time, front = first + steps * dt, solid.points.x[:, 0].max() + 0.25 * h
+    solid.close()
+    return front / (SPREADS * time**0.2), np.log(front / start) / np.log(time / first)
+
+
+@pytest.mark.validation
+def test_viscous_current_in_its_similar_range():
+    """Begun as the similarity solution: x = 1.411 (g q^3 t / 3 nu)^(1/5)."""
+    prefactor, power = similar_current(0.01)
+    assert prefactor == pytest.approx(1.411, rel=0.03) and power == pytest.approx(0.2, abs=0.03)
 
 
 def test_lubrication_comes_to_the_similar_solution():

@@ -7,8 +7,9 @@ and pattern stay while points move from cell to cell; they are found anew when a
 import numpy as np
 from petsc4py import PETSc
 
-from . import compat
 from .elements import PointElements, around, cell_elements, reach, stencil_elements
+from .entries import Group
+from .matrix import CellMatrix
 from .pairs import find_pairs
 
 
@@ -23,20 +24,21 @@ class ActiveCells:
     """Numbering, vectors and matrix of the active cells.
 
     cells: (all local cells, K) nodes in their local numbering (owned first, then ghosts), -1 outside; row:
-    (all local cells,) row of an owned cell in the element matrices, -1 else; point_row: the same for cells
-    that points may be in; active: (all local cells,) mask of these; node: (n,) the grid node behind each
-    local number; places: (n, D) of these [m]; fixed: (n, D) mask of supported directions; element_matrices:
-    (rows, K, D, D, K) [N/m], derivative by (node, direction) of (direction, node). Cells with walls that
-    share a node with those for points have a row too, as that node may come to carry mass.
+    (all local cells,) row of an owned cell among the elements of the matrix, -1 else; point_row: the same for
+    cells that points may be in; active: (all local cells,) mask of these; node: (n,) the grid node behind
+    each local number; places: (n, D) of these [m]; fixed: (n, D) mask of supported directions. Cells with
+    walls that share a node with those for points have a row too, as that node may come to carry mass.
 
     elements: ``PointElements`` of the material points; nodes_of_patch: (patches, M) nodes of F-bar's patches,
-    -1 where one has fewer; own_patches: the first so many are this rank's; point_matrices: to which the
-    points add. With the linear basis these are the element matrices; with a smooth one the blocks of each
-    node's row, shape (n, 5^D, D, D): nodes around it, direction of the force on it, direction of their
-    displacement. patch_matrices: shape (patches, M, D, D, M); a quadrilateral or a hexahedron is its own
-    patch, and these are the element matrices. For ghost inertia: nodes_of_facets (facets, M) and
-    facet_matrices, shape (facets, D, M, M), by direction, node and node. ``pairs``, see there, has
-    pair_matrices, shape (pairs, 2K, D, D, 2K). Collective.
+    -1 where one has fewer; own_patches: the first so many are this rank's.
+
+    matrix: that of PETSc; rows: ``entries.Rows``, to which the points add with the linear basis, patches
+    being cells. Kept for it [N/m], None where there are none, are: node_rows, to which points add with a
+    smooth basis, shape (n, 5^D, D, D): nodes around each one, direction of the force on it, direction of
+    their displacement; patch_matrices, shape (patches, M, D, D, M), derivative by (node, direction) of
+    (direction, node); facet_matrices, for ghost inertia, shape (facets, D, M, M), by direction, node and
+    node, their nodes_of_facets (facets, M); pair_matrices of ``pairs``, see there, shape (pairs, 2K, D, D,
+    2K). Collective.
     """
 
     def __init__(self, background, filled, fixed, symmetric=True, averaged=False, facets=None, walls=None,
@@ -165,42 +167,25 @@ class ActiveCells:
         self.own_patches = self.owned if self._shared_patches else len(self.nodes_of_patch)
 
     def _make_matrix(self, background, chosen, springs):
-        D, smooth = self.dim, background.basis.smooth
-        dof = self.number[:, None] * D + np.arange(D, dtype=PETSc.IntType)
-        diagonal = dof[:self.owned].flatten()
-        dof[self.fixed] = -1  # rows and columns of supports stay out: their displacement is known
-        by_node = np.append(dof, np.full((1, D), -1, dof.dtype), axis=0)  # and of nodes that are not there
-        of_elements = lambda dofs: (dofs.transpose(0, 2, 1)[:, None, None], dofs[..., None, None])  # noqa: E731
-        parts = [of_elements(dof[self.cells[chosen if springs or not smooth else chosen[:0]]])]
+        smooth, facets = background.basis.smooth, self.nodes_of_facets
+        cells = self.cells[chosen if springs or not smooth else chosen[:0]]
+        own_patches = not smooth and self.elements.patch is not self.row
+        groups = [Group(cells, cells), Group(facets, facets, thin=True)]
         if smooth:
-            columns = by_node[self._around(background, 5)]
-            parts.append((dof[:, None, :, None], columns[:, :, None]))
-        elif self.elements.patch is not self.row:
-            parts.append(of_elements(by_node[self.nodes_of_patch]))
+            around = self._around(background, 5)
+            groups.append(Group(np.arange(len(around))[:, None], around))
+        if own_patches:
+            groups.append(Group(self.nodes_of_patch, self.nodes_of_patch))
         if self.pairs:
-            parts.insert(1, of_elements(dof[self.pairs.nodes]))
-        facet = dof[self.nodes_of_facets].transpose(0, 2, 1)  # (facets, D, M), each direction on its own
-        parts.append((facet[..., None], facet[:, :, None]))
-        shapes = [np.broadcast_shapes(row.shape, column.shape) for row, column in parts]
-        ends = np.cumsum([np.prod(shape, dtype=int) for shape in shapes])
-              # the largest arrays of a run, so they are filled in place
-        pattern = np.empty((2, ends[-1] + len(diagonal)), PETSc.IntType)
-        pattern[:, ends[-1]:] = diagonal
-        for indices, of_parts in zip(pattern, zip(*parts)):
-            for entries, part, shape in zip(np.split(indices, ends), of_parts, shapes):
-                entries.reshape(shape)[:] = part
-        size = (self.owned * D, PETSc.DETERMINE)
-        self.matrix = PETSc.Mat().create(self.comm)
-        self.matrix.setSizes((size, size), bsize=D)
-        self.matrix.setType(PETSc.Mat.Type.AIJ)
-        compat.set_coo_pattern(self.matrix, *pattern)
-        self.matrix.setOption(PETSc.Mat.Option.SYMMETRIC, self._symmetric)
-        self.values = np.zeros(pattern.shape[1])
-        matrices = [part.reshape(shape) for part, shape in zip(np.split(self.values, ends), shapes)]
-        self.element_matrices, self.facet_matrices = matrices[0], matrices[-1]
-        self.pair_matrices = matrices.pop(1) if self.pairs else None
-        self.point_matrices = matrices[1 if smooth else 0]
-        self.patch_matrices = matrices[-2]
+            groups.append(Group(self.pairs.nodes, self.pairs.nodes))
+        self._sums = sums = CellMatrix(self.comm, self.number, self.owned, self.fixed, self._symmetric,
+                                       groups)
+        self.matrix, self.rows = sums.petsc, sums.rows
+        self.facet_matrices = sums.keep_thin(facets)
+        self.node_rows = sums.keep_stencils(around) if smooth else None
+        self.patch_matrices = sums.keep_elements(self.nodes_of_patch) if own_patches else None
+        self.pair_matrices = sums.keep_elements(self.pairs.nodes) if self.pairs else None
+        sums.complete()
 
     def share(self, *sums):
         """Add up, in place, sums over the patches, shape (patches, …) each, that points of several ranks
@@ -211,45 +196,37 @@ class ActiveCells:
                 self.accumulate(whole)
                 values[:] = whole.reshape(values.shape)
 
+    def add_in_cells(self, cells, add):
+        """Add to the matrix what ``add(row, matrices)`` adds to element matrices of the linear basis in
+        ``cells``; row: of a cell among the matrices."""
+        self._sums.add_to_some(cells, self.cells, self.row, add)
+
+    def add_for_points(self, elements, add):
+        """The same for ``elements`` of material points; with a smooth basis to ``node_rows``."""
+        if self.node_rows is None:
+            self.add_in_cells(elements, add)
+        else:
+            add(self.elements.row, self.node_rows)
+
     def clear(self):
-        """Set element and patch matrices to zero."""
-        self.values[:] = 0.0
+        """Set the matrix to zero, and those that are kept for it. Not collective."""
+        self._sums.clear()
 
     def fill_matrix(self, diagonal):
-        """Matrix from element and patch matrices and ``diagonal``, shape (owned, D), added on top."""
-        self.values[len(self.values) - diagonal.size:] = diagonal.ravel()
-        compat.set_coo_values(self.matrix, self.values)
+        """Add the matrices that are kept, and ``diagonal``, shape (owned, D), and PETSc has the matrix."""
+        self._sums.finish(diagonal)
 
     def get_values(self):
         """Copy of the values in this rank's rows of the matrix, row by row."""
-        return self.matrix.getValuesCSR()[2]
+        return self._sums.get_values()
 
     def set_values(self, values):
         """Matrix from ``values`` of ``get_values``. Collective."""
-        self._empty_matrix()
-        start, columns, _ = self.matrix.getValuesCSR()
-        self._set_entries(start, columns, values)
+        self._sums.set_values(values)
 
     def set_entries(self, start, columns, values):
-        """Matrix from entries of this rank's rows: those of row k are ``start[k]`` to ``start[k + 1]``, the
-        others are zero. Returns whether the matrix has room for all of this rank's. Collective."""
-        self._empty_matrix()
-        try:
-            self._set_entries(start, columns, values)
-        except PETSc.Error:
-            return False
-        return True
-
-    def _empty_matrix(self):
-        self.clear()
-        compat.set_coo_values(self.matrix, self.values)
-
-    def _set_entries(self, start, columns, values):
-        kind = PETSc.IntType
-        try:
-            self.matrix.setValuesCSR(start.astype(kind), columns.astype(kind), values)
-        finally:
-            self.matrix.assemble()
+        """Matrix from entries of this rank's rows, see ``matrix``. Collective."""
+        return self._sums.set_entries(start, columns, values)
 
     def destroy(self):
         """Free matrix and vectors."""

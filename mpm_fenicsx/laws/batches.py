@@ -3,11 +3,11 @@
     batch_stress(p, dt, old, new, part, work, P)
     batch_tangent(p, dt, old, new, part, V0, work, (P, B))
 
-fill P (SIZE, D D + 1) with the stress of the points of a ``part`` (first, count), and B (SIZE, D, D, D, D)
-with V0 F A F^T on the second and fourth index of A = dP/dF, of which the tangent of the weak form is made.
-old, new: groups of F, F33 and state, at the start and at the end of the step, where new.F is given; work:
-of ``new_work()`` and ``new_tangent_work()``. Laws of ``hencky`` in space have functions of their own, all
-others go point by point.
+fill P (SIZE, D D + 1) with the stress of a ``part`` of the points, their numbers, at most SIZE, and B (SIZE,
+D, D, D, D) with V0 F A F^T on the second and fourth index of A = dP/dF, of which the tangent of the weak form
+is made. old, new: groups of F, F33 and state, at the start and at the end of the step, where new.F is given;
+work: of ``new_work()`` and ``new_tangent_work()``. Laws of ``hencky`` in space have functions of their own,
+all others go point by point.
 """
 from typing import Callable, NamedTuple
 
@@ -27,18 +27,20 @@ point_stress = point_tangent = None
 
 def one_by_one(p, dt, old, new, part, work, P):
     """The stress for any law, by its ``point_stress``."""
-    (_, F33, before), (F, F33_new, after), (first, count) = old, new, part
-    for q in range(first, first + count):
-        F33_new[q] = point_stress(p, F[q], F33[q], dt, before[q], after[q], P[q - first], work)
+    (_, F33, before), (F, F33_new, after) = old, new
+    for n in range(len(part)):
+        q = part[n]
+        F33_new[q] = point_stress(p, F[q], F33[q], dt, before[q], after[q], P[n], work)
 
 
 def one_by_one_tangent(p, dt, old, new, part, V0, work, out):
     """The tangent for any law, by its ``point_tangent``, from new.F33 on."""
     (A, half, turned), (P, B) = work, out
-    (F, F33, after), before, (first, count) = new, old.state, part
-    for q in range(first, first + count):
-        F33[q] = point_tangent(p, F[q], F33[q], dt, before[q], after[q], P[q - first], A)
-        pull(A, F[q], V0[q], half, turned, B[q - first])
+    (F, F33, after), before = new, old.state
+    for n in range(len(part)):
+        q = part[n]
+        F33[q] = point_tangent(p, F[q], F33[q], dt, before[q], after[q], P[n], A)
+        pull(A, F[q], V0[q], half, turned, B[n])
 
 
 def pull(A, F, weight, half, turned, B):

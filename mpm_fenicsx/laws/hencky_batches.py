@@ -51,13 +51,13 @@ def _exp_near_zero(x):
         1 / 5040 + x * (1 / 40320 + x * (1 / 362880 + x * (1 / 3628800 + x / 39916800))))))))))
 
 
-def gather(F, old, first, count, W):
+def gather(F, old, part, W):
     """F and Cp^-1 of the points into their rows."""
-    for q in range(count):
+    for q in range(len(part)):
         for i in range(3):
             for j in range(3):
-                W[_at(DEFORMATION + 3 * i + j, q)] = F[first + q, i, j]
-        C = old[first + q].plastic
+                W[_at(DEFORMATION + 3 * i + j, q)] = F[part[q], i, j]
+        C = old[part[q]].plastic
         W[_at(PLASTIC, q)], W[_at(PLASTIC + 1, q)], W[_at(PLASTIC + 2, q)] = (
             1.0 + C[0, 0], 1.0 + C[1, 1], 1.0 + C[2, 2])
         W[_at(PLASTIC + 3, q)], W[_at(PLASTIC + 4, q)], W[_at(PLASTIC + 5, q)] = C[0, 1], C[1, 2], C[2, 0]
@@ -124,11 +124,11 @@ def _strain(W, k, q):
     return e if abs(e) < NEAR else log_strain(W[_at(SQUARES + k, q)])
 
 
-def return_points(p, dt, old, new, first, count, W):
+def return_points(p, dt, old, new, part, W):
     """The return mapping of each point: its stresses and twice its elastic strains. Fills ``new`` but for
     Cp."""
-    for q in range(count):
-        before, after = old[first + q], new[first + q]
+    for q in range(len(part)):
+        before, after = old[part[q]], new[part[q]]
         ahead = before.opened / 3.0
         e = (_strain(W, 0, q) + ahead, _strain(W, 1, q) + ahead, _strain(W, 2, q) + ahead)
         t1, t2, t3, region = return_map(p, hardening_of(before), dt, e[0], e[1], e[2])
@@ -165,19 +165,19 @@ def combine(W):
         _put(W, PLASTIC + 3, q, (xx[1], yy[2], zz[0]))
 
 
-def scatter(old, new, first, count, W, P):
+def scatter(old, new, part, W, P):
     """Stress, and what is plastic, from the rows to the points."""
-    for q in range(count):
+    for q in range(len(part)):
         for i in range(9):
             P[q, i] = W[_at(PIOLA + i, q)]
-        C = new[first + q].plastic
+        C = new[part[q]].plastic
         if W[_at(FLOWS, q)] > 0.0:
             for i in range(3):
                 j = (i + 1) % 3
                 C[i, i] = W[_at(PLASTIC + i, q)]
                 C[i, j] = C[j, i] = W[_at(PLASTIC + 3 + i, q)]
         else:
-            before = old[first + q].plastic
+            before = old[part[q]].plastic
             for i in range(3):
                 for j in range(3):
                     C[i, j] = before[i, j]
@@ -185,13 +185,13 @@ def scatter(old, new, first, count, W, P):
 
 def batch_stress(p, dt, old, new, part, W, P):
     """See ``batches``."""
-    (_, F33, before), (F, F33_new, after), (first, count) = old, new, part
-    gather(F, before, first, count, W)
+    (_, F33, before), (F, F33_new, after) = old, new
+    gather(F, before, part, W)
     find_axes(W)
-    return_points(p, dt, before, after, first, count, W)
+    return_points(p, dt, before, after, part, W)
     combine(W)
-    scatter(before, after, first, count, W, P)
-    for q in range(first, first + count):
+    scatter(before, after, part, W, P)
+    for q in part:
         F33_new[q] = F33[q]
 
 
@@ -228,12 +228,11 @@ def batch_tangent(p, dt, old, new, part, V0, work, out):
     W, N, Y = work
     P, B = out
     batch_stress(p, dt, old, new, part, W, P)
-    first, count = part
-    for q in range(count):
-        hardening, e = hardening_of(old.state[first + q]), _three(W, STRAINS, q)
+    for q in range(len(part)):
+        hardening, e = hardening_of(old.state[part[q]]), _three(W, STRAINS, q)
         d = moduli(p, hardening, dt, e[0], e[1], e[2], int(W[_at(REGION, q)]))
         axes = _three(W, AXES, q), _three(W, AXES + 3, q), _three(W, AXES + 6, q)
-        spatial_moduli(_three(W, SQUARES, q), _three(W, STRESSES, q), d, axes, V0[first + q], N, Y, B[q])
+        spatial_moduli(_three(W, SQUARES, q), _three(W, STRESSES, q), d, axes, V0[part[q]], N, Y, B[q])
 
 
 def rows():

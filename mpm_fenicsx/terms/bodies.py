@@ -11,6 +11,7 @@ from ..collective import WHOLE
 from ..laws import ELASTIC_STATE
 from ..laws.reference import renewal
 from ..points.moments import momentum
+from ..points.order import put_in_order
 from ..points.points import Points, half_widths, numbers, seed
 from ..scene.geostatic import put_stress
 from .fields import Deformation, Patches, Quadrature
@@ -80,7 +81,7 @@ class BodyTerm:
         own = slice(active_cells.own_patches)
         self._own_patches = active_cells.nodes_of_patch[own], Patches(*(sums[own] for sums in self._patches))
         self._N, self._G = np.empty((n, K)), np.empty((n, K, D))
-        self._element = np.empty(n, np.int32)
+        self._element, self._order = np.empty(n, np.int32), np.empty(n, np.int32)
         self._new = Deformation(np.empty((n, D, D)), np.empty(n), self.points.state.copy())
         self._consistent_mass = self.points.mass  # that of the points with consistent inertia
 
@@ -165,7 +166,7 @@ class BodyTerm:
 
     def _quadrature(self):
         p = self.points
-        return Quadrature(self._element, self._N, self._G, self._consistent_mass, p.V0)
+        return Quadrature(self._element, self._N, self._G, self._consistent_mass, p.V0, self._order)
 
     def _stiffness_points(self, increment):
         """Points as quadrature of the tangent in a step."""
@@ -198,15 +199,17 @@ class BodyTerm:
         return BodyTrial(still, self._new, self._patches)
 
     def tangent(self, grid, trial):
-        """Add to the matrices of the active cells, see ``weakform.tangent`` and ``f_bar.couple``."""
+        """Add to the matrix of the active cells, see ``weakform.tangent`` and ``f_bar.couple``."""
         increment, new, patches = trial
         patches.bulk[:, 1], patches.push[:], patches.pull[:] = 0.0, 0.0, 0.0
-        points = self._stiffness_points(increment)
+        put_in_order(self._element, len(self._elements.nodes), self._order)
+        points, cells = self._stiffness_points(increment), grid.active_cells
         self._kernels.tangent(points, self._elements, self._deformation(), new, patches, self._params,
-                              increment, grid.active_cells.point_matrices)
-        if self.body.f_bar:
-            grid.active_cells.share(patches.bulk[:, 1:], patches.push, patches.pull)
-            self._kernels.couple(*self._own_patches, grid.active_cells.patch_matrices)
+                              increment, cells.node_rows if grid.smooth else cells.rows)
+        matrices = cells.node_rows if grid.smooth else cells.patch_matrices
+        if self.body.f_bar and matrices is not None:
+            cells.share(patches.bulk[:, 1:], patches.push, patches.pull)
+            self._kernels.couple(*self._own_patches, matrices)
 
     def finish(self, grid, trial, increment):
         """Move the points; deformation and state of the ``trial`` become theirs."""

@@ -194,22 +194,28 @@ def add_pressure(nodes, patches: Patches, R):
                     R[nodes[row, e], i] += pressure * gradient[row, e, i]
 
 
-def couple(nodes, patches: Patches, Kp):
-    """Add to the patch matrices Kp [N/m], shape (patches, M, D, D, M), what comes of the change of j_mean.
-    nodes: (patches, M) of the patches, which have rows of their own here."""
+@inlined
+def couple_patch(patches, row, D, M, work, E):
+    """Add to the matrix E (M, D, D, M) of one patch what comes of the change of j_mean. work: (2, D, M)."""
     volume, gradient, bulk, push, pull = patches
-    M = gradient.shape[1]
-    pushed, changed = np.empty((D, M)), np.empty((D, M))  # of one patch, in the order of its matrix
-    for row in range(len(volume)):
-        if volume[row, 0] > 0.0:
-            share = 1.0 / volume[row, 0]
+    pushed, changed = work[0], work[1]  # in the order of the matrix
+    share = 1.0 / volume[row, 0]
+    for i in range(D):
+        for e in range(M):
+            pushed[i, e], changed[i, e] = push[row, e, i], gradient[row, e, i]
+    for b in range(M):
+        for k in range(D):
+            change = share * gradient[row, b, k]
+            back = share * (pull[row, b, k] + bulk[row, 1] * change)
             for i in range(D):
                 for e in range(M):
-                    pushed[i, e], changed[i, e] = push[row, e, i], gradient[row, e, i]
-            for b in range(M):
-                for k in range(D):
-                    change = share * gradient[row, b, k]
-                    back = share * (pull[row, b, k] + bulk[row, 1] * change)
-                    for i in range(D):
-                        for e in range(M):
-                            Kp[row, b, k, i, e] += pushed[i, e] * change + changed[i, e] * back
+                    E[b, k, i, e] += pushed[i, e] * change + changed[i, e] * back
+
+
+def couple(nodes, patches: Patches, Kp):
+    """``couple_patch`` for all patches, into Kp [N/m], shape (patches, M, D, D, M). nodes: (patches, M) of
+    the patches, which have rows of their own here."""
+    work = np.empty((2, D, nodes.shape[1]))
+    for row in range(len(nodes)):
+        if patches.volume[row, 0] > 0.0:
+            couple_patch(patches, row, D, nodes.shape[1], work, Kp[row])

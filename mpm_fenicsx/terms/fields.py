@@ -8,13 +8,14 @@ import numpy as np
 class Quadrature(NamedTuple):
     """Material points as points of quadrature: ``element`` (n,); ``N`` (n, K) and ``G`` (n, K, D), basis
     values and gradients [1/m]; ``mass`` (n,) with consistent inertia [kg]; ``V0`` (n,) undeformed volume
-    [m^3]."""
+    [m^3]; ``order`` (n,), their numbers element by element, for tangents."""
 
     element: np.ndarray
     N: np.ndarray
     G: np.ndarray
     mass: np.ndarray
     V0: np.ndarray
+    order: np.ndarray
 
 
 class Deformation(NamedTuple):

@@ -88,14 +88,16 @@ def compile_body_kernels(body, background, consistent):
     stress, _ = laws.kernels(law, D)
     batch = batch_functions(law, body.stress_state, D)
     form = dict(**size, CONSISTENT=consistent, FBAR=body.f_bar)
-    tangent = stencil_form.tangent if basis.smooth else weakform.tangent
-    couple = specialise(stencil_form.couple, **size) if basis.smooth else specialise(f_bar.couple, D=D)
+    tangent, couple, patches = stencil_form.tangent, specialise(stencil_form.couple, **size), {}
+    if not basis.smooth:
+        patches["CELLS_ARE_PATCHES"] = body.f_bar and background.patch is None
+        tangent, couple = weakform.tangent, specialise(f_bar.couple, D=D)
     return BodyKernels(
         mean_changes=direct(specialise(f_bar.mean_changes, **size)),
         residual=direct(specialise(weakform.residual, **form, batch_stress=batch.stress,
                                    new_work=batch.work)),
         add_pressure=direct(specialise(f_bar.add_pressure, D=D)),
-        tangent=direct(specialise(tangent, **form, batch_tangent=batch.tangent,
+        tangent=direct(specialise(tangent, **form, **patches, batch_tangent=batch.tangent,
                                   new_tangent_work=batch.tangent_work)),
         couple=direct(couple),
         energies=direct(specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D))),

@@ -206,10 +206,10 @@ class Penalties:
         return self._some_left or not np.array_equal(answer.status, self.points.status[self._index])
 
     def tangent(self, grid, answer):
-        """Add the springs to the element matrices."""
+        """Add the springs to the matrix."""
         self.points.status[self._index], self._some_left = answer.status, False
-        self._tangent(self._cell, grid.active_cells.row, self._N, self._springs, answer,
-                      grid.active_cells.element_matrices)
+        grid.active_cells.add_in_cells(self._cell, lambda row, matrices: self._tangent(
+            self._cell, row, self._N, self._springs, answer, matrices))
 
     def finish(self, grid, answer, increment):
         """Keep forces and gaps; particles that follow the body move with the nodes."""

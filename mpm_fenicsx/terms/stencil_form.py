@@ -115,7 +115,7 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
             params, increment: Increment, rows):
     """Add the points' share to the nodes' ``rows`` [N/m], shape (nodes, 5^D, D, D), see ``active_cells``;
     with FBAR also to bulk[:, 1], push and pull."""
-    element, N, G, mass, V0 = points
+    element, N, G, mass, V0, order = points
     nodes = elements.nodes
     volume, _, bulk, push, pull_sums = patches
     dt, alpha, u = time_of_law(increment.dt), increment.alpha, increment.u
@@ -126,10 +126,10 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
                       np.empty(K, np.uint64))
     offset, flat = np.empty(K, np.int64), rows.reshape(rows.size)
     find_offsets(D, K, offset)
-    for q in range(len(element)):
-        at = q % SIZE
+    for n in range(len(order)):
+        q, at = order[n], n % SIZE
         if at == 0:
-            batch_tangent(params, dt, old, new, (q, min(SIZE, len(element) - q)), V0, work, (P, moduli))
+            batch_tangent(params, dt, old, new, order[n:n + SIZE], V0, work, (P, moduli))
         c, B = element[q], moduli[at]
         grown = V0[q] * deformed_gradients(c, q, nodes, G, u, D, K, found)
         if FBAR:

@@ -224,10 +224,10 @@ class SurfaceContact:
         return self._some_left or not np.array_equal(answer.status, kept)
 
     def tangent(self, grid, answer):
-        """Add the springs to the matrices of the points."""
+        """Add the springs to the matrix."""
         self._body.points.wall_status[self._index], self._some_left = answer.status, False
-        self._tangent(self._basis, self._body._elements.row, self._springs, answer,
-                      grid.active_cells.point_matrices)
+        grid.active_cells.add_for_points(self._basis.element, lambda row, matrices: self._tangent(
+            self._basis, row, self._springs, answer, matrices))
 
     def finish(self, grid, answer, increment):
         """Keep the forces, and the gaps along the walls; the others follow from where the points are."""

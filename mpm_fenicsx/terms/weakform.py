@@ -18,11 +18,13 @@ import numpy as np
 
 from ..compiled import inlined, multiply
 from ..grid.elements import PointElements
+from ..grid.entries import Rows, add_element
 from ..laws.algebra import determinant
 from ..laws.batches import SIZE
 from .f_bar import (
     StepGradients,
     by_mean_volume,
+    couple_patch,
     deformed_gradients,
     deviatoric_force,
     displacement_gradient,
@@ -34,7 +36,7 @@ from .newmark import Increment
 
 D, K = 2, 4
 DD = 4  # D * D, of ``pull``
-CONSISTENT, FBAR = True, False
+CONSISTENT, FBAR, CELLS_ARE_PATCHES = True, False, False
 batch_stress = batch_tangent = new_work = new_tangent_work = strain_energy = stress = None
 
 
@@ -70,22 +72,23 @@ def residual(points: Quadrature, elements: PointElements, old: Deformation, new:
              patches: Patches, params, increment: Increment, R):
     """Add internal and inertia forces [N] to R, shape (nodes, D), with FBAR all but the mean pressure's, for
     which bulk[:, 0] is added to; fills ``new``."""
-    element, N, G, mass, V0 = points
+    element, N, G, mass, V0, _ = points
     cells, patch, volume, bulk = elements.nodes, elements.patch, patches.volume, patches.bulk
     F_old, F, u, a = old.F, new.F, increment.u, increment.a
     dt = time_of_law(increment.dt)
     H, P, work = np.empty((SIZE, D, D)), np.empty((SIZE, D * D + 1)), new_work()
-    T = np.empty((D, D))
+    T, numbers = np.empty((D, D)), np.empty(SIZE, np.int32)
     for first in range(0, len(element), SIZE):
         count = min(SIZE, len(element) - first)
         for q in range(first, first + count):
+            numbers[q - first] = q
             c, h = element[q], H[q - first]
             displacement_gradient(c, q, cells, G, u, D, K, h)
             r = 1.0
             if FBAR:
                 r = (volume[patch[c], 0] / volume[patch[c], 1] / volume_change(h, D)) ** (1.0 / D)
             deform(h, F_old[q], r, D, F[q])
-        batch_stress(params, dt, old, new, (first, count), work, P)
+        batch_stress(params, dt, old, new, numbers[:count], work, P)
         for q in range(first, first + count):
             c = element[q]
             if FBAR:
@@ -107,22 +110,24 @@ def residual(points: Quadrature, elements: PointElements, old: Deformation, new:
 
 
 def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: Deformation, patches: Patches,
-            params, increment: Increment, Ke):
-    """Add the point's share to the element matrices Ke [N/m], shape (rows, K, D, D, K): Ke[c, b, k, i, e] is
-    the derivative of the force on node e in direction i by the displacement of node b in direction k, the
-    mean volume change held; with FBAR also to bulk[:, 1], push and pull. ``new`` and bulk[:, 0] are those of
-    the residual at u."""
-    element, N, G, mass, V0 = points
+            params, increment: Increment, rows: Rows):
+    """Add the points' share to the ``rows`` of the matrix [N/m], with FBAR that of the patches as well where
+    these are cells; else it is added to bulk[:, 1], push and pull. ``new`` and bulk[:, 0] are those of the
+    residual at u.
+
+    E[b, k, i, e] of an element is the derivative of the force on node e in direction i by the displacement of
+    node b in direction k."""
+    element, N, G, mass, V0, order = points
     cells, row, patch, place = elements
     volume, _, bulk, push, pull_sums = patches
     dt, alpha, u = time_of_law(increment.dt), increment.alpha, increment.u
     P, moduli, work = np.empty((SIZE, D * D + 1)), np.empty((SIZE, D, D, D, D)), new_tangent_work()
     forth, back, g = found = StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))
-    y, w = np.empty(D * K), np.empty(K)
-    for q in range(len(element)):
-        at = q % SIZE
+    y, w, E, of_patch = np.empty(D * K), np.empty(K), np.zeros((K, D, D, K)), np.empty((2, D, K))
+    for n in range(len(order)):
+        q, at = order[n], n % SIZE
         if at == 0:
-            batch_tangent(params, dt, old, new, (q, min(SIZE, len(element) - q)), V0, work, (P, moduli))
+            batch_tangent(params, dt, old, new, order[n:n + SIZE], V0, work, (P, moduli))
         c, B = element[q], moduli[at]
         grown = V0[q] * deformed_gradients(c, q, cells, G, u, D, K, found)
         if FBAR:
@@ -136,11 +141,16 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
             w[e] = alpha * mass[q] * N[q, e] if CONSISTENT else 0.0
         for k in range(D):
             for i in range(D):
-                to = (Ke[row[c]], (k * D + i) * K, D * D * K)
+                to = (E, (k * D + i) * K, D * D * K)
                 multiply((D, D, K), False, (y, 0, K), (B, (i * D * D + k) * D, D * D, 1), (g, 0, K))
                 multiply((K, D, K), True, to, (y, 0, 1, K), (g, 0, K))
                 if CONSISTENT and i == k:
                     multiply((K, 1, K), True, to, (N[q], 0, 1, 0), (w, 0, 0))
+        if n + 1 == len(order) or element[order[n + 1]] != c:  # that was the last one in its element
+            if CELLS_ARE_PATCHES:
+                couple_patch(patches, patch[c], D, K, of_patch, E)
+            add_element(E, c, cells, rows, rows.block[row[c]], K, D)
+            E[:] = 0.0
 
 
 def energies(mass, V0, v, now: Deformation, params):

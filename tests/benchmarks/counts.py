@@ -73,13 +73,13 @@ def shared(solid):
     return Shared(int(to.sum()), int(back.sum()), np.count_nonzero(to), np.count_nonzero(back))
 
 
-def formulas(at, dim, nodes, iterations):
+def formulas(at, dim, iterations):
     """Messages and bytes of a step by phase, of a rank with the nodes ``at``, see ``Shared``."""
     both, each_way = (at.up + at.down, 8 * (at.ghosts + at.copies)), (at.down, 8 * at.copies)
     evaluations = iterations + 1
     return {"to grid": (2 * both[0], (1 + 2 * dim + dim) * both[1]),  # mass, v, a; the force
             "residual": (evaluations * (both[0] + each_way[0]), evaluations * dim * (both[1] + each_way[1])),
-            "new tangent": (at.up, 8 * at.ghosts * 2**(dim - 1) * nodes * dim**2)}
+            "new tangent": (at.up, 8 * at.ghosts * 2 * 3**(dim - 1) * dim**2)}
 
 
 class Counts(NamedTuple):
@@ -126,7 +126,7 @@ def main(dim=3, n=12):
     """Print the counts of the rank that sends most."""
     comm, (solid, force) = MPI.COMM_WORLD, made(dim, n)
     found, at, body = counted(solid, force), shared(solid), solid.bodies[0]
-    mine = found, at, formulas(at, dim, body._N.shape[1], found.iterations), bytes_of_points(body)
+    mine = found, at, formulas(at, dim, found.iterations), bytes_of_points(body)
     everybody = comm.gather(mine)
     got = comm.allreduce(solid.exchanged, MPI.MAX) / solid.steps
     if comm.rank == 0:

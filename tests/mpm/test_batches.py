@@ -38,13 +38,13 @@ def in_batches(law, old, F, V0):
     P, B = np.zeros((COUNT, 10)), np.zeros((COUNT, 3, 3, 3, 3))
     stress, new = P.copy(), Deformation(F, np.zeros(COUNT), old.state.copy())
     for first in range(0, COUNT, SIZE):
-        part = first, min(SIZE, COUNT - first)
-        here, out = slice(first, sum(part)), (np.zeros((SIZE, 10)), np.zeros((SIZE, 3, 3, 3, 3)))
+        here = part = np.arange(first, min(first + SIZE, COUNT), dtype=np.int32)
+        out = (np.zeros((SIZE, 10)), np.zeros((SIZE, 3, 3, 3, 3)))
         batch.stress(law.params, DT, old, new, part, batch.work(), out[0])
-        stress[here] = out[0][:part[1]]
+        stress[here] = out[0][:len(part)]
         new.F33[here] = old.F33[here]  # the tangent starts with what the stress has found
         batch.tangent(law.params, DT, old, new, part, V0, batch.tangent_work(), out)
-        P[here], B[here] = out[0][:part[1]], out[1][:part[1]]
+        P[here], B[here] = out[0][:len(part)], out[1][:len(part)]
     # both are compiled apart, so round-off may differ
     np.testing.assert_allclose(stress[:, :9], P[:, :9], rtol=0, atol=1e-13 * np.nanmax(np.abs(P)))
     return P, B, new

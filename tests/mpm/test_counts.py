@@ -11,7 +11,7 @@ from tests.benchmarks.counts import bytes_of_points, counted, formulas, made, re
 comm, (path, dim, n) = MPI.COMM_WORLD, sys.argv[1:4]
 solid, force = made(int(dim), int(n))
 found, body = counted(solid, force), solid.bodies[0]
-expected = formulas(shared(solid), int(dim), body._N.shape[1], found.iterations)
+expected = formulas(shared(solid), int(dim), found.iterations)
 mine = {"sent": {name: list(sums) for name, sums in found.traffic.items()}, "expected": expected,
         "sizes": bytes_of_points(body), "iterations": found.iterations, "reductions": found.reductions,
         "others": found.calls, "got": solid.exchanged / solid.steps, "interface": 16 * force.size}

@@ -120,7 +120,7 @@ def test_an_interrupt_ends_all_ranks(start_ranks, words, tmp_path, receiver):
         time.sleep(0.05)  # mpirun itself may be gone a moment earlier
     assert process.returncode != 0 and time.monotonic() - begin < SECONDS
     shown = sentences(err)
-    if receiver == "mpirun" and OPEN_MPI_5:  # mpirun is gone before it has passed on what the ranks say
+    if OPEN_MPI_5:  # its mpirun may end before it has passed on what the ranks say
         assert len(shown) <= 1, err
     else:
         assert len(shown) == 1 and "interrupted; what was written so far" in shown[0], err

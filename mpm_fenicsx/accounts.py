@@ -82,7 +82,15 @@ class Accounts:
         stored, flowed = total(self.comm, [
             sum(term.stored() for term in (*self.penalties, *self._contacts)),
             sum(body.plastic_work() for body in self._bodies)])
-        return {**found, "plastic": found["plastic"] + float(flowed), "springs": float(stored)}
+        let_go = found["springs"] - float(stored)  # by springs that did not come back with it
+        return {**found, "plastic": found["plastic"] + float(flowed), "hits": found["hits"] + let_go,
+                "springs": float(stored)}
+
+    def book_works(self) -> None:
+        """From now on steps say what the scheme takes by its causes, see ``solve.works``."""
+        self._works.booked = True
+        for body in self._bodies:
+            body.booked = True
 
     @property
     def base_work(self) -> float:

@@ -72,6 +72,7 @@ class Settling(Model):
             raise
         self._go_on()
         self._impulses.stop(momentum)
+        self._works.settled(self.works()["springs"])
         if self.comm.rank == 0 and (settled.ghost or settled.shortest < 1.0):
             what = ["a ghost penalty on stiffness"] * settled.ghost
             what += [f"load steps down to {settled.shortest:.3g} of an equal one"] * (settled.shortest < 1.0)

@@ -3,20 +3,19 @@
 Of the solid, with its energy E = kinetic + strain + potential + springs and the work W of interface, loads,
 body forces and of supports and walls that move,
 
-    E(start) + W = E + what has left + friction + hits + plastic + stress + numerical;
+    E(start) + W = E + what has left + friction + hits + plastic
+                   + stress + carried + transfers + inertia + iterations + numerical.
 
-plastic is what the laws of the points say that they have taken, zero where no law flows. The balance on the
-grid (``MPM.works``), whose kinetic energy is that of the nodes, gives it a second time,
+Plastic is what the laws of the points say that they have taken, zero where no law flows. The others of the
+second line are no physics, and ``balance_error`` is their sum with the exchange. Each is computed on its own
+(``MPM.works``): stress is inner work of the mean stress of each step, less what strain has gained and plastic
+flow taken; transfers are what the kinetic energy of the nodes has gained in the steps more than that of the
+points. Numerical is what is left of the whole, round-off. A coupled solid without plastic flow does not split
+its works: there it holds what of stress, carried and inertia there is.
 
-    work from outside - friction - hits
-        - change of (kinetic of the nodes + strain + potential + springs) = plastic + stress;
-
-stress is the error of the stress in time (forces act with the mean of a step, flow with its end), of
-accelerations that points carry, of F-bar's mean, and with consistent inertia what lumped masses misjudge. Of
-the grains, which give the wall the work W_wall, all that is missing is put to their contacts: damping,
-friction and rolling, and the error of their steps with it. Numerical is what is left of the whole: what the
-transfers between points and grid take, nodes that supports stop, and W_wall less the work that has reached
-the solid. Stress and numerical are no physics: ``balance_error`` is their sum.
+Of the grains, which give the wall the work W_wall, all that is missing is put to their contacts: damping,
+friction and rolling, and the error of their steps with it. The exchange takes W_wall less the work that has
+reached the solid.
 """
 from typing import Any, Dict, Tuple
 
@@ -31,16 +30,29 @@ COLUMNS = {
     "energy_hits": ("J", "energy that springs of walls and contacts of the solid have taken besides: of what "
                          "hits them, and goes round edges"),
     "energy_plastic": ("J", "energy that plastic flow has taken, as the laws of the points say"),
-    "energy_stress": ("J", "energy that errors of the stress in time and of F-bar's mean have taken: what "
-                           "the balance on the grid has lost besides"),
+    "energy_stress": ("J", "energy that the error of the mean stress along finite steps has taken"),
+    "energy_carried": ("J", "energy that forces of the last grid have taken, whose accelerations the points "
+                            "carry to the next; with the midpoint rule, the stress in the middle of steps in "
+                            "place of the mean"),
+    "energy_transfers": ("J", "kinetic energy that transfers between points and grid have taken, and nodes "
+                              "that supports stop"),
+    "energy_inertia": ("J", "energy that consistent inertia and ghost penalties have taken, as lumped masses "
+                            "count it"),
+    "energy_iterations": ("J", "energy that the tolerance of Newton's method has taken"),
     "energy_contact_damping": ("J", "energy that contacts of the particles have taken, by damping and "
                                     "friction, with the error of their steps"),
-    "energy_numerical": ("J", "energy that transfers, held nodes and the exchange have taken: what remains "
-                              "of the balance"),
-    "balance_error": ("1", "minus energy_stress and energy_numerical, relative to the energy that is in "
-                           "motion, strain and springs and has been taken so far"),
+    "energy_exchange": ("J", "energy that the exchange at the interface has taken"),
+    "energy_numerical": ("J", "what remains of the balance: round-off, but of coupled solids without plastic "
+                              "flow stress, carried and inertia"),
+    "balance_error": ("1", "minus the energy that no process of nature has taken, from energy_stress to "
+                           "energy_numerical, relative to the energy that is in motion, strain and springs "
+                           "and has been taken so far"),
 }
 WORK = "loads", "body force", "base", "interface", "supports", "walls"
+
+
+GRAINS = "contact_damping", "exchange"  # columns of runs with grains only
+SCHEME = "stress", "carried", "transfers", "inertia", "iterations", "exchange", "numerical"  # no physics
 
 
 class Dissipation:
@@ -55,44 +67,46 @@ class Dissipation:
             self.columns = {}
             return
         if alone:
-            del self.columns["energy_contact_damping"]
-        self._start = self._of_solid(solid.energy())
+            for name in GRAINS:
+                del self.columns[f"energy_{name}"]
+        self._booked = solid.flows or solid.transfer_losses is not None
+        if self._booked:
+            solid.book_works()
+        self._before, self._works_before = solid.energy(), solid.works()
         self._grains_start = 0.0 if alone else sum(grains.energy().values())
-
-    def _of_solid(self, energy: Dict[str, float]) -> Tuple[float, float, Dict[str, float]]:
-        """Energy with that of springs less the work on it, the same with the kinetic energy of the nodes in
-        the place of the points', and works."""
-        works = self._solid.works()
-        outside = sum(works[kind] for kind in WORK)
-        whole = sum(energy.values()) + works["springs"] - outside
-        return whole, whole - energy["kinetic"] + works["nodes"] + works["left"], works
 
     def __call__(self, ledger: Any) -> Dict[str, float]:
         """Entries after a window, after those of the ``ledger``, None of a solid alone."""
         if not self.columns:
             return {}
         energy = self._solid.energy() if ledger is None else ledger.energies["solid"]
-        whole, on_grid, works = self._of_solid(energy)
-        friction = works["friction"]
-        hits = works["hits"]
-        on_nodes = self._start[1] - on_grid - friction - hits if self._solid.flows else 0.0
-        plastic = self._plastic(works, on_nodes)
-        lost = self._start[0] - whole - float(left(self._solid, "energy")) - friction - hits - on_nodes
+        found, works = self._of_solid(energy)
         there = energy["kinetic"] + energy["strain"] + abs(works["springs"])
-        found = {"energy_springs": works["springs"], "energy_friction": friction, "energy_hits": hits,
-                 "energy_plastic": plastic, "energy_stress": on_nodes - plastic}
         if ledger is not None:
             of_grains = ledger.energies["grains"]
             gone = sum(of_grains.values()) + float(left(self._grains, "energy"))
             outside = shaken(self._grains) - ledger.work_wall
-            found["energy_contact_damping"] = self._grains_start - gone + outside
-            lost += ledger.work_wall - works["interface"]
+            found["contact_damping"] = self._grains_start - gone + outside
+            found["exchange"] = ledger.work_wall - works["interface"]
             there += without_potential(of_grains)
-        found["energy_numerical"] = lost
-        spent = there + sum(abs(taken) for name, taken in found.items() if name != "energy_springs")
-        return {**found, "balance_error": -(found["energy_stress"] + lost) / (spent or 1.0)}
+        spent = there + sum(map(abs, found.values()))
+        lost = sum(found.get(name, 0.0) for name in SCHEME)
+        return {**{f"energy_{name}": taken for name, taken in found.items()},
+                "energy_springs": works["springs"], "balance_error": -lost / (spent or 1.0)}
 
-    def _plastic(self, works: Dict[str, float], on_nodes: float) -> float:
-        """What plastic flow has taken; of laws that flow and do not remember it the balance ``on_nodes``."""
-        taken = works["plastic"] - self._start[2]["plastic"]
-        return taken if np.isfinite(taken) else on_nodes
+    def _of_solid(self, energy: Dict[str, float]) -> Tuple[Dict[str, float], Dict[str, float]]:
+        """What has been taken from the solid with this ``energy``, by what, and its works since the start."""
+        now = self._solid.works()
+        works = {kind: now[kind] - self._works_before[kind] for kind in now}
+        gained = {kind: energy[kind] - self._before[kind] for kind in energy}
+        gone = float(left(self._solid, "energy"))
+        found = {kind: works[kind] for kind in ("friction", "hits", "carried", "inertia", "iterations")}
+        found["transfers"] = works["nodes"] - gained["kinetic"] - (gone - works["left"])
+        of_stress = works["inner"] - gained["strain"] - works["strain left"]
+        # laws that flow and do not remember it, in plastic work that is not a number, have the balance
+        found["plastic"] = works["plastic"] if np.isfinite(works["plastic"]) else of_stress
+        found["stress"] = of_stress - found["plastic"] if self._booked else 0.0
+        outside = sum(works[kind] for kind in WORK)
+        whole = outside - sum(gained.values()) - gone - works["springs"]
+        found["numerical"] = whole - sum(found.values())
+        return found, {**works, "springs": now["springs"]}

@@ -4,6 +4,8 @@ import math
 
 from ..compiled import called, inlined, merged, where
 
+NEAR = 0.1  # of a strain: up to there series are exact to round-off
+
 
 @called
 def determinant(F, D):
@@ -26,6 +28,22 @@ def cofactor(F, i, j, D):
 
 
 # What follows has no branches, so that loops over many points become packed arithmetic, see ``batches``.
+
+
+@inlined
+def half_log_near_one(x):
+    """log(x) / 2 to round-off where it is below NEAR: y + y^3 / 3 + y^5 / 5 + ..., y = (x - 1) / (x + 1)."""
+    y = (x - 1.0) / (x + 1.0)
+    s = y * y
+    return y * (1.0 + s * (1 / 3 + s * (1 / 5 + s * (1 / 7 + s * (1 / 9 + s * (1 / 11 + s * (
+        1 / 13 + s * (1 / 15))))))))
+
+
+@inlined
+def exp_near_zero(x):
+    """exp x to round-off for abs(x) < 2 NEAR."""
+    return 1.0 + x * (1.0 + x * (1 / 2 + x * (1 / 6 + x * (1 / 24 + x * (1 / 120 + x * (1 / 720 + x * (
+        1 / 5040 + x * (1 / 40320 + x * (1 / 362880 + x * (1 / 3628800 + x / 39916800))))))))))
 
 
 @inlined

@@ -31,9 +31,10 @@ import numpy as np
 import mpm_dem_checks as check
 
 from ..compiled import called
-from .hencky import ELASTIC, STATE, hencky_law
+from .hencky import hencky_law
 from .law import Law
 from .plastic_parts import deviatoric_moduli
+from .plastic_state import ELASTIC, STATE
 
 FLOW = 2
 CLAY_STATE = np.dtype([*((name, STATE[name]) for name in STATE.names or ()),

@@ -23,10 +23,11 @@ from typing import NamedTuple, Optional
 
 import mpm_dem_checks as check
 
-from .hencky import ELASTIC, OPEN, hencky_law
+from .hencky import hencky_law
 from .law import Law, lame
 from .mohr_coulomb import soil_angles, tension_limit
 from .plastic_parts import deviatoric_moduli, trial
+from .plastic_state import ELASTIC, OPEN
 from .viscosity import with_viscosity
 
 CONE = 2

@@ -12,9 +12,7 @@ with K3 = 3 lam + 2 mu and the return mapping r of small strains (de Souza Neto,
 Methods for Plasticity, section 14.4; Simo 1992, doi 10.1016/0045-7825(92)90123-2). Yield conditions are in
 Kirchhoff stress.
 
-Soil that separates remembers the volumetric strain by which it has *opened* beyond the strain of its greatest
-tension. The trial strain of the next step starts with that much, so that the soil closes before it pushes
-again: otherwise each opening would leave it larger than before.
+What they remember, soil that has opened and plastic work: ``plastic_state``.
 
 A law gives two functions of trial strains in descending order, e1 >= e2 >= e3, of the plastic strain so far
 and of the length of the step, see ``law``:
@@ -31,20 +29,11 @@ region is ELASTIC, OPEN (separated) or a number of the law's own. The law's para
 import math
 from typing import Callable, Dict, NamedTuple, Optional
 
-import numpy as np
-
 from ..compiled import called
-from .algebra import cofactor, combine2, combine3, determinant, from_axes2, from_axes3, symmetric2, symmetric3
+from .algebra import cofactor, determinant, from_axes2, from_axes3, symmetric2, symmetric3
 from .law import Law
 from .plastic_parts import keep_nothing, linear_strains, plastic_strain_of
-
-STATE = np.dtype([
-    ("plastic", np.float64, (3, 3)),  # Cp^-1 - 1, zero at the start
-    ("plastic_strain", np.float64),   # accumulated: the integral of sqrt(2/3 dev(d) : dev(d))
-    ("opened", np.float64),           # volumetric strain to close before the soil pushes
-    ("plastic_work", np.float64),     # taken by plastic flow, per undeformed volume [J/m^3]
-])
-ELASTIC, OPEN = 0, 1
+from .plastic_state import ELASTIC, STATE, accumulate, keep_stress, remember
 
 D = 2  # fixed by specialise, as are the functions below
 return_map = moduli = hardening_of = elastic_strains = keep_hardening = None
@@ -126,43 +115,6 @@ def from_axes(x, n, m):
         from_axes3(x, n, m)
 
 
-def accumulate(old, new, e, ee, t, region):
-    """Fill ``new`` but for Cp: the elastic strains ee belong to the stresses t, the rest of e is plastic, on
-    which the stresses at the end of the step work. Soil closes at a tension, or without work. Returns whether
-    Cp changes."""
-    if region == ELASTIC and old.opened == 0.0:
-        new.plastic_strain, new.opened = old.plastic_strain, 0.0
-        new.plastic_work = old.plastic_work
-        return False
-    f1, f2, f3 = e[0] - ee[0], e[1] - ee[1], e[2] - ee[2]
-    square = (f1 - f2) ** 2 + (f2 - f3) ** 2 + (f3 - f1) ** 2  # three times the square of the deviator
-    new.plastic_strain = old.plastic_strain + math.sqrt(2.0 * square) / 3.0
-    new.opened = max(f1 + f2 + f3, 0.0) if region == OPEN else 0.0
-    closing = max((t[0] + t[1] + t[2]) / 3.0, 0.0) * old.opened
-    new.plastic_work = old.plastic_work + t[0] * f1 + t[1] * f2 + t[2] * f3 - closing
-    return True
-
-
-def remember(F33, old, new, m, ee, flows):
-    """Cp in ``new``, where it ``flows`` that of the elastic strains ee in the axes m."""
-    if not flows:
-        for i in range(3):
-            for j in range(3):
-                new.plastic[i, j] = old.plastic[i, j]
-        return
-    squares = (math.exp(2.0 * ee[0]), math.exp(2.0 * ee[1]), math.exp(2.0 * ee[2]))
-    for i in range(D):
-        if D == 2:
-            row = combine2(squares[0] * m[0][i], squares[1] * m[1][i], m)
-            new.plastic[i, 0], new.plastic[i, 1] = row
-        else:
-            row = combine3(squares[0] * m[0][i], squares[1] * m[1][i], squares[2] * m[2][i], m)
-            new.plastic[i, 0], new.plastic[i, 1], new.plastic[i, 2] = row
-        new.plastic[i, i] -= 1.0
-    if D == 2:
-        new.plastic[2, 2] = squares[2] / (F33 * F33) - 1.0
-
-
 def stress(p, F, F33, dt, old, new, P):
     """Also returns what the tangent goes on with: squares, n, m as in ``principal_axes``, trial strains in
     descending order, the rank of the one across the plane, stresses t in the order of the squares, and the
@@ -181,7 +133,8 @@ def stress(p, F, F33, dt, old, new, P):
     from_axes(P, n, m)
     P[D * D] = t[2] / F33 if D == 2 else 0.0
     ee = elastic_strains(p, t)
-    flows = accumulate(old, new, e, ee, t, region)
+    flows = accumulate(old, new, n, e, ee, t, region)
+    keep_stress(new, t, n)
     remember(F33, old, new, m, ee, flows)
     volume = e[0] + e[1] + e[2] - ee[0] - ee[1] - ee[2] if region != ELASTIC else 0.0
     keep_hardening(old, new, volume)
@@ -240,7 +193,7 @@ def hencky_law(name: str, params: NamedTuple, return_map: Callable, moduli: Call
     of ``plastic_strain_of`` ("hardening_of"), ``linear_strains`` ("elastic_strains") and ``keep_nothing``
     ("keep_hardening")."""
     shared = {"principal_axes": principal_axes, "from_axes": from_axes, "accumulate": accumulate,
-              "remember": remember,
+              "keep_stress": keep_stress, "remember": remember,
               "hardening_of": plastic_strain_of, "elastic_strains": linear_strains,
               "keep_hardening": keep_nothing, **(own or {})}
     return Law(name, params, STATE, stress, tangent, energy, symmetric=symmetric, parts=(

@@ -13,16 +13,16 @@ from typing import Callable, Tuple
 import numpy as np
 
 from ..compiled import inlined, multiply, specialise, where
-from .algebra import dot, symmetric3
-from .hencky import ELASTIC, log_strain, spin
+from .algebra import NEAR, dot, exp_near_zero, half_log_near_one, symmetric3
+from .hencky import log_strain, spin
 from .law import Law, compiled_parts, constants_of
+from .plastic_state import ELASTIC
 
-SIZE = 32  # points of a batch: the rows then take 15 kB, half of the fastest memory
+SIZE = 32  # points of a batch: the rows then take 16 kB, half of the fastest memory
 # Rows of the work array: the first of each group
 DEFORMATION, PLASTIC, AXES, PULLED = 0, 9, 15, 24
 SQUARES, STRAINS, STRESSES, ELASTIC_STRAINS, PIOLA = 33, 36, 39, 42, 45
-FLOWS, FAR, REGION, ROWS = 54, 55, 56, 57
-NEAR = 0.1  # of a strain: up to there series are exact to round-off
+FLOWS, FAR, REGION, KIRCHHOFF, ROWS = 54, 55, 56, 57, 63
 
 RETURN = "return_map", "hardening_of", "elastic_strains", "keep_hardening", "accumulate"  # parts of a law
 
@@ -33,22 +33,6 @@ return_map = hardening_of = elastic_strains = keep_hardening = accumulate = modu
 @inlined
 def _at(row, q):
     return row * SIZE + q
-
-
-@inlined
-def _half_log_near_one(x):
-    """log(x) / 2 to round-off where it is below NEAR: y + y^3 / 3 + y^5 / 5 + ..., y = (x - 1) / (x + 1)."""
-    y = (x - 1.0) / (x + 1.0)
-    s = y * y
-    return y * (1.0 + s * (1 / 3 + s * (1 / 5 + s * (1 / 7 + s * (1 / 9 + s * (1 / 11 + s * (
-        1 / 13 + s * (1 / 15))))))))
-
-
-@inlined
-def _exp_near_zero(x):
-    """exp x to round-off for abs(x) < 2 NEAR."""
-    return 1.0 + x * (1.0 + x * (1 / 2 + x * (1 / 6 + x * (1 / 24 + x * (1 / 120 + x * (1 / 720 + x * (
-        1 / 5040 + x * (1 / 40320 + x * (1 / 362880 + x * (1 / 3628800 + x / 39916800))))))))))
 
 
 def gather(F, old, part, W):
@@ -107,8 +91,8 @@ def find_axes(W):
         J = dot(f, u)
         one = 1.0 / where(J > 0.0, J, math.nan)
         _put(W, SQUARES, q, squares)
-        _put(W, STRAINS, q, (_half_log_near_one(squares[0]), _half_log_near_one(squares[1]),
-                             _half_log_near_one(squares[2])))
+        _put(W, STRAINS, q, (half_log_near_one(squares[0]), half_log_near_one(squares[1]),
+                             half_log_near_one(squares[2])))
         _put(W, AXES, q, n1)
         _put(W, AXES + 3, q, n2)
         _put(W, AXES + 6, q, n3)
@@ -136,7 +120,8 @@ def return_points(p, dt, old, new, part, W):
         _put(W, STRAINS, q, e)
         _put(W, STRESSES, q, (t1, t2, t3))
         W[_at(REGION, q)] = region
-        flows = accumulate(before, after, e, ee, (t1, t2, t3), region)
+        axes = _three(W, AXES, q), _three(W, AXES + 3, q), _three(W, AXES + 6, q)
+        flows = accumulate(before, after, axes, e, ee, (t1, t2, t3), region)
         far = flows and not max(abs(ee[0]), abs(ee[1]), abs(ee[2])) < NEAR
         for k in range(3):
             W[_at(ELASTIC_STRAINS + k, q)] = math.exp(2.0 * ee[k]) if far else 2.0 * ee[k]
@@ -146,18 +131,24 @@ def return_points(p, dt, old, new, part, W):
 
 
 def combine(W):
-    """From the axes back: P, and Cp^-1 - 1 of points that flow."""
+    """From the axes back: P and tau, and Cp^-1 - 1 of points that flow."""
     for q in range(len(W) // ROWS):
         far = W[_at(FAR, q)] > 0.0
         x, y, z = _three(W, ELASTIC_STRAINS, q)
-        x, y, z = (where(far, x, _exp_near_zero(x)), where(far, y, _exp_near_zero(y)),
-                   where(far, z, _exp_near_zero(z)))
+        x, y, z = (where(far, x, exp_near_zero(x)), where(far, y, exp_near_zero(y)),
+                   where(far, z, exp_near_zero(z)))
         r, s, t = _three(W, STRESSES, q)
         a, b, c = _three(W, AXES, q), _three(W, AXES + 3, q), _three(W, AXES + 6, q)
         u, v, w = _three(W, PULLED, q), _three(W, PULLED + 3, q), _three(W, PULLED + 6, q)
-        _put(W, PIOLA, q, _combined(1.0, (r * a[0], s * b[0], t * c[0]), u, v, w))
-        _put(W, PIOLA + 3, q, _combined(1.0, (r * a[1], s * b[1], t * c[1]), u, v, w))
-        _put(W, PIOLA + 6, q, _combined(1.0, (r * a[2], s * b[2], t * c[2]), u, v, w))
+        first, second, third = ((r * a[0], s * b[0], t * c[0]), (r * a[1], s * b[1], t * c[1]),
+                                (r * a[2], s * b[2], t * c[2]))
+        _put(W, PIOLA, q, _combined(1.0, first, u, v, w))
+        _put(W, PIOLA + 3, q, _combined(1.0, second, u, v, w))
+        _put(W, PIOLA + 6, q, _combined(1.0, third, u, v, w))
+        tx, ty, tz = (_combined(1.0, first, a, b, c), _combined(1.0, second, a, b, c),
+                      _combined(1.0, third, a, b, c))
+        _put(W, KIRCHHOFF, q, (tx[0], ty[1], tz[2]))
+        _put(W, KIRCHHOFF + 3, q, (tx[1], ty[2], tz[0]))
         xx = _combined(1.0, (x * u[0], y * v[0], z * w[0]), u, v, w)
         yy = _combined(1.0, (x * u[1], y * v[1], z * w[1]), u, v, w)
         zz = _combined(1.0, (x * u[2], y * v[2], z * w[2]), u, v, w)
@@ -170,7 +161,11 @@ def scatter(old, new, part, W, P):
     for q in range(len(part)):
         for i in range(9):
             P[q, i] = W[_at(PIOLA + i, q)]
-        C = new[part[q]].plastic
+        C, tau = new[part[q]].plastic, new[part[q]].kirchhoff_stress
+        for i in range(3):
+            j = (i + 1) % 3
+            tau[i, i] = W[_at(KIRCHHOFF + i, q)]
+            tau[i, j] = tau[j, i] = W[_at(KIRCHHOFF + 3 + i, q)]
         if W[_at(FLOWS, q)] > 0.0:
             for i in range(3):
                 j = (i + 1) % 3

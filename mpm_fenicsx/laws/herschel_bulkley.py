@@ -27,9 +27,10 @@ from typing import NamedTuple, Optional
 import mpm_dem_checks as check
 
 from ..compiled import called
-from .hencky import ELASTIC, OPEN, hencky_law
+from .hencky import hencky_law
 from .law import Law
 from .plastic_parts import deviatoric_moduli, trial
+from .plastic_state import ELASTIC, OPEN
 
 FLOW = 2
 

@@ -22,8 +22,9 @@ from typing import NamedTuple, Optional, Tuple
 import mpm_dem_checks as check
 
 from ..compiled import called
-from .hencky import ELASTIC, OPEN, hencky_law
+from .hencky import hencky_law
 from .law import Law, lame
+from .plastic_state import ELASTIC, OPEN
 from .viscosity import with_viscosity
 
 # Where the stress ends up, in the order of t1 >= t2 >= t3. Compression edge: t1 = t2, as in triaxial

@@ -25,8 +25,9 @@ which lies between k_old and that for the residual strength; Newton's method wit
 import math
 from typing import Callable, NamedTuple, Optional
 
-from .hencky import ELASTIC, hencky_law
+from .hencky import hencky_law
 from .law import Law
+from .plastic_state import ELASTIC
 from .viscosity import with_viscosity
 
 # Parts of the law, which ``bound`` fixes; those that follow call those before.

@@ -15,9 +15,10 @@ from typing import NamedTuple
 import mpm_dem_checks as check
 
 from ..compiled import called
-from .hencky import ELASTIC, hencky_law
+from .hencky import hencky_law
 from .law import Law, lame
 from .plastic_parts import deviatoric_moduli
+from .plastic_state import ELASTIC
 from .viscosity import with_viscosity
 
 FLOW = 2
@@ -65,7 +66,7 @@ def von_mises(E: float, nu: float, yield_stress: float, hardening: float = 0.0,
 
     >>> law = von_mises(E=210e9, nu=0.3, yield_stress=235e6)
     >>> law.state.names
-    ('plastic', 'plastic_strain', 'opened', 'plastic_work')
+    ('plastic', 'plastic_strain', 'opened', 'plastic_work', 'kirchhoff_stress')
     """
     yield_stress = check.positive("yield_stress", yield_stress, "Pa")
     hardening = check.not_negative("hardening", hardening, "Pa",

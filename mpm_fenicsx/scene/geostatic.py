@@ -54,4 +54,5 @@ def put_stress(points: Any, law: Law, given: Callable) -> None:
         stress, axes = np.linalg.eigh(stress)
     strain = strains_of(law, stress)
     points.state["plastic"] = (axes * np.expm1(2.0 * strain)[:, None, :]) @ np.swapaxes(axes, -1, -2)
+    points.state["kirchhoff_stress"] = (axes * stress[:, None, :]) @ np.swapaxes(axes, -1, -2)
     points.a[:] = 0.0

@@ -97,9 +97,11 @@ class AffineBody(BodyTerm):
             p.C[:], p.B[:] = 0.0, 0.0
             super().finish(grid, trial, increment)
             return
+        middle = 2.0 * self.stress_work(grid, trial)[1] if self.booked else 0.0
         end = self._at_end(grid, increment)
         self._take(*self._basis(), self._G, self._places, increment, p.C, p.B)
         super().finish(grid, end, increment)
+        self.worked = *self.worked[:2], middle
 
     def _at_end(self, grid, increment):
         """The trial of the end of the step. Of a law that remembers nothing only F is needed, but in plane

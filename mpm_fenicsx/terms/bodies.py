@@ -8,15 +8,15 @@ import mpm_dem_checks as check
 
 from ..basis.smooth import LINEAR
 from ..collective import WHOLE
-from ..laws import ELASTIC_STATE
 from ..laws.reference import renewal
-from ..points.moments import momentum
 from ..points.order import put_in_order
 from ..points.points import Points, half_widths, numbers, seed
 from ..scene.geostatic import put_stress
+from .body_readings import BodyReadings
 from .fields import Deformation, Patches, Quadrature
 from .kernels import compile_body_kernels, compile_point_kernels
 from .newmark import Increment
+from .stress_work import Stresses, make_stress_work
 
 
 class BodyTrial(NamedTuple):
@@ -28,13 +28,16 @@ class BodyTrial(NamedTuple):
     patches: Patches
 
 
-class BodyTerm:
+class BodyTerm(BodyReadings):
     """One body as a term of a step, see ``grid_state``: its ``body`` record and ``points``, the material
     points on this rank, whose deformation is the state of the term. At first they are its ``part`` of all, in
     the order of their numbers, of which the body has ``total``, from ``first`` on.
 
     gravity: [m/s^2], shape (D,); body_force: None, or a function as of
-    ``MPM``; basis: a ``smooth.Basis`` on cells of size h [m], shape (D,)."""
+    ``MPM``; basis: a ``smooth.Basis`` on cells of size h [m], shape (D,). ``booked``: each step leaves its
+    ``stress_work`` in ``worked``."""
+
+    booked, worked = False, (0.0, 0.0)
 
     def __init__(self, body, first, gravity, body_force=None, basis=LINEAR, h=None, *, part=WHOLE):
         x, volume = seed(body, basis.smooth, part)
@@ -66,7 +69,8 @@ class BodyTerm:
     def compile(self, background, consistent):
         """Kernels of the law on the elements of ``background``, with consistent or lumped inertia."""
         self._kernels = compile_body_kernels(self.body, background, consistent)
-        self._on_points = compile_point_kernels(background)
+        self._on_points, self._stress_work = compile_point_kernels(background), make_stress_work(
+            self.body, background)
         follows = background.basis.follows  # domains stretch with F
         self._renew = None if follows else renewal(self.body.law, self.body.dim)
 
@@ -211,47 +215,18 @@ class BodyTerm:
             cells.share(patches.bulk[:, 1:], patches.push, patches.pull)
             self._kernels.couple(*self._own_patches, matrices)
 
+    def stress_work(self, grid, trial):
+        """Work of the stresses before and after the step of a ``trial``, see ``stress_work``: this rank's
+        share. Collective."""
+        old = self._deformation()
+        return self._stress_work(grid.active_cells, self._quadrature(), self._elements, old,
+                                 Stresses(self._kirchhoff(old), self._kirchhoff(trial.new)), trial)
+
     def finish(self, grid, trial, increment):
         """Move the points; deformation and state of the ``trial`` become theirs."""
         p, old = self.points, self._deformation()
+        if self.booked:
+            self.worked = self.stress_work(grid, trial)
         self._on_points.to_points(self._element, self._elements.nodes, self._N, increment, p.x, p.v, p.a)
         p.F, p.F33, p.state = trial.new
         self._new = old  # arrays for the next trial
-
-    # ---------------------------------------------------------------- what others ask
-
-    def energies(self, gravity, chosen=slice(None)):
-        """Kinetic, strain and potential energy of this rank's points [J], or of the ``chosen``, in
-        ``gravity`` [m/s^2], shape (D,)."""
-        p = self.points
-        mass, V0, v, *now = (values[chosen] for values in (p.mass, p.V0, p.v, *self._deformation()))
-        kinetic, strain = self._kernels.energies(mass, V0, v, Deformation(*now), self._params)
-        return kinetic, strain, -mass @ (p.x[chosen] @ gravity)
-
-    def plastic_work(self, chosen=slice(None)):
-        """What plastic flow has taken from this rank's points, or from the ``chosen``, since the start [J];
-        nan where the law flows and does not remember it."""
-        state = self.points.state
-        if self.body.law.state == ELASTIC_STATE:
-            return 0.0
-        known = "plastic_work" in state.dtype.names
-        return float(self.points.V0[chosen] @ state["plastic_work"][chosen]) if known else np.nan
-
-    def momentum(self, chosen=slice(None)):
-        """Of this rank's points, or of the ``chosen``, [kg m/s], followed by their angular momentum about
-        zero [kg m^2/s], see ``moments.momentum``."""
-        p = self.points
-        return momentum(p.mass[chosen], p.x[chosen], p.v[chosen])
-
-    def volume(self):
-        """Of this rank's points as deformed [m^3], shape (n,)."""
-        p, F = self.points, self.points.F
-        if self.body.dim == 2:  # an order of magnitude faster than numpy.linalg.det
-            return p.V0 * p.F33 * (F[:, 0, 0] * F[:, 1, 1] - F[:, 0, 1] * F[:, 1, 0])
-        return p.V0 * np.einsum("pi,pi->p", F[:, 0], np.cross(F[:, 1], F[:, 2]))
-
-    def cauchy_stress(self):
-        """Of this rank's points [Pa], shape (n, D, D)."""
-        sigma = np.empty_like(self.points.F)
-        self._kernels.cauchy(self._deformation(), self._params, sigma)
-        return sigma

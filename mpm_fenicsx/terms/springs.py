@@ -150,16 +150,33 @@ def tangent(cell, row, N, springs: Springs, answer: Answer, Ke):
                         Ke[c, b, j, i, a] += w * C[i, j]
 
 
+class Spent(NamedTuple):
+    """What springs have done in a step [J]: work of the ``walls`` on the body, what ``friction`` and ``hits``
+    have taken, what is ``stored`` more than before; and by how much the work of the forces at the end of the
+    step is more than that of their mean, ``uneven``."""
+
+    walls: float
+    friction: float
+    hits: float
+    stored: float
+    uneven: float
+
+
+NOTHING_SPENT = Spent(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
 def spend(springs: Springs, before, after, moved, wall=0.0, smooth=False):
-    """Work of the walls on the body, and energy that friction and hits take, in a step [J]: of forces from
-    ``before`` to ``after`` [N] while the body has moved by ``moved`` against the wall, and that by ``wall``
-    [m], all (n, D); smooth: springs without friction, (n,). Of what is done on the springs and not stored
-    friction takes what is done along the wall, hits the rest: by the lead of the force, and where a body goes
-    round an edge, as what has pushed on one face then is along another."""
+    """What is ``Spent`` in a step by forces from ``before`` to ``after`` [N] while the body has moved by
+    ``moved`` against the wall, and that by ``wall`` [m], all (n, D); smooth: springs without friction, (n,).
+    Of what is done on the springs and not stored friction takes what is done along the wall, hits the rest:
+    by the lead of the force, and where a body goes round an edge, as what has pushed on one face then is
+    along another."""
     mean, stiffness = 0.5 * (before + after), springs.stiffness
     rubs = springs.normal.any(axis=1) & ~np.broadcast_to(smooth, len(mean))
-    lost = -np.sum(mean * moved, axis=1) - np.sum(after**2 - before**2, axis=1) / (2.0 * stiffness)
+    kept = np.sum(after**2 - before**2, axis=1) / (2.0 * stiffness)
+    lost = -np.sum(mean * moved, axis=1) - kept
     along = [f - np.sum(f * springs.normal, axis=1)[:, None] * springs.normal for f in (before, after, mean)]
     stored = np.sum(along[1] ** 2 - along[0] ** 2, axis=1) / (2.0 * stiffness)
     rubbed = np.sum((-np.sum(along[2] * moved, axis=1) - stored)[rubs])
-    return np.sum(mean * wall), rubbed, np.sum(lost) - rubbed
+    uneven = 0.5 * np.sum((after - before) * (moved + wall))
+    return Spent(np.sum(mean * wall), rubbed, np.sum(lost) - rubbed, np.sum(kept), uneven)

@@ -159,8 +159,9 @@ def test_on_any_ranks(on_ranks, tmp_path):
 @pytest.mark.parametrize("keys, words", [
     (dict(cells=(4, 5)), "which has 96 points, and has 80: state the body as it was stated there"),
     (dict(box=Box((0.0, 0.0), (0.4, 0.5))), "where point 0 has a volume of 0.0025 m.3, here 0.00208333"),
-    (dict(law=linear(1e6, 0.3)), "remember opened, plastic, plastic_strain, plastic_work, but its law linear "
-                                 "remembers unused: give it a law like that"),
+    (dict(law=linear(1e6, 0.3)), "remember kirchhoff_stress, opened, plastic, "
+                                 "plastic_strain, plastic_work, but its law linear remembers "
+                                 "unused: give it a law like that"),
     (dict(law=cam_clay(25.0, 0.1, 0.02, 1e6, 1e5)), "but its law cam_clay remembers plastic, .*, compaction"),
     (dict(number=1), "body 0 starts with body 1 of .*, which has 1: give a number from 0 to 0"),
     (dict(file="nothing.h5"), "nothing.h5 does not exist"),

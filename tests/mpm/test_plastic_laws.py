@@ -10,7 +10,6 @@ from scipy.optimize import nnls
 from mpm_fenicsx import cam_clay, drucker_prager, herschel_bulkley, mohr_coulomb, mu_i, softened, von_mises
 from mpm_fenicsx.laws import kernels
 from mpm_fenicsx.laws.drucker_prager import CONE
-from mpm_fenicsx.laws.hencky import ELASTIC, OPEN
 from mpm_fenicsx.laws.law import compiled_parts
 from mpm_fenicsx.laws.mohr_coulomb import (
     COMPRESSION_EDGE,
@@ -21,6 +20,7 @@ from mpm_fenicsx.laws.mohr_coulomb import (
     TENSION,
     TENSION_EDGE,
 )
+from mpm_fenicsx.laws.plastic_state import ELASTIC, OPEN
 from mpm_fenicsx.laws.von_mises import FLOW
 
 DT = 0.1  # as of ``Element``

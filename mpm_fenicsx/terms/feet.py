@@ -12,6 +12,7 @@ from .wall_surfaces import WallElements, nearest
 
 D, K, S = 2, 4, 1  # fixed by specialise; S: most feet of a point on one wall
 SMOOTH = False  # whether the points have a smooth basis
+DEFORMS = 0.5  # most by which the reach of a point changes, in parts of it
 BEHIND, UNKNOWN, FRONT = -1, 0, 1  # sides of a wall
 
 
@@ -114,7 +115,7 @@ def add_foot(p, points: ThickPoints, normal, seen: Seen, k, q, feet: Feet):
         feet.weight[q, i], feet.normal[q, i] = seen.weight[k, i], normal[e, i]
 
 
-def foot_finder(dim, most):
+def finder(dim, most):
     """``find_feet`` for at most so many feet of each point on one wall."""
     size = dict(D=dim, S=most)
     reach = specialise(reach_of, D=dim)
@@ -125,9 +126,25 @@ def foot_finder(dim, most):
                       next_flank=another, share_slots=specialise(share_slots, S=most))
 
 
+def deform(feet: Feet, kept, pressed):
+    """Give the ``feet`` the reach that their points have. r deforms with the strain across the wall while the
+    wall presses on the point, a mask (m,), from that of a point alone: by ``kept`` so far [m], (m,). Strain
+    changes it the less the more it has changed, and never by more than ``DEFORMS``, as soil flows without
+    end. A point that is no longer pressed gets its reach back as the wall makes room.
+
+    Returns by how much it has changed, and the length that deforms, both (m,) [m]."""
+    most = DEFORMS * feet.reach
+    recovered = np.minimum(np.maximum(kept, np.minimum(feet.gap, 0.0)), 0.0)
+    changed = np.clip(np.where(pressed, kept, recovered), -most, most)
+    deforming = feet.reach - abs(changed) / DEFORMS
+    feet.reach[:] += changed
+    feet.gap[:] -= changed
+    return changed, deforming
+
+
 class FootBasis(NamedTuple):
     """Of m feet: ``element`` (m,) of the point, with its ``nodes`` (elements, K); values ``across`` the wall,
-    the point's, and ``along`` it, the foot's, both (m, K); ``normal`` (m, D)."""
+    where the reach deforms, and ``along`` it, the foot's, both (m, K); ``normal`` (m, D)."""
 
     element: np.ndarray
     nodes: np.ndarray
@@ -136,15 +153,16 @@ class FootBasis(NamedTuple):
     normal: np.ndarray
 
 
-def foot_basis(feet: Feet, N, G, across, along):
-    """Fill both, see ``FootBasis``, from values N (n, K) and gradients G (n, K, D) at the points."""
+def foot_basis(feet: Feet, deforming, N, G, across, along):
+    """Fill both, see ``FootBasis``, from values N (n, K) and gradients G (n, K, D) at the points; deforming:
+    length that takes part in the strain across the wall [m], (m,)."""
     point, normal, reach = feet.point, feet.normal, feet.reach
     for q in range(len(point)):
         for a in range(K):
             s = 0.0
             for i in range(D):
                 s += normal[q, i] * G[point[q], a, i]
-            across[q, a] = N[point[q], a]
+            across[q, a] = N[point[q], a] - deforming[q] * s
             along[q, a] = N[point[q], a] - reach[q] * s
 
 
@@ -163,7 +181,7 @@ def follow(basis: FootBasis, factor, nodal, values):
             values[q, i] += ahead * normal[q, i]
 
 
-def spread_feet(basis: FootBasis, force, nodal):
+def spread(basis: FootBasis, force, nodal):
     """The transpose: subtract the ``force`` on the feet, (m, D) [N], from the nodes' ``nodal``, (nodes,
     D)."""
     element, nodes, across, along, normal = basis

@@ -8,18 +8,19 @@ not matter how the body turns). Toward a wall with normal n it reaches by
     r = |(l_i n_i)|,        gap g_n = n . (x - x_wall) - r,
 
 to its foot x - r n. A spring between foot and wall, as in ``springs``, pushes where g_n < 0 and rubs. The
-nodes of the point's own stencil take part in it: across the wall with N at the point, as r does not change;
-along it with
+nodes of the point's own stencil take part in it with the basis at the foot,
 
     N_foot = N - r n . grad N,
 
-which moves the foot exactly with every linear field. So forces do the work that the gaps tell, and go to the
-nodes with their momentum and, about any axis, their moment as at the foot; they need no cell, no node and no
-rank besides those of the point. A wall with xi resists slip by rho g v^2 / xi per area besides mu N (Voellmy
-1955; S of Christen, Kowalski & Bartelt 2010, doi 10.1016/j.coldregions.2010.04.005). (Bird et al. 2024, arXiv
-2412.01565, measure the gap at the boundary of the points' domains, too. Domains that follow F are of no use
-in soil: there F is mostly flow, and points that it stretches were thrown from the floor; measured, the energy
-of a column rose by a tenth.)
+which moves the foot exactly with every linear field. So forces go to the nodes with their momentum and, about
+any axis, their moment as at the foot; they need no cell, no node and no rank besides those of the point. They
+do the work that the gaps tell, as r deforms while the point is pressed, see ``feet.deform``. (If r stayed as
+it is, N would tell the gap across the wall. Part of the normal force would go past the lowest cell, 25 % of
+it at two points per direction, and soil there shear at that much less friction than it has; measured. Bird
+et al. 2024, arXiv 2412.01565, measure the gap at the boundary of the points' domains, too. Domains that
+follow all of F are of no use in soil: there F is mostly flow, and points that it stretches were thrown from
+the floor.) A wall with xi resists slip by rho g v^2 / xi per area besides mu N (Voellmy 1955; S of Christen,
+Kowalski & Bartelt 2010, doi 10.1016/j.coldregions.2010.04.005).
 """
 import numpy as np
 
@@ -28,11 +29,11 @@ from mpm_dem_direct import direct
 from ..compiled import specialise
 from ..points.moments import wrenches
 from ..points.points import surface_distances, surface_shares
-from .feet import Feet, FootBasis, Slots, ThickPoints, follow, foot_basis, foot_finder, spread_feet, tangent
+from .feet import Feet, FootBasis, Slots, ThickPoints, deform, finder, follow, foot_basis, spread, tangent
 from .flanks import Creases
 from .penalty import STICKS
 from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spend, spring_matrix
-from .wall_surfaces import WallSurfaces
+from .wall_surfaces import WallSurfaces, places
 
 NEAR = 1.0  # cells between a wall and the points that a step looks at
 
@@ -40,8 +41,8 @@ NEAR = 1.0  # cells between a wall and the points that a step looks at
 class SurfaceContact:
     """Contact of one body with the ``surfaces`` of walls, see ``wall_surfaces.Surface``, as a term of a step
     (see ``grid_state``). Each material point keeps, per wall, its side, and per slot for a foot there, of
-    which walls with creases have several (see ``flanks``), force [N], gap along the wall [m], status in the
-    tangent in use, and element (-1: none); ``half`` and ``sunk``: see ``feet.ThickPoints``.
+    which walls with creases have several (see ``flanks``), force [N], gap along the wall and change of its
+    reach [m], status in the tangent in use, and element (-1: none); ``half``, ``sunk``: ``feet.ThickPoints``.
 
     body: its term; stiffness: of each wall per area [Pa/m], shape (walls,); gravity [m/s^2]."""
 
@@ -66,7 +67,7 @@ class SurfaceContact:
         p.add(half=surface_distances(body.body, p.V0, background.basis.smooth, body.part), sunk=np.zeros(n),
               wall_stiffness=area[:, None] * stiffness,
               wall_side=np.zeros((n, W), np.int8), wall_status=np.zeros((n, M), np.int8),
-              wall_force=np.zeros((n, M, D)), wall_gap=np.zeros((n, M, D)),
+              wall_force=np.zeros((n, M, D)), wall_gap=np.zeros((n, M, D)), wall_deformed=np.zeros((n, M)),
               wall_foot=np.zeros((n, M, D)), wall_element=np.full((n, M), -1, np.int32))
         self._friction, self._xi = zip(*((surface.friction, surface.xi) for surface in surfaces))
         self._gravity, self._drags = gravity, any(np.isfinite(xi).any() for xi in self._xi)
@@ -83,9 +84,9 @@ class SurfaceContact:
     def _compile(self, background):
         smooth, D = background.basis.smooth, self._dim
         size = dict(D=D, K=background.basis.nodes(D, background.cells.shape[1]))
-        self._find = {most: foot_finder(D, most) for most in {one.most for one in self._creases}}
+        self._find = {most: finder(D, most) for most in {one.most for one in self._creases}}
         self._foot_basis = specialise(foot_basis, **size)
-        self._follow, self._spread = (direct(specialise(kernel, **size)) for kernel in (follow, spread_feet))
+        self._follow, self._spread = (direct(specialise(kernel, **size)) for kernel in (follow, spread))
         self._tangent = direct(specialise(tangent, **size, SMOOTH=smooth,
                                           spring_matrix=specialise(spring_matrix, D=D)))
         self._respond = direct(specialise(respond, D=D, K=1))
@@ -126,26 +127,29 @@ class SurfaceContact:
                 if wall.place(grid.time):
                     creases.place()
         feet, number = self._find_feet()
-        self._index, self._number, normal = (feet.point, feet.slot), number, feet.normal
+        self._index, normal = (feet.point, feet.slot), feet.normal
         at = [feet.element[number == w] for w in range(len(self._walls))]
         self._arm = -feet.reach[:, None] * normal
         self._element = feet.element
         element, nodes = np.ascontiguousarray(body._element[feet.point]), body._elements.nodes
         shape = len(element), nodes.shape[1]
         self._basis = FootBasis(element, nodes, np.empty(shape), np.empty(shape), normal)
-        self._foot_basis(feet, body._N, body._G, self._basis.across, self._basis.along)
         self._forget_others()
         rub, force = p.wall_gap[self._index], p.wall_force[self._index]
+        pressed = np.sum(force * normal, axis=1)
+        self._deformed, deforming = deform(feet, p.wall_deformed[self._index], pressed > 0.0)
+        self._foot_basis(feet, deforming, body._N, body._G, self._basis.across, self._basis.along)
         self._slip = rub - np.sum(rub * normal, axis=1)[:, None] * normal
         base = feet.gap[:, None] * normal + self._slip
         self._follow(self._basis, -AHEAD * grid.dt, grid.v, base)
         self._wall_moved = 0.0
         if self.moves:
-            before, half, now = (self._motion(feet, grid.time + k * grid.dt) for k in (0.0, 0.5, 1.0))
+            before, half, now = (
+                places(self._walls, feet, number, grid.time + k * grid.dt) for k in (0.0, 0.5, 1.0))
             self._wall_moved = now - before
             self._slip -= self._wall_moved
             base -= now - before + AHEAD * (before - 4.0 * half + 3.0 * now)  # dt times its last velocity
-        pressed, stiffness = np.sum(force * normal, axis=1), p.wall_stiffness[feet.point, number]
+        stiffness = p.wall_stiffness[feet.point, number]
         pressed, self._sticks = (np.full_like(pressed, STICKS) if self._sticks else pressed), False
         rough = np.concatenate([friction[e] for friction, e in zip(self._friction, at)])
         limit, self._smooth = np.where(pressed > 0.0, rough, 0.0), rough == 0.0
@@ -167,14 +171,6 @@ class SurfaceContact:
         area = surface_shares(self._body.points.V0[feet.point], self._body.thickness, self._dim)
         return self._body.body.rho * self._gravity * area * square / xi
 
-    def _motion(self, feet, time):
-        """Places of the wall at the feet at ``time`` [s], shape (m, D) [m]."""
-        starts = np.searchsorted(self._number, np.arange(len(self._walls) + 1))
-        parts = [slice(*ends) for ends in zip(starts, starts[1:])]
-        return np.concatenate([
-            np.einsum("qk,qki->qi", feet.weight[part], wall.corners_at(time, 0, feet.element[part]))
-            for part, wall in zip(parts, self._walls)])
-
     def _forget_others(self):
         """Points that are near no wall have neither force nor gap there."""
         p = self._body.points
@@ -182,6 +178,7 @@ class SurfaceContact:
         off[self._index] = False
         self._some_left = bool(p.wall_status[off].any())
         p.wall_force[off], p.wall_gap[off], p.wall_status[off], p.wall_element[off] = 0.0, 0.0, 0, -1
+        p.wall_deformed[off] = 0.0
 
     def first_trial(self, grid, increment):
         """Gap, force and status of the springs at the increment, an ``Answer``."""
@@ -234,6 +231,8 @@ class SurfaceContact:
         p, (_, force, status), springs = self._body.points, answer, self._springs
         moved = np.zeros_like(force)
         self._follow(self._basis, 1.0, increment.u, moved)
+        of_point = self._body.interpolate(self._index[0], increment.u)[0]
+        p.wall_deformed[self._index] = self._deformed + np.sum((of_point - moved) * springs.normal, axis=1)
         wall = self._wall_moved
         self.spent = spend(springs, p.wall_force[self._index], force, moved - wall, wall, self._smooth)
         moved += self._slip

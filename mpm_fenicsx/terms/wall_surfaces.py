@@ -209,3 +209,13 @@ def wall_facets(x, cells, kind, on_wall, normal):
     n = normal_areas(x, facets)
     across = np.abs(n @ normal) > 0.5 * np.linalg.norm(n, axis=1)
     return facets[across & ((inside - x[facets].mean(axis=1)) @ normal > 0.0)]
+
+
+def places(walls, feet, number, time):
+    """Of the ``walls``, a list of ``WallSurfaces``, at ``feet``, see ``feet.Feet``, at ``time`` [s], (m, D)
+    [m]; number: (m,), of the wall of each foot, ascending."""
+    starts = np.searchsorted(number, np.arange(len(walls) + 1))
+    parts = [slice(*ends) for ends in zip(starts, starts[1:])]
+    return np.concatenate([
+        np.einsum("qk,qki->qi", feet.weight[part], wall.corners_at(time, 0, feet.element[part]))
+        for part, wall in zip(parts, walls)])

@@ -88,6 +88,47 @@ def test_block_slides_in_space(make_mpm, cell, basis, kind):
     assert abs(a @ [-down[1], down[0], 0.0]) < 2e-4
 
 
+@pytest.mark.parametrize("cut", [0.0, 0.02])
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+def test_a_layer_presses_on_its_lowest_cell_with_all_its_weight(cut, basis):
+    """Between smooth walls, on a floor along sides of cells and through them: the mean stress across of the
+    points below a height is the weight above."""
+    body = Body(Box((0.0, cut), (0.4, 0.2 + cut)), (8, 4), 2, LAWS["linear"](1e6, 0.3), 1000.0)
+    held = [Support(lambda x, a=a: abs(x[:, 0] - a) < 1e-9, "x") for a in (0.0, 0.4)]
+    base = Penalty(Interface.line((-0.01, cut), (0.41, cut), 1), (0, 1), 0.5, name="base", **SURFACE)
+    solid = MPM(Grid(Box((0.0, -0.05), (0.4, 0.3)), (8, 7)), body, held, penalties=[base],
+                gravity=(0.0, -G), inertia="lumped", basis=basis)
+    height = solid.points.x[:, 1] - cut
+    solid.settle(2)
+    stress = solid.cauchy_stress()[:, 1, 1]
+    lowest = height < 0.051
+    assert stress[lowest].mean() == pytest.approx(-1000.0 * G * 0.175, rel=0.06)
+    assert stress.mean() == pytest.approx(-1000.0 * G * 0.1, rel=0.02)
+    solid.close()
+
+
+@pytest.mark.parametrize("cut", [0.0, 0.02])
+@pytest.mark.parametrize("angle", [25.0, 35.0])
+def test_a_rough_floor_bears_as_much_shear_as_the_soil(angle, cut):
+    """Where the floor is rougher than sand, sand shears, and with psi = 0 slides from the slope of sin phi
+    on, 29.8 degrees for phi = 35, with the friction of sin phi."""
+    t = np.radians(angle)
+    sand = LAWS["mohr_coulomb"](1e6, 0.3, 35.0, 0.0, 0.0)
+    body = Body(Box((0.0, cut), (3.0, 0.2 + cut)), (60, 4), 2, sand, 1000.0, f_bar=True)
+    grid = Grid(Box((-0.5, -0.05), (5.0, 0.4)), (110, 9))
+    base = Penalty(Interface.line((-0.49, cut), (4.99, cut), 1), (0, 1), 1.5, name="base", **SURFACE)
+    solid = MPM(grid, body, penalties=[base], gravity=tilted(t), inertia="lumped")
+    x, v = solid.points.x, []
+    above = (abs(x[:, 0] - 1.2) < 0.3) & (x[:, 1] > 0.1 + cut)
+    for _ in range(150):
+        solid.advance(DT)
+        v.append(solid.points.v[above, 0].mean())
+    found = np.polyfit(DT * np.arange(75), v[75:], 1)[0]
+    wanted = G * max(np.sin(t) - np.sin(np.radians(35.0)) * np.cos(t), 0.0)
+    assert found == pytest.approx(wanted, abs=0.005 * G)
+    solid.close()
+
+
 def test_block_settles_on_a_slope_and_stays(make_mpm):
     """Load steps without inertia: friction and normal force are those of the weight, and nothing moves."""
     t = np.radians(15)

@@ -101,6 +101,27 @@ def test_soil_rests_below_the_angle_of_friction(wave, cell):
     solid.close()
 
 
+def creep(solid, inside, dt, start, end):
+    """Most that a point ``inside`` goes from ``start`` to ``end`` [s], in cells per second."""
+    before = None
+    while solid.time < end - 1e-9:
+        solid.advance(dt)
+        if before is None and solid.time > start - 1e-9:
+            before = solid.points.x[inside].copy()
+    moved = np.linalg.norm(solid.points.x[inside] - before, axis=1)
+    solid.close()
+    return moved.max() / (end - start) / H
+
+
+def test_dry_sand_rests_below_the_angle_of_friction():
+    """A deposit that thins out toward both rims, with faces of up to 25 degrees, in all its depth."""
+    depth = lambda x: 0.2 * np.clip(np.minimum((x.ravel() - 0.3) / 0.4, (2.5 - x.ravel()) / 1.2), 0.0, 1.0)
+    terrain = Terrain.function(lambda x: -np.tan(np.radians(15.0)) * x, (0.0, 3.0), 0.1)
+    solid = solid_on(terrain, None, SAND, terrain.structure(friction=0.6), depth)
+    inside = (solid.points.x[:, 0] > 0.5) & (solid.points.x[:, 0] < 2.0)
+    assert creep(solid, inside, 4e-3, 2.4, 2.8) < 1e-4
+
+
 @pytest.mark.parametrize("left, right", [(30.0, 30.0), (50.0, 30.0)])
 def test_no_point_sinks_into_a_valley(left, right):
     """A thin layer flows together where two smooth flanks meet; the mean force is the weight."""

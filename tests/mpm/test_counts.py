@@ -18,7 +18,7 @@ mine = {"sent": {name: list(sums) for name, sums in found.traffic.items()}, "exp
 everybody = comm.gather(mine)
 if comm.rank == 0:
     with open(path, "w") as file:
-        json.dump(everybody, file)
+        json.dump(everybody, file, default=int)  # of integers of numpy
 solid.close()
 """
 SIZES = {2: (117, 258, 125), 3: (181, 522, 189)}  # bytes of a point, with work arrays, travelling

@@ -197,7 +197,10 @@ def test_rotating_the_deformed_body_rotates_the_stress(element, law, region, dim
     point, F, _ = led_to(element, law, dim, region, 7)
     Q = np.linalg.qr(np.random.default_rng(1).normal(size=(dim, dim)))[0]
     Q[:, 0] *= np.linalg.det(Q)
-    P, new = point.P(F), point.new.copy()
+    P, new, turn = point.P(F), point.new.copy(), np.eye(3)
+    turn[:dim, :dim] = Q
+    for state in (point.old, new):  # the one part that belongs to the deformed body
+        state["kirchhoff_stress"] = turn @ state["kirchhoff_stress"] @ turn.T
     np.testing.assert_allclose(point.P(Q @ F), Q @ P, rtol=0, atol=1e-14)
     for name in point.new.dtype.names:
         np.testing.assert_allclose(point.new[name], new[name], rtol=0, atol=1e-14)

@@ -66,7 +66,7 @@ def _taylor(point: SinglePoint, x: np.ndarray, old: np.ndarray, dt: float, size:
 
 
 def _alike(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether two states are the same but for round-off: of strains, and of the largest part of each field."""
+    """Whether two states are the same but for round-off of strains, and of the largest part of each field."""
     return all(np.allclose(one[name], other[name], 1e-10, max(1e-14, 1e-12 * np.abs(one[name]).max()),
                            equal_nan=True) for name in one.dtype.names or ())
 

@@ -40,9 +40,9 @@ def test_blocks_ride_on_sand_down_a_flume(flume, tmp_path):
 
 
 def test_sand_slides_down_the_flume_and_strikes_the_cube(flume, tmp_path):
-    """Coarse: arrivals are those of sliding without friction, up to 1.2 % early where a front of cells as deep
-    as the flow pushes itself ahead (0.8 % at h = 0.4 m); the cube feels at least what comes; no energy is lost
-    on the way, a smooth bed takes none, and the impact is mostly plastic."""
+    """Coarse: arrivals are those of sliding without friction, up to 1.2 % early where a front in cells as
+    deep as the flow pushes itself ahead (0.8 % at h = 0.4 m); the cube feels at least what comes; no energy
+    is lost on the way, a smooth bed takes none, and the impact is mostly plastic."""
     history = flume.main(h=1.0, dt=0.02, t_end=5.4, blocks=False, losses=True, out=tmp_path)["solid"]
     errors = json.loads((tmp_path / "report.json").read_text())["errors"]
     for place in ("40", "60", "79.95"):

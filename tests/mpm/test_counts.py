@@ -42,8 +42,10 @@ def test_messages_and_bytes_are_those_of_the_model(on_ranks, tmp_path, dim, rank
             assert 0.5 < size / rank["expected"]["new tangent"][1] < 2.0  # cells at a node
         assert rank["sent"]["search"] == rank["sent"]["to points"] == [0.0, 0.0]
         assert tuple(rank["sizes"]) == SIZES[dim]
-        # mpi4py from 4 on hides its calls from Python's profiler, which counts them
-        assert rank["others"].get("Allgatherv", 1.0) == 1.0 and rank["got"] <= rank["interface"]
+        assert rank["got"] <= rank["interface"]
+        if not rank["others"]:  # mpi4py from 4 on hides its calls from the profiler, and PETSc 3.25 counts none
+            continue
+        assert rank["others"]["Allgatherv"] == 1.0
         if not new:  # and a few where points have gone to another rank
             i = rank["iterations"]
             assert rank["reductions"] == pytest.approx(1 + 4 * i)

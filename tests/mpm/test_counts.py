@@ -43,7 +43,7 @@ def test_messages_and_bytes_are_those_of_the_model(on_ranks, tmp_path, dim, rank
         assert rank["sent"]["search"] == rank["sent"]["to points"] == [0.0, 0.0]
         assert tuple(rank["sizes"]) == SIZES[dim]
         assert rank["got"] <= rank["interface"]
-        if not rank["others"]:  # mpi4py from 4 on hides its calls from the profiler, and PETSc 3.25 counts none
+        if not rank["others"]:  # mpi4py from 4 on hides its calls from the profiler, PETSc 3.25 its sums
             continue
         assert rank["others"]["Allgatherv"] == 1.0
         if not new:  # and a few where points have gone to another rank

@@ -49,8 +49,6 @@ COLUMNS = {
                            "and has been taken so far"),
 }
 WORK = "loads", "body force", "base", "interface", "supports", "walls"
-
-
 GRAINS = "contact_damping", "exchange"  # columns of runs with grains only
 SCHEME = "stress", "carried", "transfers", "inertia", "iterations", "exchange", "numerical"  # no physics
 

@@ -100,7 +100,8 @@ class Newton:
         """The chosen solver for tangents that are ``symmetric``, and positive; what ``for_options`` (the SNES
         or its KSP) are told by the user's options comes after that."""
         try:
-            solvers.configure(self.snes.getKSP(), PREFIX, self.preset, self._coordinates, symmetric)
+            solvers.configure(self.snes.getKSP(), PREFIX, self.preset, self._coordinates, symmetric,
+                              self._tangents.plastic)
             for_options.setFromOptions()
         except PETSc.Error as error:
             raise MPMError(f"PETSc cannot take the options -{PREFIX}… ({divergence.first_line(error)}): "

@@ -6,8 +6,8 @@
     cg        conjugate gradients, incomplete Cholesky factors on each rank (with a smooth basis in space
               successive over-relaxation)
     gmres     the same for tangents that are not symmetric, with incomplete LU factors
-    jacobi    conjugate gradients (gmres) with the diagonal alone, to 1e-3 only: where inertia is lumped and
-              dominates, and the tangent changes with the load, so that Newton's method iterates anyhow
+    jacobi    conjugate gradients (gmres) with the diagonal alone: where inertia is lumped and dominates, and
+              the tangent changes with the load
     gamg      conjugate gradients (gmres) with algebraic multigrid that knows the rigid-body modes
     hypre     conjugate gradients (gmres) with hypre's algebraic multigrid
     auto      direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept, FRESH_UP_TO where
@@ -15,8 +15,10 @@
               in every iteration; beyond that cg (gmres) where inertia dominates the tangent, jacobi while it
               does by far, gamg where stiffness does
 
-Other iterative ones stop at -mpm_ksp_rtol 1e-8. On several ranks direct solves systems below REDUNDANT_UP_TO
-unknowns whole on each rank (-mpm_pc_type redundant). docs/solvers.md says which one does what."""
+Iterative ones stop at -mpm_ksp_rtol 1e-8, but jacobi, and cg and gmres for a tangent that changes with the
+load, at 1e-3: there Newton's method iterates anyhow. On several ranks direct solves systems below
+REDUNDANT_UP_TO unknowns whole on each rank (-mpm_pc_type redundant). docs/solvers.md says which one does
+what."""
 from petsc4py import PETSc
 
 from ..grid import compat
@@ -74,16 +76,18 @@ def automatic(size, dim, symmetric, fresh, stiffness, wide=False, lumped=False):
     return "gamg" if stiffness > STIFF else "cg" if symmetric else "gmres"
 
 
-def configure(ksp, prefix, name, coordinates, symmetric):
+def configure(ksp, prefix, name, coordinates, symmetric, changes=False):
     """Set the KSP, which has its matrix, to the preset ``name`` (not "auto"); what the options with
-    ``prefix`` say is left to them. coordinates: of the owned nodes [m], shape (owned, D). Collective."""
+    ``prefix`` say is left to them. coordinates: of the owned nodes [m], shape (owned, D); changes: the
+    tangent does, with the load. Collective."""
     options = PETSc.Options(prefix)
     asked = options.getString("pc_type", "")
     if asked in FACTORISATIONS or (name in ("direct", *FACTORISATIONS) and not asked):
         _factorise(ksp, options, asked or name, symmetric)
     else:
         ksp.setType("cg" if symmetric and name != "gmres" else "gmres")
-        ksp.setTolerances(rtol=1e-3 if name == "jacobi" else 1e-8)
+        loose = name == "jacobi" or (changes and name in ("cg", "gmres"))
+        ksp.setTolerances(rtol=1e-3 if loose else 1e-8)
         simple = "sor" if is_wide(ksp.getOperators()[0]) else "bjacobi"
         _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), coordinates)
 

@@ -53,11 +53,13 @@ class Slots(NamedTuple):
     creased: np.ndarray
 
 
-def find_feet(points: ThickPoints, bins: Bins, elements: WallElements, far, side, slots: Slots,
+def find_feet(points: ThickPoints, bins: Bins, elements: WallElements, reach, side, slots: Slots,
               feet: Feet):
-    """Fill ``feet`` with those of the points in front of one wall; returns how many. side: (n,), of the wall,
-    on which each point was; brought up to date."""
+    """Fill ``feet`` with those of the points in front of one wall; returns how many. reach: how far points
+    look for the wall, and largest gap of a foot [m]; side: (n,), of the wall, on which each point was;
+    brought up to date."""
     x, half, sunk = points
+    far, near = reach
     place, work, of_foot = np.empty(D), np.empty((3, D)), np.empty(S, np.int64)
     seen = Seen(np.empty(S, np.int64), np.empty((S, D)), np.empty((S, D)), np.empty(S), np.empty((3, D)))
     count = 0
@@ -89,7 +91,8 @@ def find_feet(points: ThickPoints, bins: Bins, elements: WallElements, far, side
         for k in range(found):
             add_foot(p, points, elements.normal, seen, k, count, feet)
             feet.slot[count] = of_foot[k]
-            count += 1
+            if feet.gap[count] < near:
+                count += 1
     return count
 
 

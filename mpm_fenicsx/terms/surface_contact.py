@@ -27,10 +27,10 @@ import numpy as np
 from mpm_dem_direct import direct
 
 from ..compiled import specialise
-from ..points.moments import wrenches
 from ..points.points import surface_distances, surface_shares
 from .feet import Feet, FootBasis, Slots, ThickPoints, deform, finder, follow, foot_basis, spread, tangent
 from .flanks import Creases
+from .foot_memory import FootMemory
 from .penalty import STICKS
 from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spend, spring_matrix
 from .wall_surfaces import WallSurfaces, places
@@ -52,8 +52,6 @@ class SurfaceContact:
     def __init__(self, body, surfaces, stiffness, background, gravity=0.0):
         self.penalties = [surface.record for surface in surfaces]
         self.names, self._body, self._dim = [s.name for s in surfaces], body, background.dim
-        self._cells, self._cell = [s.cells for s in surfaces], [s.cell for s in surfaces]
-        self.cell_names = [name for cells in self._cells for name in cells]
         self._h = background.h.max()
         self._walls = [WallSurfaces([surface], self._h, 2.0 * NEAR * self._h, background.grid.box)
                        for surface in surfaces]
@@ -61,8 +59,11 @@ class SurfaceContact:
         self._creases = [Creases(wall) for wall in self._walls]
         most = [creases.most for creases in self._creases]
         self._slots = np.concatenate([[0], np.cumsum(most)])  # the first of each wall
-        self._wall = np.repeat(np.arange(len(surfaces)), most)  # of each slot
-        p, n, W, M, D = body.points, len(body.points), len(surfaces), len(self._wall), self._dim
+        wall = np.repeat(np.arange(len(surfaces)), most)  # of each slot
+        p, n, W, M, D = body.points, len(body.points), len(surfaces), len(wall), self._dim
+        self._memory = memory = FootMemory(p, surfaces, wall)
+        self.cell_names, self.stored = memory.cell_names, memory.stored
+        self.held, self.reaction = memory.held, memory.reaction
         area, self._stiffness = surface_shares(p.V0, body.thickness, D), stiffness
         p.add(half=surface_distances(body.body, p.V0, background.basis.smooth, body.part), sunk=np.zeros(n),
               wall_stiffness=area[:, None] * stiffness,
@@ -99,11 +100,11 @@ class SurfaceContact:
             kept = slice(first, first + (creases.most if creases.most > 1 else 0))
             slots = Slots(np.ascontiguousarray(p.wall_element[:, kept]), creases.bins)
             feet, side = Feet.room(len(p) * creases.most, self._dim), p.wall_side[:, w].copy()
-            count = self._find[creases.most](points, wall.bins, wall.walls, wall.far, side, slots, feet)
+            reach = wall.far, NEAR * self._h
+            count = self._find[creases.most](points, wall.bins, wall.walls, reach, side, slots, feet)
             p.wall_side[:, w] = side
-            chosen = np.flatnonzero(feet.gap[:count] < NEAR * self._h)
-            parts.append(Feet(*(values[chosen] for values in feet)))
-            parts[-1].slot[:] += first
+            feet.slot[:count] += first
+            parts.append(Feet(*(values[:count] for values in feet)))
         number = np.repeat(np.arange(len(parts)), [len(part.point) for part in parts])
         return Feet(*(np.concatenate(values) for values in zip(*parts))), number
 
@@ -134,7 +135,7 @@ class SurfaceContact:
         element, nodes = np.ascontiguousarray(body._element[feet.point]), body._elements.nodes
         shape = len(element), nodes.shape[1]
         self._basis = FootBasis(element, nodes, np.empty(shape), np.empty(shape), normal)
-        self._forget_others()
+        self._some_left = self._memory.keep(*self._index)
         rub, force = p.wall_gap[self._index], p.wall_force[self._index]
         pressed = np.sum(force * normal, axis=1)
         self._deformed, deforming = deform(feet, p.wall_deformed[self._index], pressed > 0.0)
@@ -171,15 +172,6 @@ class SurfaceContact:
         area = surface_shares(self._body.points.V0[feet.point], self._body.thickness, self._dim)
         return self._body.body.rho * self._gravity * area * square / xi
 
-    def _forget_others(self):
-        """Points that are near no wall have neither force nor gap there."""
-        p = self._body.points
-        off = np.ones(p.wall_status.shape, bool)
-        off[self._index] = False
-        self._some_left = bool(p.wall_status[off].any())
-        p.wall_force[off], p.wall_gap[off], p.wall_status[off], p.wall_element[off] = 0.0, 0.0, 0, -1
-        p.wall_deformed[off] = 0.0
-
     def first_trial(self, grid, increment):
         """Gap, force and status of the springs at the increment, an ``Answer``."""
         springs, n = self._springs, len(self._springs.base)
@@ -199,21 +191,6 @@ class SurfaceContact:
     def spread(self, grid, answer, R):
         """Subtract the forces of the ``answer`` [N] from R, shape (nodes, D)."""
         self._spread(self._basis, answer.force, R)
-
-    def stored(self):
-        """Energy in the springs of this rank [J]."""
-        p = self._body.points
-        return 0.5 * np.sum(p.wall_force**2 / p.wall_stiffness[:, self._wall, None])
-
-    def held(self):
-        """See ``penalty.Penalties.held``, at the feet of the points."""
-        p, found = self._body.points, {name: 0.0 for cells in self._cells for name in cells}
-        for slot, w in enumerate(self._wall):
-            rows = wrenches(p.x + p.wall_foot[:, slot], p.wall_force[:, slot])
-            on_cell = self._cell[w][p.wall_element[:, slot]]  # without a foot there is no force
-            for cell, name in enumerate(self._cells[w]):
-                found[name] = found[name] + rows[on_cell == cell].sum(axis=0)
-        return found
 
     def switched(self, answer):
         """Whether a point of this rank sticks, slides or has separated otherwise than in the tangent."""
@@ -243,16 +220,3 @@ class SurfaceContact:
 
     def move(self, time):
         """Nothing: the walls are placed at the start of a step."""
-
-    def reaction(self, name):
-        """Force of the walls, or of the force cell of one, of that name on the points of this rank [N], shape
-        (D,)."""
-        p, force = self._body.points, np.zeros(self._dim)
-        for slot, w in enumerate(self._wall):
-            cells = self._cells[w]
-            if self.names[w] == name:
-                force += p.wall_force[:, slot].sum(axis=0)
-            elif name in cells:
-                on_cell = self._cell[w][p.wall_element[:, slot]]
-                force += p.wall_force[on_cell == cells.index(name), slot].sum(axis=0)
-        return force

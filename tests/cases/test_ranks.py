@@ -13,8 +13,8 @@ WINDOWS = 400
 NEAR = 1e-10  # of the largest value: what the order of the sums may change
 # of the largest displacement: nothing holds the beam along its axis, where round-off moves it as a whole
 DRIFT = 1e-7
-# Faster than the case's 0.01 m/s: there strains are 1e-6, the last bit of F = 1 + strain is 1e-10 of them, and
-# where it falls the other way, accelerations follow by 1e-8 of the largest, on one rank too.
+# Faster than the case's 0.01 m/s: there strains are 1e-6, the last bit of F = 1 + strain is 1e-10 of them,
+# and where it falls the other way, accelerations follow by 1e-8 of the largest, on one rank too.
 FAST = "v0=1"
 
 
@@ -55,8 +55,8 @@ def check_the_same(one, other, pieces, joined, ranks):
 
 @pytest.mark.mpi
 def test_ranks_agree(beam, pieces, joined, backend):
-    """100 windows, until the sphere is off again; the reports name solver and balance, and the pieces make the
-    whole."""
+    """100 windows, until the sphere is off again; the reports name solver and balance, and the pieces make
+    the whole."""
     keys = f"dem={backend} {FAST} t_end=1e-4 paraview=50 wall_segments=20"
     folders = one, two = beam(1, keys), beam(2, keys)
     check_the_same(one, two, pieces, joined, 2)

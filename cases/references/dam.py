@@ -24,10 +24,11 @@ AT = {1: np.array([0.43, 0.62, 0.80, 0.97, 1.14, 1.29, 1.45, 1.62, 1.76, 1.93, 2
 FROM = 1.44  # Z from which fronts are compared: before, the gate still opens
 
 
-def scaled(history: History, aspect: int, cell: float) -> Tuple[np.ndarray, np.ndarray]:
-    """T and Z of a run, cells being of ``cell`` [m]: a point stands for the quarter of a cell beyond it."""
-    T = history["time"] * np.sqrt(aspect * GRAVITY / WIDTH)
-    return T, (history["front"] + 0.25 * cell) / WIDTH
+def scaled(time: np.ndarray, front: np.ndarray, aspect: int,
+           cell: float) -> Tuple[np.ndarray, np.ndarray]:
+    """T and Z of a run from ``time`` [s] and ``front`` [m], the largest x of points: one stands for the
+    quarter of a ``cell`` [m] beyond it."""
+    return time * np.sqrt(aspect * GRAVITY / WIDTH), (front + 0.25 * cell) / WIDTH
 
 
 def beside(T: np.ndarray, Z: np.ndarray, aspect: int, until: float = 2.5) -> Tuple[float, np.ndarray]:
@@ -47,7 +48,7 @@ def errors(histories: Dict[str, History], aspect: int, cell: float) -> Dict[str,
     """Delay of the gate in T, largest error of the front until T = 2.5 with it, and growth of the volume."""
     history = histories["solid"]
     found = {"volume": history["volume"].max() / (aspect * WIDTH**2) - 1.0}
-    T, Z = scaled(history, aspect, cell)
+    T, Z = scaled(history["time"], history["front"], aspect, cell)
     if T[-1] > 2.5:
         late, off = beside(T, Z, aspect)
         found |= {"late": late, "front": np.abs(off).max()}
@@ -57,7 +58,7 @@ def errors(histories: Dict[str, History], aspect: int, cell: float) -> Dict[str,
 def draw(path: Path, histories: Dict[str, History], aspect: int, cell: float) -> None:
     """Front beside the experiment's, and energies, over the scaled time."""
     history = histories["solid"]
-    T, Z = scaled(history, aspect, cell)
+    T, Z = scaled(history["time"], history["front"], aspect, cell)
     late = beside(T, Z, aspect)[0] if T[-1] > 2.5 else 0.0
     front = [(T + late, Z, "run, as late as the gate", "run"),
              (AT[aspect], FRONT, "Martin & Moyce 1952", "reference")]

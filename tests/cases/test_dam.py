@@ -4,6 +4,8 @@ import sys
 import numpy as np
 import pytest
 
+from studies import bed_layer
+
 pytestmark = pytest.mark.filterwarnings("ignore:Newton's method failed")  # one step in hundreds
 
 
@@ -38,3 +40,24 @@ def test_delay_is_found(dam_break):
     late, off = dam.beside(dam.AT[1] - 0.1, dam.FRONT, 1)
     assert late == pytest.approx(0.1, abs=1e-4) and np.abs(off).max() < 1e-4
     assert len(off) == 11  # from Z = 1.44 to T = 2.5
+
+
+def test_drag_of_the_bed_is_that_of_a_plate():
+    """Of water that slides as a whole, also where cells of its tip are empty: 2 rho u (nu u L / pi)^(1/2)."""
+    cell, u, dt = 2e-3, 1.0, 1e-9
+    x = np.stack(np.meshgrid(np.arange(0.25, 20.0, 0.5), (0.25, 0.75, 1.25)), axis=-1).reshape(-1, 2) * cell
+    for kept in (x, x[(x[:, 0] < 12 * cell) | (x[:, 0] > 19.7 * cell)]):
+        v, mass = np.full(kept.shape, u), np.full(len(kept), 1e-3)
+        bed_layer.slow(kept, v, mass, cell, dt)
+        drag = np.sum(mass * (u - v[:, 0])) / dt
+        assert drag == pytest.approx(2e3 * u * np.sqrt(1e-6 * u * 20 * cell / np.pi), rel=1e-5)
+        assert (v[kept[:, 1] > cell, 0] == u).all() and (v[:, 1] == u).all()
+
+
+@pytest.mark.parametrize("aspect, cells, most", [
+    (1, 8, 0.027), pytest.param(1, 16, 0.02, marks=pytest.mark.validation),
+    pytest.param(2, 16, 0.05, marks=pytest.mark.validation)])
+def test_boundary_layer_of_the_bed_explains_the_front(aspect, cells, most):
+    """Without a number to choose: within 5 %, which the square column on a smooth bed is not."""
+    late, off = sys.modules["references.dam"].beside(*bed_layer.front(aspect, cells), aspect)
+    assert np.abs(off).max() < most and 0.0 < late < 0.2

@@ -57,7 +57,7 @@ def test_drag_of_the_bed_is_that_of_a_plate():
 @pytest.mark.parametrize("aspect, cells, most", [
     (1, 8, 0.027), pytest.param(1, 16, 0.02, marks=pytest.mark.validation),
     pytest.param(2, 16, 0.05, marks=pytest.mark.validation)])
-def test_boundary_layer_of_the_bed_explains_the_front(aspect, cells, most):
-    """Without a number to choose: within 5 %, which the square column on a smooth bed is not."""
+def test_front_with_the_boundary_layer_of_the_bed(aspect, cells, most):
+    """Its drag has no number to choose. Within 5 %, which the square column on a smooth bed is not."""
     late, off = sys.modules["references.dam"].beside(*bed_layer.front(aspect, cells), aspect)
     assert np.abs(off).max() < most and 0.0 < late < 0.2

@@ -7,7 +7,7 @@ from mpi4py import MPI
 from .accounts import Accounts
 from .basis.smooth import Basis
 from .grid.background import Background, Choice, Needs, check_inside, whole_mesh
-from .grid.blocks import come_in_blocks, make_blocks
+from .grid.large import come_in_blocks, make_blocks
 from .grid.supports import Supports
 from .laws import ELASTIC_STATE, check_together
 from .output.matter import Matter, matter

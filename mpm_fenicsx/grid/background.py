@@ -16,6 +16,7 @@ from ..basis.shape import cell_maps
 from ..basis.smooth import LINEAR, StencilGrid
 from ..collective import Part, together
 from ..scene.bodies import Grid
+from ..scene.column_grid import Columns
 from ..scene.frame import shifted
 from ..scene.lattice import lattice
 from . import compat
@@ -126,12 +127,14 @@ class Background:
         self.x = compat.node_positions(self.mesh)
         self.cells = compat.nodes_of_cells(self.mesh, cells.shape[1])
         self.maps, affine = cell_maps(self.x, self.cells)
-        self.affine = bool(comm.allreduce(affine, MPI.LAND))
+        told = isinstance(grid, Columns) and self.blocks is not None  # all cells, not only those here
+        self.affine = grid.affine if told else bool(comm.allreduce(affine, MPI.LAND))
         self.original_cell = compat.original_cells(self.mesh)
         self.vertex_of = np.empty(len(self.x), np.int64)
         self.vertex_of[self.cells] = cells[self.original_cell]
         sizes = np.ptp(vertices[cells], axis=1)
-        self.h, self.origin = sizes.mean(axis=0), np.broadcast_to(np.asarray(origin, float), (self.dim,))
+        self.h = grid.mean_size if told else sizes.mean(axis=0)
+        self.origin = np.broadcast_to(np.asarray(origin, float), (self.dim,))
         self.tolerance = max(INSIDE, 8 * np.finfo(float).eps * np.abs(vertices + self.origin).max()
                              / sizes.min())
         self.margin = np.maximum(np.zeros((self.dim, 2)) if margin is None else margin, self.tolerance)

@@ -1,4 +1,5 @@
-"""The blocks of a large regular grid that are near material points: only their cells are made.
+"""The blocks of a large regular grid that are near material points: only their cells are made. Those of
+columns on a terrain are in ``column_blocks``.
 
 A ``large`` grid is cut into blocks of ``SIDE`` cells per direction. Those within ``AHEAD``
 cells of a point form the mesh, so that memory and time follow the points and not the box; the blocks are
@@ -15,18 +16,6 @@ AHEAD = {2: 32, 3: 8}  # cells around points that are made, at most SIDE
 NEEDED = 3  # cells around points that a step may ask for
 FULL = 0.1  # of all cells: with more a grid is judged as a whole
 MISSING = -1
-
-
-def come_in_blocks(scene, smooth):
-    """Whether blocks of the grid of a ``SolidScene`` are enough: a large regular one with the linear basis,
-    without walls along its nodes and inflows, which look at all of it. ValueError for one that is too large
-    otherwise. smooth: so is the basis."""
-    if not getattr(scene.grid, "large", False):
-        return False
-    if smooth or scene.penalties or scene.inflows:
-        check_size(scene.grid.cells, scene.grid.cell)
-        return False
-    return True
 
 
 class Division(NamedTuple):
@@ -119,9 +108,22 @@ class Blocks:
     every rank. ValueError where these need more memory or time than there is, or all cells if these are more
     than ``FULL`` of them."""
 
+    divide = staticmethod(divide)
+
     def __init__(self, grid, numbers):
-        self.grid, self.numbers, self.division = grid, np.asarray(numbers, np.int64), divide(grid)
-        blocks = self.division.blocks
+        self.grid, self.numbers, self.division = grid, np.asarray(numbers, np.int64), self.divide(grid)
+        self._find_cells()
+        self._there = np.zeros(int(np.prod(self.division.blocks)), np.bool_)
+        self._there[self.numbers] = True
+
+    @staticmethod
+    def straight(grid, division, x):
+        """Places x [m], shape (n, D), in the coordinates of the ``division``."""
+        return x
+
+    def _find_cells(self):
+        """Those of the blocks; the last of its tasks is to count them."""
+        grid, blocks = self.grid, self.division.blocks
         self._at = np.stack(np.unravel_index(self.numbers, blocks, order="F"), axis=1)  # (b, D)
         within = np.minimum(self.division.counts - self.division.side * self._at, self.division.side)
         place = np.full(int(np.prod(blocks)), MISSING, np.int32)
@@ -131,21 +133,21 @@ class Blocks:
         whole = self.count > FULL * cell_count(grid.cells, grid.cell)
         check_size(grid.cells, grid.cell, None if whole else self.count)
         self._present = Present(place, np.cumsum(sizes) - sizes, within)
-        self._there = place != MISSING
 
     @classmethod
     def around(cls, grid, places, comm):
         """Around points at the ``places`` [m], (n, D) each, of which each rank gives some. Collective."""
-        division = divide(grid)
+        division = cls.divide(grid)
         marked = np.zeros(int(np.prod(division.blocks)), np.bool_)
         for x in places:
-            mark(x, division, AHEAD[grid.dim], marked)
+            mark(cls.straight(grid, division, x), division, AHEAD[grid.dim], marked)
         numbers = comm.allgather(np.flatnonzero(marked)) if comm.size > 1 else [np.flatnonzero(marked)]
         return cls(grid, np.unique(np.concatenate(numbers)))
 
     def hold(self, x):
         """Whether all cells are there that a step may ask for with points x [m], shape (n, D)."""
-        return bool(mark(x, self.division, NEEDED, self._there.copy()))
+        return bool(mark(self.straight(self.grid, self.division, x), self.division, NEEDED,
+                         self._there.copy()))
 
     def renumber(self, number):
         """See the kernel of that name."""
@@ -167,13 +169,3 @@ class Blocks:
         at = np.unravel_index(used, counts + 1, order="F")
         axes = axes_of(self.grid.box, self.grid.cells)
         return np.stack([axis[i] for axis, i in zip(axes, at)], axis=1), corners.reshape(cells.shape)
-
-
-def make_blocks(grid, x, scene, numbers, comm):
-    """``Blocks`` of the ``numbers``, or where they are None around material points x [m], shape (n, D), of
-    which each rank gives some, and what a ``SolidScene``, or None, has besides. Collective."""
-    if numbers is not None:
-        return Blocks(grid, numbers)
-    stated = [scene.interface, *(load.surface for load in scene.loads)] if scene else []
-    places = [np.asarray(one.x, float) for one in stated if hasattr(one, "x")]
-    return Blocks.around(grid, [x, *(at for at in places if at.shape[1] == grid.dim)], comm)

@@ -117,6 +117,11 @@ class WalkSearch:
             self._around = np.array(b.comm.allgather(box))
         return self._around
 
+    def middles(self):
+        """Of all cells that are there [m], shape (n, D)."""
+        vertices, cells = self._background.whole
+        return vertices[cells].mean(axis=1)
+
     def relocate(self, points):
         """``destinations`` when ``points.cell`` means nothing: by tree alone."""
         return self._by_tree(points, np.arange(len(points)), np.zeros(len(points), np.int32),

@@ -8,6 +8,7 @@ from ..collective import checksum
 from ..errors import MPMError
 from ..grid.background import whole_mesh
 from ..laws.energy import formulas
+from ..scene.column_grid import Columns
 
 WHAT = ("number of ranks", "rank", "dimension", "number of material points", "grid", "material points",
         "laws", "supports", "interface, loads and walls", "kind of inertia", "basis", "outflow", "origin",
@@ -36,6 +37,8 @@ def fingerprint(model, conditions):
 
 def _of_grid(grid):
     """Checksum of its vertices and cells, of a large one of what they are made from."""
+    if isinstance(grid, Columns) and grid.large:
+        return _of_arrays(*grid.lines, grid.z, grid.down, grid.up, np.array(grid.h))
     if getattr(grid, "large", False):
         return _of_text((grid.box, grid.cells, grid.cell))
     return _of_arrays(*whole_mesh(grid))

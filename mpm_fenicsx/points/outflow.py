@@ -167,7 +167,7 @@ def edge(grid, x, search):
         return np.clip(x, grid.box.lower, grid.box.upper)
     from scipy.spatial import cKDTree  # takes time to import, and few scenes need it
 
-    middles = grid.vertices[grid.cells].mean(axis=1)
+    middles = search.middles()
     inside, outside = middles[cKDTree(middles).query(x)[1]] if len(x) else x.copy(), x.copy()
     for _ in range(BISECTIONS):
         middle = 0.5 * (inside + outside)

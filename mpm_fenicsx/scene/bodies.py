@@ -39,12 +39,21 @@ class Grid:
         if self.large:
             check_blocks(self.cells)
         else:
-            check_size(self.cells, self.cell)
+            self.check_whole()
+
+    @property
+    def count(self) -> int:
+        """Number of cells."""
+        return cell_count(self.cells, self.cell)
 
     @property
     def large(self) -> bool:
         """Whether only blocks of it near the material are made, where the scene permits."""
-        return cell_count(self.cells, self.cell) > LARGE
+        return self.count > LARGE
+
+    def check_whole(self) -> None:
+        """ValueError where its cells need more memory or time than there is."""
+        check_size(self.cells, self.cell)
 
     @property
     def dim(self) -> int:

@@ -15,10 +15,8 @@ def cell_sizes(grid: Union[Grid, Mesh], body: Body) -> np.ndarray:
     box around the body, or of all where there are none."""
     if isinstance(grid, Grid):
         return grid.box.size / grid.cells
-    corners = grid.vertices[grid.cells]
-    middle = corners.mean(axis=1)
-    inside = ((middle >= body.box.lower) & (middle <= body.box.upper)).all(axis=1)
-    return np.ptp(corners[inside] if inside.any() else corners, axis=1).mean(axis=0)
+    corners = grid.corners_in(body.box)
+    return np.ptp(corners, axis=1).mean(axis=0) if len(corners) else grid.mean_size
 
 
 def on_grid(body: Body, grid: Union[Grid, Mesh], number: int) -> Body:

@@ -6,11 +6,11 @@ import numpy as np
 import mpm_dem_checks as check
 
 from .bodies import BYTES_PER_POINT, Cloud
-from .facets import alike
-from .mesh import BYTES_PER_CELL, FACETS, Mesh
+from .column_grid import REMEDY, Columns, around
 from .polygons import bounds, inside_area, shares
 from .raster import EDGE, Raster
 
+BYTES_PER_COLUMN = 200  # until the grid is made, measured
 LITTLE = 0.05  # of the usual volume of a point: less goes to the nearest one
 
 
@@ -48,14 +48,6 @@ def _middles(axes: Sequence[np.ndarray]) -> List[np.ndarray]:
     return [0.5 * (a[1:] + a[:-1]) for a in axes]
 
 
-def _around(values: np.ndarray, least: bool = False) -> np.ndarray:
-    """Of values at the corners of squares those at the corners of each: the greatest, or the least."""
-    for axis in range(values.ndim):
-        low, high = (np.take(values, range(k, values.shape[axis] - 1 + k), axis) for k in (0, 1))
-        values = np.minimum(low, high) if least else np.maximum(low, high)
-    return values
-
-
 def given_at(name: str, given: Any, places: np.ndarray) -> np.ndarray:
     """A number, or the values of a function of ``places`` [m], shape (n, D - 1), as array, (n,)."""
     if callable(given):
@@ -64,29 +56,30 @@ def given_at(name: str, given: Any, places: np.ndarray) -> np.ndarray:
     return np.full(len(places), check.finite(name, given, "m"))
 
 
-def column_mesh(terrain: Any, h: float, above: Any, where: Any, below: float) -> Mesh:
+def column_grid(terrain: Any, h: float, above: Any, where: Any, below: float) -> Columns:
     """See ``Terrain.grid``."""
     check.positive("h", h, "m")
     check.positive("below", below, "m")
     axes = plan_axes(terrain, h, where, beyond=False)
     shape = tuple(len(a) - 1 for a in axes)
+    check.check_memory(f"{np.prod(shape, dtype=float):.3g} columns on the terrain",
+                       np.prod(shape, dtype=float) * BYTES_PER_COLUMN, REMEDY)
     nodes = _places(axes)
     z = terrain.height(nodes).reshape([n + 1 for n in shape])
     high = given_at("above", above, nodes).reshape(z.shape)
     if not (high > 0.0).all():
         check.refuse("above", float(high.min()), "the cells must reach over the terrain", "m")
     held = inside_area(where, nodes).reshape(z.shape)
-    kept = inside_area(where, _places(_middles(axes))).reshape(shape) | _around(held)
+    kept = inside_area(where, _places(_middles(axes))).reshape(shape) | around(held)
     if not kept.any():
         raise ValueError(f"where holds for none of the {kept.size} columns of {h} m: give an area on the "
                          "terrain, or a smaller h")
+    if not np.isfinite(around(z)[kept]).all():
+        raise ValueError("the terrain has no height somewhere under the columns: give an area on it as where")
     sunk, risen = _roughness(terrain, axes, z)
     down = np.ceil((below + sunk) / h - EDGE).astype(np.int64)
-    up = np.ceil((_around(high) + risen) / h - EDGE).astype(np.int64)
-    count = float(((down + up) * kept).sum())
-    check.check_memory(f"{count:.3g} cells of the columns on the terrain",
-                       count * BYTES_PER_CELL[terrain.dim], "take larger cells (h), or fewer (where, above)")
-    return _mesh(axes, z, h, np.where(kept, down, 0), np.where(kept, up, 0))
+    up = np.ceil((around(high) + risen) / h - EDGE).astype(np.int64)
+    return Columns(axes, z, h, np.where(kept, down, 0), np.where(kept, up, 0))
 
 
 def _roughness(terrain: Any, axes: Sequence[np.ndarray], z: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
@@ -108,39 +101,6 @@ def _roughness(terrain: Any, axes: Sequence[np.ndarray], z: np.ndarray) -> Tuple
     np.maximum.at(sunk, tuple(i.T), -over)
     np.maximum.at(risen, tuple(i.T), over)
     return sunk, risen
-
-
-def _mesh(axes: Sequence[np.ndarray], z: np.ndarray, h: float, down: np.ndarray, up: np.ndarray) -> Mesh:
-    """Cells of ``h`` [m] in columns, ``down`` of them below the terrain's heights z and ``up`` above."""
-    D, lowest = z.ndim + 1, int(down.max())
-    count = (down + up).ravel()
-    column = np.repeat(np.arange(count.size), count)
-    level = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    level += lowest - down.ravel()[column]
-    levels = lowest + int(up.max()) + 1
-    corners = []
-    place = np.unravel_index(column, down.shape)
-    for a in range(2**D):
-        node = np.ravel_multi_index([p + ((a >> d) & 1) for d, p in enumerate(place)], z.shape)
-        corners.append(node * levels + level + (a >> (D - 1)))
-    used, cells = np.unique(np.stack(corners, axis=1), return_inverse=True)
-    node, layer = np.divmod(used, levels)
-    x = np.column_stack([_places(axes)[node], z.ravel()[node] + h * (layer - lowest)])
-    kind = "quadrilateral" if D == 2 else "hexahedron"
-    cells = cells.reshape(-1, 2**D)
-    return Mesh(x, cells, kind, surfaces=_outside(cells, kind))
-
-
-def _outside(cells: np.ndarray, kind: str) -> dict:
-    """Facets of one cell alone by name: those under a cell, those on one, and those beside."""
-    local = np.array(FACETS[kind])
-    name = np.array(["bottom" if max(facet) < len(cells[0]) // 2 else
-                     "top" if min(facet) >= len(cells[0]) // 2 else "side" for facet in local.tolist()])
-    facets = cells[:, local].reshape(-1, local.shape[1])
-    order, first, count = alike(facets)
-    alone = np.sort(order[first[count == 1]])
-    of = name[alone % len(local)]
-    return {each: facets[alone[of == each]] for each in ("side", "top", "bottom")}
 
 
 def column_cloud(terrain: Any, depth: Any, where: Any, h: float) -> Cloud:

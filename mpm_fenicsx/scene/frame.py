@@ -14,6 +14,7 @@ import numpy as np
 
 from .balls import Balls
 from .bodies import Body, Cloud, Grid
+from .column_grid import Columns
 from .conditions import GridWall, Load, Penalty
 from .interface import SIDES, Interface, Resampling
 from .mesh import Box, Mesh
@@ -81,6 +82,11 @@ def _(mesh: Mesh, by: np.ndarray) -> Mesh:
     other = copy.copy(mesh)  # not made anew: its checks take time, and nothing has changed
     object.__setattr__(other, "vertices", mesh.vertices + by)
     return other
+
+
+@shifted.register(Columns)
+def _(grid: Columns, by: np.ndarray) -> Columns:
+    return Columns([line + d for line, d in zip(grid.lines, by)], grid.z + by[-1], grid.h, grid.down, grid.up)
 
 
 @shifted.register(Cloud)

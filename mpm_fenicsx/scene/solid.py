@@ -12,7 +12,6 @@ from .bodies import Body, Grid
 from .cell_sizes import on_grid
 from .conditions import GridWall, Load, Penalty
 from .interface import Interface
-from .lattice import cell_count
 from .mesh import BYTES_PER_CELL, Mesh
 from .numerics import Numerics
 from .openings import Inflow, Outflow
@@ -181,8 +180,7 @@ class SolidScene:
 
     def _check_fields(self) -> None:
         count = max(self.fields, default=0) + 1
-        cells = cell_count(self.grid.cells, self.grid.cell) if isinstance(self.grid, Grid) else len(
-            self.grid.cells)
+        cells = self.grid.count
         if count > 1 and not getattr(self.grid, "large", False):
             what = f"{count} copies of the grid with {cells:.3g} cells, for bodies that do not stick together"
             check.check_memory(what, count * cells * BYTES_PER_CELL[self.grid.box.dim],

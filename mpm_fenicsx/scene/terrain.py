@@ -8,10 +8,11 @@ import numpy as np
 import mpm_dem_checks as check
 
 from .bodies import Cloud
-from .columns import column_cloud, column_mesh
+from .column_grid import Columns
+from .columns import column_cloud, column_grid
 from .facets import normal_areas
 from .graph import as_graph, as_line, merged, search_of
-from .mesh import Box, Mesh
+from .mesh import Box
 from .raster import Raster, is_raster, optional_box, read_raster, sampled
 from .regions import frictions
 from .structures import Structure
@@ -208,7 +209,7 @@ class Terrain:
                          xi=turbulent, motion=motion)
 
     def grid(self, h: float, above: Union[float, Callable], where: Area = None,
-             below: Optional[float] = None) -> Mesh:
+             below: Optional[float] = None) -> Columns:
         """Background grid of columns of cells of ``h`` [m] whose layers follow the surface, from ``below``
         [m] (by default h) under it to at least ``above`` [m] over it, a number or a function of places of the
         plan. Columns stand side by side from the lower corner of the terrain; with ``where``, a polygon,
@@ -220,7 +221,7 @@ class Terrain:
         >>> len(mesh.cells), mesh.box, sorted(mesh.surfaces)
         (12, Box(lower=(0.0, -1.0), upper=(4.0, 4.0)), ['bottom', 'side', 'top'])
         """
-        return column_mesh(self, h, above, where, h if below is None else below)
+        return column_grid(self, h, above, where, h if below is None else below)
 
     def release(self, depth: Depth, where: Area, h: float) -> Cloud:
         """Material points between the surface and ``depth`` [m] over it, upright: a number, a function of

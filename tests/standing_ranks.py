@@ -89,9 +89,10 @@ class StandingRanks:
         return self._said.read_text()
 
 
-def put_back(before, options):
-    """Search path, modules of tests, PETSc's options and numbers of classes as they were ``before``."""
-    path, modules, numbers = before
+def put_back(before):
+    """Search path, modules of tests, numbers of classes and PETSc's options as they were ``before``, whether
+    words or code have set them."""
+    path, modules, numbers, options = before
     sys.path[:] = path
     here = str(Path(__file__).parent)
     for name in set(sys.modules) - modules:
@@ -101,10 +102,19 @@ def put_back(before, options):
         for name, value in values.items():
             if getattr(kind, name) is not value:
                 setattr(kind, name, value)
-    if options:
-        from petsc4py import PETSc
-        for name in options:
-            PETSc.Options().delValue(name)
+    database = petsc_options()
+    now = database.getAll()
+    for name in set(now) - set(options):
+        database.delValue(name)
+    for name, text in options.items():
+        if now.get(name) != text:
+            database[name] = text
+
+
+def petsc_options():
+    """PETSc's options, after the project has started PETSc."""
+    from petsc4py import PETSc
+    return PETSc.Options()
 
 
 def state():
@@ -112,7 +122,7 @@ def state():
     kinds = [getattr(importlib.import_module(module), name) for module, name in PATCHED]
     numbers = {kind: {name: value for name, value in vars(kind).items() if isinstance(value, (int, float))}
                for kind in kinds}
-    return list(sys.path), set(sys.modules), numbers
+    return list(sys.path), set(sys.modules), numbers, petsc_options().getAll()
 
 
 def work(job):
@@ -122,17 +132,15 @@ def work(job):
     before, out, err, failed = state(), io.StringIO(), io.StringIO(), False
     sys.path[:0] = job["places"]
     sys.argv = ["-c", *words]
-    if options:
-        from petsc4py import PETSc
-        for name, value in options.items():
-            PETSc.Options()[name] = value
+    for name, value in options.items():
+        petsc_options()[name] = value
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
             exec(compile(job["code"], "<job>", "exec"), {"__name__": "__main__"})
         except BaseException:  # SystemExit too: whoever leaves before the others would let them wait
             traceback.print_exc()
             failed = True
-    put_back(before, options)
+    put_back(before)
     return {"out": out.getvalue(), "err": err.getvalue(), "failed": failed}
 
 

@@ -30,8 +30,10 @@ def plug(axes, **more):
 
 @pytest.mark.parametrize("name", TURNED)
 def test_a_plug_moves_as_a_rigid_body(name):
-    """Without stress or rotation; as much as the discharge says, booked."""
-    solid, area = plug(TURNED[name]), 0.3 * (1.0 if name == "plane" else 0.2)
+    """Without stress or rotation; as much as the discharge says, booked. Consistent inertia is nearly
+    singular at the rim: whether a factorisation refuses it, and what is left of F - I, is up to the
+    package."""
+    solid, area = plug(TURNED[name], inertia="lumped"), 0.3 * (1.0 if name == "plane" else 0.2)
     start, volume = solid.momentum(), solid.columns()["volume_inlet"][2]
     for step in range(1, 21):
         solid.advance(0.02)

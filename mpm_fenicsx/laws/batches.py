@@ -6,8 +6,8 @@
 fill P (SIZE, D D + 1) with the stress of a ``part`` of the points, their numbers, at most SIZE, and B (SIZE,
 D, D, D, D) with V0 F A F^T on the second and fourth index of A = dP/dF, of which the tangent of the weak form
 is made. old, new: groups of F, F33 and state, at the start and at the end of the step, where new.F is given;
-work: of ``new_work()`` and ``new_tangent_work()``. Laws of ``hencky`` in space have functions of their own,
-all others go point by point.
+work: of ``new_work()`` and ``new_tangent_work()``. Laws of ``hencky`` have functions of their own, but not
+in plane stress; all others go point by point.
 """
 from typing import Callable, NamedTuple
 
@@ -16,6 +16,7 @@ import numpy as np
 from ..compiled import multiply, specialise
 from . import hencky
 from .hencky_batches import SIZE, rows_functions
+from .hencky_in_plane import plane_functions
 from .law import Law
 from .stress_state import point_functions
 
@@ -75,10 +76,10 @@ class OfBatches(NamedTuple):
 
 def batch_functions(law: Law, stress_state: str, D: int) -> OfBatches:
     """Of a ``law`` in a stress state in ``D`` dimensions."""
-    if D == 2 or law.stress is not hencky.stress:
+    if law.stress is not hencky.stress or stress_state == "plane_stress":
         point_stress, point_tangent = point_functions(law, stress_state, D)
         return OfBatches(
             specialise(one_by_one, point_stress=point_stress), specialise(one_modulus, D=D),
             specialise(one_by_one_tangent, point_tangent=point_tangent, pull=specialise(pull, D=D, DD=D * D)),
             specialise(one_pull, D=D))
-    return OfBatches(*rows_functions(law))
+    return OfBatches(*(plane_functions if D == 2 else rows_functions)(law))

@@ -87,23 +87,32 @@ def log_strain(square):
 
 
 @called
-def _rank(e):
+def rank_across(e):
     """Place of the strain across the plane, e[2], among the sorted three; e[0] >= e[1] already."""
     return 0 if e[2] > e[0] else 1 if e[2] > e[1] else 2
 
 
 @called
-def _sorted(e, rank):
+def in_order(e, rank):
+    """The strains in descending order."""
     if rank == 2:
         return e
     return (e[0], e[2], e[1]) if rank == 1 else (e[2], e[0], e[1])
 
 
 @called
-def _unsorted(s, rank):
+def back_in_place(s, rank):
+    """What belongs to these, the other way round."""
     if rank == 2:
         return s
     return (s[0], s[2], s[1]) if rank == 1 else (s[1], s[2], s[0])
+
+
+@called
+def rows_in_place(rows, rank):
+    """The same of a matrix, by rows and columns."""
+    return back_in_place((back_in_place(rows[0], rank), back_in_place(rows[1], rank),
+                          back_in_place(rows[2], rank)), rank)
 
 
 def from_axes(x, n, m):
@@ -123,10 +132,10 @@ def stress(p, F, F33, dt, old, new, P):
     squares, n, m = principal_axes(F, F33, old.plastic)
     ahead = old.opened / 3.0
     e = (log_strain(squares[0]) + ahead, log_strain(squares[1]) + ahead, log_strain(squares[2]) + ahead)
-    rank = _rank(e) if D == 2 else 2
-    ordered = _sorted(e, rank)
+    rank = rank_across(e) if D == 2 else 2
+    ordered = in_order(e, rank)
     t1, t2, t3, region = return_map(p, hardening_of(old), dt, ordered[0], ordered[1], ordered[2])
-    t = _unsorted((t1, t2, t3), rank)
+    t = back_in_place((t1, t2, t3), rank)
     for a in range(D):
         for b in range(D):
             P[a * D + b] = t[a] if a == b else 0.0
@@ -156,7 +165,7 @@ def tangent(p, F, F33, dt, old, new, P, A):
     delta_bc."""
     squares, n, m, e, rank, t, region = stress(p, F, F33, dt, old, new, P)
     rows = moduli(p, hardening_of(old), dt, e[0], e[1], e[2], region)
-    d = _unsorted((_unsorted(rows[0], rank), _unsorted(rows[1], rank), _unsorted(rows[2], rank)), rank)
+    d = rows_in_place(rows, rank)
     last = D * D
     for i in range(last + 1):
         for j in range(last + 1):

@@ -1,6 +1,6 @@
 """Where the walls of a scene are in a window, and which impulses they and gravity have given to the
 particles; for both back ends."""
-from typing import Any, Dict, List, NamedTuple, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -61,6 +61,7 @@ class WallBooks:
         self._movers = [(one, slice(*rows)) for (one, _, _), *rows in zip(moving, ends, ends[1:])]
         self._sums = np.zeros((len(self.names), 6))
         self._gravity, self._base = in_space([scene.gravity, scene.frame_pull(0.0, 0.0)])
+        self._pulled = bool(self._gravity.any()) or scene.base is not None
         self._mass = np.zeros((3, 7))  # now, see ``_weigh``
         self._whole = all(cluster.flags[:self._dim].all() for cluster in scene.clusters)
         self.base_work = 0.0
@@ -101,17 +102,20 @@ class WallBooks:
         """Particles and bodies are those that there are now: at the start, and when some have left."""
         self._mass = self._weigh(particles, bodies)
 
-    def add(self, hits: Hits, span: float, particles: np.ndarray, bodies: np.ndarray,
+    def add(self, hits: Hits, span: float, particles: Callable, bodies: Callable,
             origin: np.ndarray) -> None:
-        """After a window of ``span`` [s]: ``hits`` in the frame with this ``origin`` [m]; ``particles`` and
-        ``bodies`` now."""
+        """After a window of ``span`` [s]: ``hits`` in the frame with this ``origin`` [m]; functions that give
+        ``particles`` and ``bodies`` of now, where something pulls them."""
         hit, (turned, places), before = hits.node, hits.whole, self._mass
         given, first = -moments(hits.middle + origin, hits.impulse), np.searchsorted(hit, self.fixed)
         for k in range(6 if first else 0):
             self._sums[:, k] += np.bincount(self._row[hit[:first]], given[:first, k], len(self.names))
         self._sums[-1] += given[first:].sum(axis=0)
-        self._sums[-2, 3:] += turned + np.cross(origin, given[:, :3].sum(axis=0)) - given[:, 3:].sum(axis=0)
-        self._mass = self._weigh(particles, bodies)
+        whole = given.sum(axis=0)
+        self._sums[-2, 3:] += turned + moments(origin[None], whole[None, :3])[0, 3:] - whole[3:]
+        if not self._pulled:
+            return
+        self._mass = self._weigh(particles(), bodies())
         both = 0.5 * span * (before + self._mass)[:, :6]
         if self._whole:  # else only the places of those that are free would count
             both[:, 3:] = np.cross(places + both[0, 0] * origin, np.eye(3))
@@ -124,7 +128,7 @@ class WallBooks:
         """Force and moment about zero of 1 m/s^2 along each axis, and mass times place along it, shape (3,
         7); nothing moves what is held."""
         found = np.zeros((3, 7))
-        if not self._gravity.any() and self._scene.base is None:
+        if not self._pulled:
             return found
         single = particles[particles["body"] == 0]
         parts = [(single["mass"], single["x"], np.ones((len(single), 3)))]

@@ -60,15 +60,9 @@ def _at_walls(spheres, near, wall, at_wall):
     return energy
 
 
-def energy_of_contacts(spheres: Shapes, wall: MovingWall, laws: Laws) -> float:
-    """Energy of all contacts of the spheres with each other and the walls [J]."""
-    return _of_all(tuple(spheres), tuple(wall), tuple(laws))  # numba recognises plain tuples faster
-
-
 @compiled
-def _of_all(shapes, walls, tables):
-    """Both sums [J]; the groups are plain tuples."""
-    spheres, wall, laws = Shapes(*shapes), MovingWall(*walls), Laws(*tables)
+def energy_of_contacts(spheres: Shapes, wall: MovingWall, laws: Laws) -> float:
+    """Energy of all contacts of the spheres with each other and the walls [J]; for ``direct``."""
     x, radius, none, energy = spheres.x, spheres.radius, no_neighbours(len(spheres.x)), 0.0
     springs = 0 * len(x)  # none; for a plain 0 numba would compile the searches once more
     if len(x) > 1:

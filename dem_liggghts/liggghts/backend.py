@@ -5,6 +5,8 @@ from typing import Any, Callable, Dict
 
 import numpy as np
 
+from mpm_dem_direct import direct
+
 from .. import quaternion
 from ..common.booking import Hits, WallBooks
 from ..common.checks import check_finite, check_window
@@ -61,7 +63,7 @@ class LiggghtsDEM(Resting):
         if scene.clusters:
             data = np.hstack([self._constant, initial_rows(self._clusters)])
             self._instance.call("dem_set_bodies", len(data), pointer(data))
-        self._laws = laws_of(self._inside)
+        self._laws, self._contact_energy = laws_of(self._inside), direct(energy_of_contacts)
         self._use(self._inside)
         self._instance.command("run 0 post no")
         self._give_springs(scene.contacts)
@@ -94,8 +96,8 @@ class LiggghtsDEM(Resting):
         load = Load(load.row[1:], load.values[1:])
         walls.place(x, v)
         node, impulse, whole = load.in_space(len(walls.now.x))
-        self._books.add(Hits(node, walls.at(node, 0.5 * span), impulse, whole), span, self.particles(),
-                        self.bodies(), self.origin)
+        self._books.add(Hits(node, walls.at(node, 0.5 * span), impulse, whole), span, self.particles,
+                        self.bodies, self.origin)
         walls.stop(span)
         if self._outflow.active:
             self._let_out()
@@ -196,7 +198,7 @@ class LiggghtsDEM(Resting):
         shapes = select_shapes(self._spheres, in_space(particles["x"]), particles["id"] - 1)
         return dict(kinetic=kinetic_energy(particles, bodies, table.inertia[number], table.turn[number]),
                     potential=potential_energy(particles, self.scene.gravity, bodies),
-                    contact=energy_of_contacts(shapes, self._walls.now, self._laws))
+                    contact=self._contact_energy(shapes, self._walls.now, self._laws))
 
     def get_state(self) -> Dict[str, np.ndarray]:
         """See `protocol.DEM.get_state`. LIGGGHTS makes its neighbour lists anew here as in `set_state`, so

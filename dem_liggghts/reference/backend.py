@@ -49,6 +49,7 @@ class ReferenceDEM(Resting):
         self._outflow, self._books = Outflow(scene, self._all_spheres.cluster), WallBooks(scene)
         self._populate(np.ones(len(self._all_spheres.x), np.bool_), np.ones(len(scene.clusters), np.bool_))
         self._laws, self._steps_of = laws_of(scene), direct(run)
+        self._contact_energy = direct(energy_of_contacts)
         self._springs = tuple(count_springs(table) for table in self._laws)
         self._scratch = new_scratch(0)
         self._use(scene)
@@ -104,7 +105,7 @@ class ReferenceDEM(Resting):
         self._steps += steps
         check_finite(self._spheres.x, self.time, self.origin)
         force = loads.now.impulse[walls.fixed:-2, :self.scene.dim] / span
-        self._books.add(hits, span, self.particles(), self.bodies(), self.origin)
+        self._books.add(hits, span, self.particles, self.bodies, self.origin)
         self._let_out()
         return force
 
@@ -199,7 +200,7 @@ class ReferenceDEM(Resting):
         shapes = select_shapes(self._all_spheres, self._spheres.x, self._ids - 1)
         return dict(kinetic=kinetic_energy(particles, bodies, table.inertia, table.turn),
                     potential=potential_energy(particles, self.scene.gravity, bodies),
-                    contact=energy_of_contacts(shapes, self._walls.now, self._laws))
+                    contact=self._contact_energy(shapes, self._walls.now, self._laws))
 
     def get_state(self) -> Dict[str, np.ndarray]:
         """See `protocol.DEM.get_state`. Neighbour lists belong to it, with the springs of contacts."""

@@ -49,7 +49,8 @@ class Loads:
         for rows in (used, slice(self._fixed, None)):
             impulse[rows] = half * force[rows]
             force[rows] = 0.0
-        self._used = np.union1d(sparse(used, impulse[used])[0], self._near)
+        if len(used):  # else there is nothing near either
+            self._used = np.union1d(sparse(used, impulse[used])[0], self._near)
 
     def clear(self) -> None:
         """No force."""

@@ -3,6 +3,8 @@ from typing import Any, Dict, Tuple
 
 import numpy as np
 
+from ..collective import total
+
 FLOW = {  # name → (unit, meaning)
     "front": ("m", "largest x of a material point"), "x99": ("m", "99 % quantile of x of the points"),
     "height": ("m", "largest height of a material point"),
@@ -40,20 +42,31 @@ class FlowGauges:
     def __call__(self, window: Any) -> None:
         """Read all gauges."""
         solid, energy = self._solid, self._solid.energy()
-        x, speed = self._gathered()
+        x, y, square = self._gathered()
         own = np.zeros(2)
         for body in solid.bodies:
-            volume = body.volume()
-            own += volume.sum(), volume @ -np.expm1(-body.points.state["opened"])
-        volume, gaps = solid.comm.allreduce(own)
-        self.now = dict(front=x[:, 0].max(), x99=np.quantile(x[:, 0], QUANTILE), height=x[:, 1].max(),
-                        speed=speed.max(), kinetic=energy["kinetic"], potential=energy["potential"],
-                        elastic=energy["strain"], energy=sum(energy.values()), volume=volume, gaps=gaps)
+            volume, opened = body.volume(), body.points.state["opened"]
+            some = np.flatnonzero(opened)
+            own += volume.sum(), volume[some] @ -np.expm1(-opened[some])
+        volume, gaps = total(solid.comm, own)
+        self.now = dict(front=x.max(), x99=_quantile(x, QUANTILE), height=y.max(),
+                        speed=np.sqrt(square.max()), kinetic=energy["kinetic"],
+                        potential=energy["potential"], elastic=energy["strain"],
+                        energy=sum(energy.values()), volume=volume, gaps=gaps)
 
     def _gathered(self) -> Tuple[np.ndarray, ...]:
-        """Positions [m], shape (n, dim), and speeds [m/s], shape (n,), of all points, on every rank."""
-        own = [(p.x, np.sqrt(np.einsum("pi,pi->p", p.v, p.v))) for p in
+        """x and height [m], and squared speed [m^2/s^2], of all points, on every rank, shape (n,) each."""
+        own = [(p.x[:, 0], p.x[:, 1], sum(v * v for v in p.v.T)) for p in
                (body.points for body in self._solid.bodies)]
         comm = self._solid.comm
         pieces = own if comm.size == 1 else sum(comm.allgather(own), [])
         return tuple(np.concatenate(values) for values in zip(*pieces))
+
+
+def _quantile(values: np.ndarray, part: float) -> float:
+    """What numpy.quantile gives, which takes three times as long."""
+    place = part * (len(values) - 1)
+    below = int(place)
+    above = min(below + 1, len(values) - 1)
+    low, high = np.partition(values, (below, above))[[below, above]].tolist()
+    return low + (place - below) * (high - low)

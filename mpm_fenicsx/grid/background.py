@@ -9,8 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from mpi4py import MPI
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ..basis.shape import cell_maps
 from ..basis.smooth import LINEAR, StencilGrid
@@ -22,6 +20,7 @@ from ..scene.lattice import lattice
 from . import compat
 from .distribution import EMPTY_CELL, POINT, Cells, bisect, bisect_together, ghosts
 from .domain import Domain
+from .joined import join
 from .locate import lattice_numbers, lattice_of
 from .patches import patches
 from .search import LatticeSearch, WalkSearch
@@ -240,9 +239,7 @@ class Background:
             return 0
         nodes = self.copies[1][np.concatenate(cells)]
         n, nodes = len(nodes), np.unique(nodes, return_inverse=True)[1].reshape(nodes.shape)
-        pairs = np.repeat(np.arange(n), nodes.shape[1]), n + nodes.ravel()
-        joined = coo_matrix((np.ones(nodes.size, bool), pairs), shape=(n + nodes.max() + 1,) * 2)
-        return connected_components(joined, directed=False)[0]
+        return join(np.repeat(np.arange(n), nodes.shape[1]), n + nodes.ravel(), n + nodes.max() + 1)[0]
 
     def _ranks_around(self):
         """Ranks with which this one shares cells, in both directions alike."""

@@ -4,11 +4,10 @@ A group of nodes joined by cells can move as a rigid body. With its rigid motion
 of the tangent K, the smallest eigenvalues of r_i . K r_j belong to the combinations that nothing resists: the
 group falls, slides or turns, and there is no equilibrium if the loads do work on them."""
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ..collective import total
 from ..errors import MPMError
+from ..grid.joined import join
 
 FREE = 1e-8  # of the diagonal's energy, that of a motion that nothing resists
 PUSHED = 1e-6  # of force times motion, the work from which loads drive it
@@ -55,8 +54,7 @@ def groups(active_cells, massive):
     size = active_cells.comm.allreduce(active_cells.owned)
     one = np.broadcast_to(cells.max(axis=1, keepdims=True), cells.shape)  # of each cell's massive nodes
     pairs = np.column_stack([one.ravel(), cells.ravel()])[cells.ravel() >= 0]
-    joined = coo_matrix((np.ones(len(pairs), bool), tuple(pairs.T)), shape=(size, size))
-    label = connected_components(joined, directed=False)[1]
+    label = join(*pairs.T, size)[1]
     used = np.unique(label[pairs.ravel()])
     number = np.full(size, -1)
     number[used] = np.arange(len(used))

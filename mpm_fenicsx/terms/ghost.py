@@ -14,11 +14,10 @@ inertia.
 On stiffness the same penalty acts on the displacement u over a step, with the weight STIFF GAMMA E h: a
 viscosity that goes to zero with the step."""
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ..collective import somewhere
 from ..compiled import compiled
+from ..grid.joined import join
 from .filling import Filling
 
 GAMMA = 0.1
@@ -162,8 +161,7 @@ class Ghost:
         nothing more comes over a border."""
         n, links = len(fill), self._facets.links
         links = links[(fill[links] > 0.0).all(axis=1)]
-        graph = coo_matrix((np.ones(len(links), bool), (links[:, 0], links[:, 1])), shape=(n, n))
-        count, label = connected_components(graph, directed=False)
+        count, label = join(links[:, 0], links[:, 1], n)
         linked, more = fill >= FULL, True
         while more:
             anchored = np.zeros(count, bool)

@@ -80,8 +80,9 @@ class BodyTerm(BodyReadings):
         self._elements = active_cells.elements
         n, (patches, M), D = len(self.points), active_cells.nodes_of_patch.shape, active_cells.dim
         K = self._elements.nodes.shape[1]
+        in_turn = active_cells.patch_matrices is None and active_cells.node_rows is None
         self._patches = Patches(np.zeros((patches, 2)), np.zeros((patches, M, D)), np.zeros((patches, 2)),
-                                *(np.zeros((patches, M, D)) for _ in range(2)))
+                                *(np.zeros((1 if in_turn else patches, M, D)) for _ in range(2)))
         own = slice(active_cells.own_patches)
         self._own_patches = active_cells.nodes_of_patch[own], Patches(*(sums[own] for sums in self._patches))
         self._N, self._G = np.empty((n, K)), np.empty((n, K, D))

@@ -195,18 +195,19 @@ def add_pressure(nodes, patches: Patches, R):
 
 
 @inlined
-def couple_patch(patches, row, D, M, work, E):
-    """Add to the matrix E (M, D, D, M) of one patch what comes of the change of j_mean. work: (2, D, M)."""
+def couple_patch(patches, row, at, D, M, work, E):
+    """Add to the matrix E (M, D, D, M) of one patch what comes of the change of j_mean. at: row of its push
+    and pull; work: (2, D, M)."""
     volume, gradient, bulk, push, pull = patches
     pushed, changed = work[0], work[1]  # in the order of the matrix
     share = 1.0 / volume[row, 0]
     for i in range(D):
         for e in range(M):
-            pushed[i, e], changed[i, e] = push[row, e, i], gradient[row, e, i]
+            pushed[i, e], changed[i, e] = push[at, e, i], gradient[row, e, i]
     for b in range(M):
         for k in range(D):
             change = share * gradient[row, b, k]
-            back = share * (pull[row, b, k] + bulk[row, 1] * change)
+            back = share * (pull[at, b, k] + bulk[row, 1] * change)
             for i in range(D):
                 for e in range(M):
                     E[b, k, i, e] += pushed[i, e] * change + changed[i, e] * back
@@ -218,4 +219,4 @@ def couple(nodes, patches: Patches, Kp):
     work = np.empty((2, D, nodes.shape[1]))
     for row in range(len(nodes)):
         if patches.volume[row, 0] > 0.0:
-            couple_patch(patches, row, D, nodes.shape[1], work, Kp[row])
+            couple_patch(patches, row, row, D, nodes.shape[1], work, Kp[row])

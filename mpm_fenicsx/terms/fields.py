@@ -31,7 +31,8 @@ class Patches(NamedTuple):
     """Sums over F-bar's patches with M nodes each, see ``f_bar``: ``volume`` (patches, 2) at the end and at
     the start of the step [m^3]; ``gradient`` (patches, M, D), derivative of the first by the displacements of
     the nodes [m^2]; ``bulk`` (patches, 2), sums of V0 tr(tau) / D and of V0 (s / D^2 - tr(tau) / D) [J];
-    ``push``, ``pull`` (patches, M, D), sums of V0 dev(u) / D grad N and V0 dev(w) / D grad N [N]."""
+    ``push``, ``pull`` (patches, M, D), sums of V0 dev(u) / D grad N and V0 dev(w) / D grad N [N], where
+    patches are cells those of one at a time, (1, M, D)."""
 
     volume: np.ndarray
     gradient: np.ndarray

@@ -135,8 +135,9 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
             grown *= determinant(old.F[q], D) * old.F33[q]
             shared = grown * bulk[own, 0] / volume[own, 0]
             bulk[own, 1] += by_mean_volume(B, P[at], new.F[q], V0[q], shared, D, forth, back)
-            spread(forth, g, place[c], D, K, push[own])
-            spread(back, g, place[c], D, K, pull_sums[own])
+            at = 0 if CELLS_ARE_PATCHES else own
+            spread(forth, g, place[c], D, K, push[at])
+            spread(back, g, place[c], D, K, pull_sums[at])
         for e in range(K):
             w[e] = alpha * mass[q] * N[q, e] if CONSISTENT else 0.0
         for k in range(D):
@@ -148,7 +149,8 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
                     multiply((K, 1, K), True, to, (N[q], 0, 1, 0), (w, 0, 0))
         if n + 1 == len(order) or element[order[n + 1]] != c:  # that was the last one in its element
             if CELLS_ARE_PATCHES:
-                couple_patch(patches, patch[c], D, K, of_patch, E)
+                couple_patch(patches, patch[c], 0, D, K, of_patch, E)
+                push[0], pull_sums[0] = 0.0, 0.0
             add_element(E, c, cells, rows, rows.block[row[c]], K, D)
             E[:] = 0.0
 

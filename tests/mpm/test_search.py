@@ -30,7 +30,7 @@ def shaken(cell="triangle", counts=(20, 10), by=0.25, seed=1):
 
 def inside(background, x, cell):
     """Whether each point lies in its cell, by reference coordinates."""
-    corner = background.maps.corner[cell]
+    corner = background.x[background.cells[cell]]
     edges = np.swapaxes(corner[:, 1:3] - corner[:, :1], 1, 2)
     xi = np.linalg.solve(edges, (x - corner[:, 0])[..., None])[..., 0]
     upper = 1 - xi.sum(axis=1) if background.cells.shape[1] == 3 else 1 - xi.max(axis=1)

@@ -35,8 +35,16 @@ class Secants:
         self._last = u, g
         if not self._secants:
             return False
-        n, changes = len(self._secants), np.array([dg for _, dg in self._secants])
-        products = total(self._comm, changes @ np.column_stack([changes.T, g]))
-        shares = np.linalg.lstsq(products[:, :n], products[:, n], rcond=1e-12)[0]
-        y.array_w[:] += sum(share * (du + dg) for share, (du, dg) in zip(shares, self._secants))
+        added = y.array_w
+        for share, (du, dg) in zip(self._shares(g), self._secants):
+            added += share * (du + dg)
         return True
+
+    def _shares(self, g):
+        """c of all secants for the step g."""
+        changes = [dg for _, dg in self._secants]
+        products = total(self._comm, [[dg @ other for other in (*changes, g)] for dg in changes])
+        if len(changes) == 1:
+            (square, along), = products.tolist()
+            return [along / square if square else 0.0]
+        return np.linalg.lstsq(products[:, :-1], products[:, -1], rcond=1e-12)[0].tolist()

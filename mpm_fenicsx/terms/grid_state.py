@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..basis.shape import CellMaps
+from ..compiled import compiled
 from ..grid.active_cells import ActiveCells
 from .kernels import GridKernels
 
@@ -63,10 +64,19 @@ def nodal_means(nodal, full_mass):
     """Mass [kg], shape (n,), velocity and acceleration, (n, D), and mask of the active nodes from the sums
     over the points in ``nodal``, see ``transfer.to_grid``. Nodes that are in the element of a point, but have
     no part of its mass, are not active, and yet move as it does. full_mass: see ``GridState``."""
-    mass, D = nodal[:, 0].copy(), nodal.shape[1] // 2
-    active = mass > 1e-14 * full_mass  # "numeric zero" of eq. 14
-    touched, v, a = mass != 0.0, np.zeros((len(mass), D)), np.zeros((len(mass), D))
-    v[touched] = nodal[touched, 1:1 + D] / mass[touched, None]
-    a[touched] = nodal[touched, 1 + D:] / mass[touched, None]
-    mass[np.abs(mass) < 1e-30 * full_mass] = 0.0
-    return mass, v, a, active
+    n, D = len(nodal), nodal.shape[1] // 2
+    found = np.zeros(n), np.zeros((n, D)), np.zeros((n, D)), np.zeros(n, bool)
+    _divide(nodal, full_mass, *found)
+    return found
+
+
+@compiled
+def _divide(nodal, full_mass, mass, v, a, active):
+    """See ``nodal_means``."""
+    for n in range(len(nodal)):
+        m = nodal[n, 0]
+        if m != 0.0:
+            active[n] = m > 1e-14 * full_mass  # "numeric zero" of eq. 14
+            mass[n] = 0.0 if abs(m) < 1e-30 * full_mass else m
+            for i in range(v.shape[1]):
+                v[n, i], a[n, i] = nodal[n, 1 + i] / m, nodal[n, 1 + v.shape[1] + i] / m

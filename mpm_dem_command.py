@@ -11,6 +11,7 @@ import ast
 import json
 import re
 import runpy
+import signal
 import subprocess
 import sys
 import time
@@ -188,6 +189,7 @@ def scripts() -> Dict[str, Path]:
 
 def tell_cases() -> int:
     """For each case its name and the first paragraph of its docstring."""
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # who reads it may have enough, as head has
     for name, script in scripts().items():
         text = ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or ""
         print(f"{name:16} {' '.join(text.split(chr(10) * 2)[0].split())}")

@@ -1,6 +1,7 @@
 """The command mpm-dem: in the source tree, and as a user has it who installed the project without one."""
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import sysconfig
@@ -24,6 +25,16 @@ def test_cases_are_listed_with_what_they_are():
     lines = call(["cases"], ROOT).stdout.splitlines()
     assert {line.split()[0] for line in lines} == CASES
     assert any(line.startswith("beam_impact") and "A steel sphere strikes" in line for line in lines)
+
+
+def test_whoever_reads_the_list_may_stop():
+    """As head does: the rest is not written, and nothing is said about that."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "w") as gone:
+        done = subprocess.run([sys.executable, ROOT / "mpm_dem_command.py", "cases"], stdout=gone, text=True,
+                              stderr=subprocess.PIPE, timeout=300)
+    assert done.returncode == -signal.SIGPIPE and done.stderr == ""
 
 
 @pytest.mark.parametrize("words, sentence", [

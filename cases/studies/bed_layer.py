@@ -64,10 +64,15 @@ def front(aspect: int, cells: int, layer: bool = True) -> Tuple[np.ndarray, np.n
     return dam.scaled(dt * np.arange(len(place)), np.array(place), aspect, cell)
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Print what comes out for both columns on two grids."""
     for aspect in (1, 2):
         for cells in (8, 16):
             for layer in (False, True):
                 late, off = dam.beside(*front(aspect, cells, layer), aspect)
                 print(f"n^2 = {aspect}, {cells} cells, layer {layer}: delay {late:.3f}, largest error "
                       f"{abs(off).max():.4f}")
+
+
+if __name__ == "__main__":
+    main()

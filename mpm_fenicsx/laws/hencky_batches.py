@@ -8,7 +8,7 @@ point goes through its return mapping on its own. Principal axes of a point take
 the stress 55 in the place of 235 (measured, AVX-512).
 """
 import math
-from typing import Callable, Tuple
+from typing import Callable, Dict, Tuple
 
 import numpy as np
 
@@ -31,7 +31,8 @@ return_map = hardening_of = elastic_strains = keep_hardening = accumulate = modu
 
 
 @inlined
-def _at(row, q):
+def at(row, q):
+    """Place of a point's number of that ``row`` in the work array."""
     return row * SIZE + q
 
 
@@ -40,23 +41,22 @@ def gather(F, old, part, W):
     for q in range(len(part)):
         for i in range(3):
             for j in range(3):
-                W[_at(DEFORMATION + 3 * i + j, q)] = F[part[q], i, j]
+                W[at(DEFORMATION + 3 * i + j, q)] = F[part[q], i, j]
         C = old[part[q]].plastic
-        W[_at(PLASTIC, q)], W[_at(PLASTIC + 1, q)], W[_at(PLASTIC + 2, q)] = (
-            1.0 + C[0, 0], 1.0 + C[1, 1], 1.0 + C[2, 2])
-        W[_at(PLASTIC + 3, q)], W[_at(PLASTIC + 4, q)], W[_at(PLASTIC + 5, q)] = C[0, 1], C[1, 2], C[2, 0]
+        put(W, PLASTIC, q, (1.0 + C[0, 0], 1.0 + C[1, 1], 1.0 + C[2, 2]))
+        put(W, PLASTIC + 3, q, (C[0, 1], C[1, 2], C[2, 0]))
 
 
 @inlined
-def _three(W, row, q):
+def three(W, row, q):
     """Three numbers of a point, from ``row`` on."""
-    return W[_at(row, q)], W[_at(row + 1, q)], W[_at(row + 2, q)]
+    return W[at(row, q)], W[at(row + 1, q)], W[at(row + 2, q)]
 
 
 @inlined
-def _put(W, row, q, x):
+def put(W, row, q, x):
     """The other way round."""
-    W[_at(row, q)], W[_at(row + 1, q)], W[_at(row + 2, q)] = x
+    W[at(row, q)], W[at(row + 1, q)], W[at(row + 2, q)] = x
 
 
 @inlined
@@ -82,30 +82,30 @@ def _combined(factor, n, u, v, w):
 def find_axes(W):
     """Squares of the trial stretches, trial strains, axes n and m = F^-1 n, see ``hencky.principal_axes``."""
     for q in range(len(W) // ROWS):
-        f, g, h = _three(W, 0, q), _three(W, 3, q), _three(W, 6, q)
-        diagonal, rest = _three(W, PLASTIC, q), _three(W, PLASTIC + 3, q)
+        f, g, h = three(W, 0, q), three(W, 3, q), three(W, 6, q)
+        diagonal, rest = three(W, PLASTIC, q), three(W, PLASTIC + 3, q)
         a, b, c = (_times_symmetric(f, diagonal, rest), _times_symmetric(g, diagonal, rest),
                    _times_symmetric(h, diagonal, rest))
         squares, n1, n2, n3 = symmetric3(dot(a, f), dot(b, g), dot(c, h), dot(a, g), dot(b, h), dot(c, f))
         u, v, w = _cross(g, h), _cross(h, f), _cross(f, g)
         J = dot(f, u)
         one = 1.0 / where(J > 0.0, J, math.nan)
-        _put(W, SQUARES, q, squares)
-        _put(W, STRAINS, q, (half_log_near_one(squares[0]), half_log_near_one(squares[1]),
-                             half_log_near_one(squares[2])))
-        _put(W, AXES, q, n1)
-        _put(W, AXES + 3, q, n2)
-        _put(W, AXES + 6, q, n3)
-        _put(W, PULLED, q, _combined(one, n1, u, v, w))
-        _put(W, PULLED + 3, q, _combined(one, n2, u, v, w))
-        _put(W, PULLED + 6, q, _combined(one, n3, u, v, w))
+        put(W, SQUARES, q, squares)
+        put(W, STRAINS, q, (half_log_near_one(squares[0]), half_log_near_one(squares[1]),
+                            half_log_near_one(squares[2])))
+        put(W, AXES, q, n1)
+        put(W, AXES + 3, q, n2)
+        put(W, AXES + 6, q, n3)
+        put(W, PULLED, q, _combined(one, n1, u, v, w))
+        put(W, PULLED + 3, q, _combined(one, n2, u, v, w))
+        put(W, PULLED + 6, q, _combined(one, n3, u, v, w))
 
 
 @inlined
 def _strain(W, k, q):
     """Trial strain k of a point, by the logarithm where the series is not exact."""
-    e = W[_at(STRAINS + k, q)]
-    return e if abs(e) < NEAR else log_strain(W[_at(SQUARES + k, q)])
+    e = W[at(STRAINS + k, q)]
+    return e if abs(e) < NEAR else log_strain(W[at(SQUARES + k, q)])
 
 
 def return_points(p, dt, old, new, part, W):
@@ -117,15 +117,15 @@ def return_points(p, dt, old, new, part, W):
         e = (_strain(W, 0, q) + ahead, _strain(W, 1, q) + ahead, _strain(W, 2, q) + ahead)
         t1, t2, t3, region = return_map(p, hardening_of(before), dt, e[0], e[1], e[2])
         ee = elastic_strains(p, (t1, t2, t3))
-        _put(W, STRAINS, q, e)
-        _put(W, STRESSES, q, (t1, t2, t3))
-        W[_at(REGION, q)] = region
-        axes = _three(W, AXES, q), _three(W, AXES + 3, q), _three(W, AXES + 6, q)
+        put(W, STRAINS, q, e)
+        put(W, STRESSES, q, (t1, t2, t3))
+        W[at(REGION, q)] = region
+        axes = three(W, AXES, q), three(W, AXES + 3, q), three(W, AXES + 6, q)
         flows = accumulate(before, after, axes, e, ee, (t1, t2, t3), region)
         far = flows and not max(abs(ee[0]), abs(ee[1]), abs(ee[2])) < NEAR
         for k in range(3):
-            W[_at(ELASTIC_STRAINS + k, q)] = math.exp(2.0 * ee[k]) if far else 2.0 * ee[k]
-        W[_at(FLOWS, q)], W[_at(FAR, q)] = 1.0 if flows else 0.0, 1.0 if far else 0.0
+            W[at(ELASTIC_STRAINS + k, q)] = math.exp(2.0 * ee[k]) if far else 2.0 * ee[k]
+        W[at(FLOWS, q)], W[at(FAR, q)] = 1.0 if flows else 0.0, 1.0 if far else 0.0
         volume = e[0] + e[1] + e[2] - ee[0] - ee[1] - ee[2] if region != ELASTIC else 0.0
         keep_hardening(before, after, volume)
 
@@ -133,44 +133,44 @@ def return_points(p, dt, old, new, part, W):
 def combine(W):
     """From the axes back: P and tau, and Cp^-1 - 1 of points that flow."""
     for q in range(len(W) // ROWS):
-        far = W[_at(FAR, q)] > 0.0
-        x, y, z = _three(W, ELASTIC_STRAINS, q)
+        far = W[at(FAR, q)] > 0.0
+        x, y, z = three(W, ELASTIC_STRAINS, q)
         x, y, z = (where(far, x, exp_near_zero(x)), where(far, y, exp_near_zero(y)),
                    where(far, z, exp_near_zero(z)))
-        r, s, t = _three(W, STRESSES, q)
-        a, b, c = _three(W, AXES, q), _three(W, AXES + 3, q), _three(W, AXES + 6, q)
-        u, v, w = _three(W, PULLED, q), _three(W, PULLED + 3, q), _three(W, PULLED + 6, q)
+        r, s, t = three(W, STRESSES, q)
+        a, b, c = three(W, AXES, q), three(W, AXES + 3, q), three(W, AXES + 6, q)
+        u, v, w = three(W, PULLED, q), three(W, PULLED + 3, q), three(W, PULLED + 6, q)
         first, second, third = ((r * a[0], s * b[0], t * c[0]), (r * a[1], s * b[1], t * c[1]),
                                 (r * a[2], s * b[2], t * c[2]))
-        _put(W, PIOLA, q, _combined(1.0, first, u, v, w))
-        _put(W, PIOLA + 3, q, _combined(1.0, second, u, v, w))
-        _put(W, PIOLA + 6, q, _combined(1.0, third, u, v, w))
+        put(W, PIOLA, q, _combined(1.0, first, u, v, w))
+        put(W, PIOLA + 3, q, _combined(1.0, second, u, v, w))
+        put(W, PIOLA + 6, q, _combined(1.0, third, u, v, w))
         tx, ty, tz = (_combined(1.0, first, a, b, c), _combined(1.0, second, a, b, c),
                       _combined(1.0, third, a, b, c))
-        _put(W, KIRCHHOFF, q, (tx[0], ty[1], tz[2]))
-        _put(W, KIRCHHOFF + 3, q, (tx[1], ty[2], tz[0]))
+        put(W, KIRCHHOFF, q, (tx[0], ty[1], tz[2]))
+        put(W, KIRCHHOFF + 3, q, (tx[1], ty[2], tz[0]))
         xx = _combined(1.0, (x * u[0], y * v[0], z * w[0]), u, v, w)
         yy = _combined(1.0, (x * u[1], y * v[1], z * w[1]), u, v, w)
         zz = _combined(1.0, (x * u[2], y * v[2], z * w[2]), u, v, w)
-        _put(W, PLASTIC, q, (xx[0] - 1.0, yy[1] - 1.0, zz[2] - 1.0))
-        _put(W, PLASTIC + 3, q, (xx[1], yy[2], zz[0]))
+        put(W, PLASTIC, q, (xx[0] - 1.0, yy[1] - 1.0, zz[2] - 1.0))
+        put(W, PLASTIC + 3, q, (xx[1], yy[2], zz[0]))
 
 
 def scatter(old, new, part, W, P):
     """Stress, and what is plastic, from the rows to the points."""
     for q in range(len(part)):
         for i in range(9):
-            P[q, i] = W[_at(PIOLA + i, q)]
+            P[q, i] = W[at(PIOLA + i, q)]
         C, tau = new[part[q]].plastic, new[part[q]].kirchhoff_stress
         for i in range(3):
             j = (i + 1) % 3
-            tau[i, i] = W[_at(KIRCHHOFF + i, q)]
-            tau[i, j] = tau[j, i] = W[_at(KIRCHHOFF + 3 + i, q)]
-        if W[_at(FLOWS, q)] > 0.0:
+            tau[i, i] = W[at(KIRCHHOFF + i, q)]
+            tau[i, j] = tau[j, i] = W[at(KIRCHHOFF + 3 + i, q)]
+        if W[at(FLOWS, q)] > 0.0:
             for i in range(3):
                 j = (i + 1) % 3
-                C[i, i] = W[_at(PLASTIC + i, q)]
-                C[i, j] = C[j, i] = W[_at(PLASTIC + 3 + i, q)]
+                C[i, i] = W[at(PLASTIC + i, q)]
+                C[i, j] = C[j, i] = W[at(PLASTIC + 3 + i, q)]
         else:
             before = old[part[q]].plastic
             for i in range(3):
@@ -224,10 +224,10 @@ def batch_tangent(p, dt, old, new, part, V0, work, out):
     P, B = out
     batch_stress(p, dt, old, new, part, W, P)
     for q in range(len(part)):
-        hardening, e = hardening_of(old.state[part[q]]), _three(W, STRAINS, q)
-        d = moduli(p, hardening, dt, e[0], e[1], e[2], int(W[_at(REGION, q)]))
-        axes = _three(W, AXES, q), _three(W, AXES + 3, q), _three(W, AXES + 6, q)
-        spatial_moduli(_three(W, SQUARES, q), _three(W, STRESSES, q), d, axes, V0[part[q]], N, Y, B[q])
+        hardening, e = hardening_of(old.state[part[q]]), three(W, STRAINS, q)
+        d = moduli(p, hardening, dt, e[0], e[1], e[2], int(W[at(REGION, q)]))
+        axes = three(W, AXES, q), three(W, AXES + 3, q), three(W, AXES + 6, q)
+        spatial_moduli(three(W, SQUARES, q), three(W, STRESSES, q), d, axes, V0[part[q]], N, Y, B[q])
 
 
 def rows():
@@ -240,15 +240,21 @@ def rows_and_dyads():
     return np.zeros(ROWS * SIZE), np.empty((9, 9)), np.empty((9, 9))
 
 
-def rows_functions(law: Law) -> Tuple[Callable, ...]:
-    """Of a ``law`` of ``hencky``: what ``batches.OfBatches`` holds."""
-    record = constants_of(law, 3)
+def assemble(law: Law, D: int, own: Dict[str, Callable]) -> Tuple[Callable, ...]:
+    """What ``batches.OfBatches`` holds, of a ``law`` of ``hencky`` in ``D`` dimensions, from the functions
+    of a module like this one, by name."""
+    record = constants_of(law, D)
     parts = compiled_parts(law, record)
     returns = {name: parts[name] for name in RETURN}
-    steps = dict(gather=specialise(gather, **record), find_axes=specialise(find_axes),
-                 return_points=specialise(return_points, **record, **returns), combine=specialise(combine),
-                 scatter=specialise(scatter, **record))
-    stress = specialise(batch_stress, **record, **steps)
-    tangent = specialise(batch_tangent, **record, batch_stress=stress, moduli=parts["moduli"],
-                         hardening_of=parts["hardening_of"], spatial_moduli=specialise(spatial_moduli))
-    return stress, specialise(rows), tangent, specialise(rows_and_dyads)
+    steps = dict(gather=specialise(own["gather"], **record), find_axes=specialise(own["find_axes"]),
+                 return_points=specialise(own["return_points"], **record, **returns),
+                 combine=specialise(own["combine"]), scatter=specialise(own["scatter"], **record))
+    stress = specialise(own["batch_stress"], **record, **steps)
+    tangent = specialise(own["batch_tangent"], **record, batch_stress=stress, moduli=parts["moduli"],
+                         hardening_of=parts["hardening_of"], spatial_moduli=specialise(own["spatial_moduli"]))
+    return stress, specialise(own["rows"]), tangent, specialise(own["rows_and_dyads"])
+
+
+def rows_functions(law: Law) -> Tuple[Callable, ...]:
+    """Of a ``law`` of ``hencky`` in space, see ``assemble``."""
+    return assemble(law, 3, globals())

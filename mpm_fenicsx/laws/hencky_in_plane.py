@@ -9,11 +9,11 @@ from typing import Callable, Tuple
 
 import numpy as np
 
-from ..compiled import inlined, multiply, specialise, where
+from ..compiled import inlined, multiply, where
 from .algebra import NEAR, exp_near_zero, half_log_near_one, symmetric2
 from .hencky import back_in_place, in_order, log_strain, rank_across, rows_in_place, spin
-from .hencky_batches import RETURN, SIZE
-from .law import Law, compiled_parts, constants_of
+from .hencky_batches import SIZE, assemble, at, put, three
+from .law import Law
 from .plastic_state import ELASTIC
 
 # Rows of the work array: the first of each group. A symmetric group has xx, yy, xy and what is across the
@@ -27,25 +27,9 @@ return_map = hardening_of = elastic_strains = keep_hardening = accumulate = modu
 
 
 @inlined
-def _at(row, q):
-    return row * SIZE + q
-
-
-@inlined
 def _two(W, row, q):
     """Two numbers of a point, from ``row`` on."""
-    return W[_at(row, q)], W[_at(row + 1, q)]
-
-
-@inlined
-def _three(W, row, q):
-    return W[_at(row, q)], W[_at(row + 1, q)], W[_at(row + 2, q)]
-
-
-@inlined
-def _put(W, row, q, x):
-    """The other way round, three numbers."""
-    W[_at(row, q)], W[_at(row + 1, q)], W[_at(row + 2, q)] = x
+    return W[at(row, q)], W[at(row + 1, q)]
 
 
 def gather(F, F33, old, part, W):
@@ -53,35 +37,35 @@ def gather(F, F33, old, part, W):
     for q in range(len(part)):
         for i in range(2):
             for j in range(2):
-                W[_at(DEFORMATION + 2 * i + j, q)] = F[part[q], i, j]
+                W[at(DEFORMATION + 2 * i + j, q)] = F[part[q], i, j]
         C = old[part[q]].plastic
-        W[_at(ACROSS, q)] = F33[part[q]]
-        _put(W, PLASTIC, q, (1.0 + C[0, 0], 1.0 + C[1, 1], C[0, 1]))
-        W[_at(PLASTIC + 3, q)] = 1.0 + C[2, 2]
+        W[at(ACROSS, q)] = F33[part[q]]
+        put(W, PLASTIC, q, (1.0 + C[0, 0], 1.0 + C[1, 1], C[0, 1]))
+        W[at(PLASTIC + 3, q)] = 1.0 + C[2, 2]
 
 
 def find_axes(W):
     """Squares of the trial stretches, trial strains, axes n and m = F^-1 n, see ``hencky.principal_axes``."""
     for q in range(len(W) // ROWS):
-        (f, g), (h, k), across = _two(W, 0, q), _two(W, 2, q), W[_at(ACROSS, q)]
-        xx, yy, xy = _three(W, PLASTIC, q)
+        (f, g), (h, k), across = _two(W, 0, q), _two(W, 2, q), W[at(ACROSS, q)]
+        xx, yy, xy = three(W, PLASTIC, q)
         a, b, c, d = f * xx + g * xy, f * xy + g * yy, h * xx + k * xy, h * xy + k * yy
         (first, second), ((n, s), _) = symmetric2(a * f + b * g, c * h + d * k, a * h + b * k)
-        third = across * across * W[_at(PLASTIC + 3, q)]
+        third = across * across * W[at(PLASTIC + 3, q)]
         J = f * k - g * h
         one = 1.0 / where(J * across > 0.0, J, math.nan)
-        _put(W, SQUARES, q, (first, second, third))
-        _put(W, STRAINS, q, (half_log_near_one(first), half_log_near_one(second), half_log_near_one(third)))
-        W[_at(AXES, q)], W[_at(AXES + 1, q)] = n, s
-        W[_at(PULLED, q)], W[_at(PULLED + 1, q)] = one * (k * n - g * s), one * (f * s - h * n)
-        W[_at(PULLED + 2, q)], W[_at(PULLED + 3, q)] = -one * (k * s + g * n), one * (f * n + h * s)
+        put(W, SQUARES, q, (first, second, third))
+        put(W, STRAINS, q, (half_log_near_one(first), half_log_near_one(second), half_log_near_one(third)))
+        W[at(AXES, q)], W[at(AXES + 1, q)] = n, s
+        W[at(PULLED, q)], W[at(PULLED + 1, q)] = one * (k * n - g * s), one * (f * s - h * n)
+        W[at(PULLED + 2, q)], W[at(PULLED + 3, q)] = -one * (k * s + g * n), one * (f * n + h * s)
 
 
 @inlined
 def _strain(W, k, q):
     """Trial strain k of a point, by the logarithm where the series is not exact."""
-    e = W[_at(STRAINS + k, q)]
-    return e if abs(e) < NEAR else log_strain(W[_at(SQUARES + k, q)])
+    e = W[at(STRAINS + k, q)]
+    return e if abs(e) < NEAR else log_strain(W[at(SQUARES + k, q)])
 
 
 def return_points(p, dt, old, new, part, W):
@@ -96,15 +80,15 @@ def return_points(p, dt, old, new, part, W):
         t1, t2, t3, region = return_map(p, hardening_of(before), dt, ordered[0], ordered[1], ordered[2])
         t = back_in_place((t1, t2, t3), rank)
         ee = elastic_strains(p, t)
-        _put(W, STRAINS, q, ordered)
-        _put(W, STRESSES, q, t)
-        W[_at(REGION, q)], W[_at(RANK, q)] = region, rank
+        put(W, STRAINS, q, ordered)
+        put(W, STRESSES, q, t)
+        W[at(REGION, q)], W[at(RANK, q)] = region, rank
         c, s = _two(W, AXES, q)
         flows = accumulate(before, after, ((c, s), (-s, c)), e, ee, t, region)
         far = flows and not max(abs(ee[0]), abs(ee[1]), abs(ee[2])) < NEAR
         for k in range(3):
-            W[_at(ELASTIC_STRAINS + k, q)] = math.exp(2.0 * ee[k]) if far else 2.0 * ee[k]
-        W[_at(FLOWS, q)], W[_at(FAR, q)] = 1.0 if flows else 0.0, 1.0 if far else 0.0
+            W[at(ELASTIC_STRAINS + k, q)] = math.exp(2.0 * ee[k]) if far else 2.0 * ee[k]
+        W[at(FLOWS, q)], W[at(FAR, q)] = 1.0 if flows else 0.0, 1.0 if far else 0.0
         volume = e[0] + e[1] + e[2] - ee[0] - ee[1] - ee[2] if region != ELASTIC else 0.0
         keep_hardening(before, after, volume)
 
@@ -112,37 +96,37 @@ def return_points(p, dt, old, new, part, W):
 def combine(W):
     """From the axes back: P and tau, and Cp^-1 - 1 of points that flow."""
     for q in range(len(W) // ROWS):
-        far, across = W[_at(FAR, q)] > 0.0, W[_at(ACROSS, q)]
-        x, y, z = _three(W, ELASTIC_STRAINS, q)
+        far, across = W[at(FAR, q)] > 0.0, W[at(ACROSS, q)]
+        x, y, z = three(W, ELASTIC_STRAINS, q)
         x, y, z = (where(far, x, exp_near_zero(x)), where(far, y, exp_near_zero(y)),
                    where(far, z, exp_near_zero(z)))
-        r, w, t = _three(W, STRESSES, q)
+        r, w, t = three(W, STRESSES, q)
         c, s = _two(W, AXES, q)
         (a, b), (d, e) = _two(W, PULLED, q), _two(W, PULLED + 2, q)
-        W[_at(PIOLA, q)], W[_at(PIOLA + 1, q)] = r * c * a - w * s * d, r * c * b - w * s * e
-        W[_at(PIOLA + 2, q)], W[_at(PIOLA + 3, q)] = r * s * a + w * c * d, r * s * b + w * c * e
-        W[_at(PIOLA + 4, q)] = t / across
-        _put(W, KIRCHHOFF, q, (r * c * c + w * s * s, r * s * s + w * c * c, (r - w) * c * s))
-        W[_at(KIRCHHOFF + 3, q)] = t
-        _put(W, PLASTIC, q, (x * a * a + y * d * d - 1.0, x * b * b + y * e * e - 1.0, x * a * b + y * d * e))
-        W[_at(PLASTIC + 3, q)] = z / (across * across) - 1.0
+        W[at(PIOLA, q)], W[at(PIOLA + 1, q)] = r * c * a - w * s * d, r * c * b - w * s * e
+        W[at(PIOLA + 2, q)], W[at(PIOLA + 3, q)] = r * s * a + w * c * d, r * s * b + w * c * e
+        W[at(PIOLA + 4, q)] = t / across
+        put(W, KIRCHHOFF, q, (r * c * c + w * s * s, r * s * s + w * c * c, (r - w) * c * s))
+        W[at(KIRCHHOFF + 3, q)] = t
+        put(W, PLASTIC, q, (x * a * a + y * d * d - 1.0, x * b * b + y * e * e - 1.0, x * a * b + y * d * e))
+        W[at(PLASTIC + 3, q)] = z / (across * across) - 1.0
 
 
 @inlined
 def _spread(W, row, q, S):
     """A symmetric group of a point into the matrix S (3, 3)."""
-    S[0, 0], S[1, 1], S[2, 2] = W[_at(row, q)], W[_at(row + 1, q)], W[_at(row + 3, q)]
-    S[0, 1] = S[1, 0] = W[_at(row + 2, q)]
+    S[0, 0], S[1, 1], S[2, 2] = W[at(row, q)], W[at(row + 1, q)], W[at(row + 3, q)]
+    S[0, 1] = S[1, 0] = W[at(row + 2, q)]
 
 
 def scatter(old, new, part, W, P):
     """Stress, and what is plastic, from the rows to the points."""
     for q in range(len(part)):
         for i in range(5):
-            P[q, i] = W[_at(PIOLA + i, q)]
+            P[q, i] = W[at(PIOLA + i, q)]
         C = new[part[q]].plastic
         _spread(W, KIRCHHOFF, q, new[part[q]].kirchhoff_stress)
-        if W[_at(FLOWS, q)] > 0.0:
+        if W[at(FLOWS, q)] > 0.0:
             _spread(W, PLASTIC, q, C)
         else:
             before = old[part[q]].plastic
@@ -187,10 +171,10 @@ def batch_tangent(p, dt, old, new, part, V0, work, out):
     P, B = out
     batch_stress(p, dt, old, new, part, W, P)
     for q in range(len(part)):
-        hardening, e = hardening_of(old.state[part[q]]), _three(W, STRAINS, q)
-        d = moduli(p, hardening, dt, e[0], e[1], e[2], int(W[_at(REGION, q)]))
-        d = rows_in_place(d, int(W[_at(RANK, q)]))
-        spatial_moduli(_three(W, SQUARES, q), _three(W, STRESSES, q), d, _two(W, AXES, q), V0[part[q]], N, Y,
+        hardening, e = hardening_of(old.state[part[q]]), three(W, STRAINS, q)
+        d = moduli(p, hardening, dt, e[0], e[1], e[2], int(W[at(REGION, q)]))
+        d = rows_in_place(d, int(W[at(RANK, q)]))
+        spatial_moduli(three(W, SQUARES, q), three(W, STRESSES, q), d, _two(W, AXES, q), V0[part[q]], N, Y,
                        B[q])
 
 
@@ -205,14 +189,5 @@ def rows_and_dyads():
 
 
 def plane_functions(law: Law) -> Tuple[Callable, ...]:
-    """Of a ``law`` of ``hencky``: what ``batches.OfBatches`` holds."""
-    record = constants_of(law, 2)
-    parts = compiled_parts(law, record)
-    returns = {name: parts[name] for name in RETURN}
-    steps = dict(gather=specialise(gather, **record), find_axes=specialise(find_axes),
-                 return_points=specialise(return_points, **record, **returns), combine=specialise(combine),
-                 scatter=specialise(scatter, **record))
-    stress = specialise(batch_stress, **record, **steps)
-    tangent = specialise(batch_tangent, **record, batch_stress=stress, moduli=parts["moduli"],
-                         hardening_of=parts["hardening_of"], spatial_moduli=specialise(spatial_moduli))
-    return stress, specialise(rows), tangent, specialise(rows_and_dyads)
+    """Of a ``law`` of ``hencky`` in plane strain, see ``assemble``."""
+    return assemble(law, 2, globals())

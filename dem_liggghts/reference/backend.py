@@ -49,7 +49,7 @@ class ReferenceDEM(Resting):
         self._outflow, self._books = Outflow(scene, self._all_spheres.cluster), WallBooks(scene)
         self._populate(np.ones(len(self._all_spheres.x), np.bool_), np.ones(len(scene.clusters), np.bool_))
         self._laws, self._steps_of = laws_of(scene), direct(run)
-        self._contact_energy = direct(energy_of_contacts)
+        self._contact_energy, self._new_lists = direct(energy_of_contacts), direct(build_lists)
         self._springs = tuple(count_springs(table) for table in self._laws)
         self._scratch = new_scratch(0)
         self._use(scene)
@@ -82,8 +82,8 @@ class ReferenceDEM(Resting):
 
     def _build_lists(self, t: float) -> None:
         skin = choose_skin(self._spheres, self._walls.now, self.dt)
-        self._lists = build_lists(self._spheres, self._table.cluster, self._walls.now, t, skin, self._lists,
-                                  self._springs)
+        self._lists = self._new_lists(self._spheres, self._table.cluster, self._walls.now, t, skin,
+                                      self._lists, self._springs)
         self._listed()
 
     def advance(self, steps: int, x: np.ndarray, v: np.ndarray) -> np.ndarray:

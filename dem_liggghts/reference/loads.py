@@ -4,6 +4,8 @@ from typing import Tuple
 
 import numpy as np
 
+from mpm_dem_direct import direct
+
 from ..common.booking import Hits
 from ..common.walls import Walls, sparse, with_tail
 from ..search.squares import nodes_near
@@ -20,7 +22,7 @@ class Loads:
     now: WallForce
 
     def __init__(self, walls: Walls) -> None:
-        self._walls, self._fixed = walls, walls.fixed
+        self._walls, self._fixed, self._nodes_near = walls, walls.fixed, direct(nodes_near)
         self._arrays = [np.zeros((len(walls.now.x) + 2, 3)) for _ in WallForce._fields]
         self._near = self._used = np.zeros(0, np.int64)
         self.now = WallForce(*self._arrays)
@@ -40,7 +42,7 @@ class Loads:
 
     def listed(self, partner: np.ndarray) -> None:
         """From now on particles may touch the elements ``partner``."""
-        self._near = nodes_near(self._walls.now, partner, self._fixed, self._walls.marks)
+        self._near = self._nodes_near(self._walls.now, partner, self._fixed, self._walls.marks)
         self._used = np.union1d(self._used, self._near)
 
     def begin(self, half: float) -> None:

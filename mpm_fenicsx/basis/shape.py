@@ -17,7 +17,7 @@ to_reference = None
 
 class CellMaps(NamedTuple):
     """Maps between m cells and the reference cell: ``corner`` (m, K, D), the cells' vertices [m], and
-    ``inverse`` (m, D, D), the inverse Jacobian at their middle [1/m]."""
+    ``inverse`` (m, D, D), the inverse Jacobian at their middle [1/m], or (1, D, D) where all have the same."""
 
     corner: np.ndarray
     inverse: np.ndarray
@@ -87,6 +87,7 @@ def reference(p, c, x, maps: CellMaps, found: ReferencePoint):
     """
     corner, inverse = maps
     xi, to_xi, value, gradient, J = found
+    k = min(c, len(inverse) - 1)
     for i in range(D):
         s = 0.0 if AFFINE else 0.5
         for j in range(D):
@@ -95,8 +96,8 @@ def reference(p, c, x, maps: CellMaps, found: ReferencePoint):
                 middle = 0.0
                 for a in range(K):
                     middle += corner[c, a, j] / K
-            s += inverse[c, i, j] * (x[p, j] - middle)
-            to_xi[i, j] = inverse[c, i, j]
+            s += inverse[k, i, j] * (x[p, j] - middle)
+            to_xi[i, j] = inverse[k, i, j]
         xi[i] = s
     basis(xi, D, K, value, gradient)
     if AFFINE:

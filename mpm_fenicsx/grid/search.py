@@ -7,6 +7,8 @@ when a point is not here, and it is collective. Points are in cells of their ``f
 import numpy as np
 from mpi4py import MPI
 
+from mpm_dem_direct import direct
+
 from ..basis.shape import reference
 from ..compiled import specialise
 from . import compat
@@ -66,7 +68,8 @@ class WalkSearch:
         self._neighbours = Neighbours(behind, *_facets_of_axes(b.dim, b.cells.shape[1]))
         size = dict(D=b.dim, K=b.cells.shape[1])
         to_reference = specialise(reference, **size, AFFINE=b.affine)
-        self._walk, self._holds = (specialise(f, **size, to_reference=to_reference) for f in (walk, holds))
+        walk_in, self._holds = (specialise(f, **size, to_reference=to_reference) for f in (walk, holds))
+        self._walk = direct(walk_in)
         self._number, self._first = b.cell_numbering.in_whole, b.cell_numbering.first
         self._starts = np.array(b.comm.allgather(self._first))
         owned = np.full(b.cells_owned, b.comm.rank)

@@ -2,9 +2,35 @@
 arithmetic."""
 import math
 
+import numpy as np
+
 from ..compiled import called, inlined, merged, where
 
 NEAR = 0.1  # of a strain: up to there series are exact to round-off
+# A symmetric matrix is stored as xx, yy, zz, xy, yz, zx, as ParaView has it: component ij is at PLACE[i][j].
+PLACE = (0, 3, 5), (3, 1, 4), (5, 4, 2)
+
+
+def whole(S):
+    """Matrices (..., 3, 3) of the stored ones (..., 6).
+
+    >>> whole(np.arange(6)).tolist()
+    [[0, 3, 5], [3, 1, 4], [5, 4, 2]]
+    """
+    return S[..., np.array(PLACE)]
+
+
+def stored(T):
+    """The other way round, also of matrices (..., 2, 2) in the plane.
+
+    >>> stored(np.array([[1.0, 2.0], [2.0, 3.0]])).tolist()
+    [1.0, 3.0, 0.0, 2.0, 0.0, 0.0]
+    """
+    S, D = np.zeros((*T.shape[:-2], 6)), T.shape[-1]
+    for i in range(D):
+        for j in range(i, D):
+            S[..., PLACE[i][j]] = T[..., i, j]
+    return S
 
 
 @called

@@ -30,7 +30,7 @@ import math
 from typing import Callable, Dict, NamedTuple, Optional
 
 from ..compiled import called
-from .algebra import cofactor, determinant, from_axes2, from_axes3, symmetric2, symmetric3
+from .algebra import PLACE, cofactor, determinant, from_axes2, from_axes3, symmetric2, symmetric3
 from .law import Law
 from .plastic_parts import keep_nothing, linear_strains, plastic_strain_of
 from .plastic_state import ELASTIC, STATE, accumulate, keep_stress, remember
@@ -41,12 +41,12 @@ return_map = moduli = hardening_of = elastic_strains = keep_hardening = None
 
 @called
 def trial_b(F, C, i, j, D):
-    """Component ij of b = F (1 + C) F^T."""
+    """Component ij of b = F (1 + C) F^T, C as it is stored."""
     s = 0.0
     for k in range(D):
         g = F[j, k]
         for n in range(D):
-            g += C[k, n] * F[j, n]
+            g += C[PLACE[k][n]] * F[j, n]
         s += F[i, k] * g
     return s
 
@@ -73,7 +73,7 @@ def principal_axes(F, F33, C):
     J = J if J * F33 > 0.0 else math.nan
     if D == 2:
         plane, n = symmetric2(trial_b(F, C, 0, 0, D), trial_b(F, C, 1, 1, D), trial_b(F, C, 0, 1, D))
-        squares = (plane[0], plane[1], F33 * F33 * (1.0 + C[2, 2]))
+        squares = (plane[0], plane[1], F33 * F33 * (1.0 + C[2]))
         return squares, n, (_pulled_back2(F, n[0], J), _pulled_back2(F, n[1], J))
     squares, n1, n2, n3 = symmetric3(trial_b(F, C, 0, 0, D), trial_b(F, C, 1, 1, D), trial_b(F, C, 2, 2, D),
                                      trial_b(F, C, 0, 1, D), trial_b(F, C, 1, 2, D), trial_b(F, C, 2, 0, D))

@@ -43,8 +43,8 @@ def gather(F, old, part, W):
             for j in range(3):
                 W[at(DEFORMATION + 3 * i + j, q)] = F[part[q], i, j]
         C = old[part[q]].plastic
-        put(W, PLASTIC, q, (1.0 + C[0, 0], 1.0 + C[1, 1], 1.0 + C[2, 2]))
-        put(W, PLASTIC + 3, q, (C[0, 1], C[1, 2], C[2, 0]))
+        put(W, PLASTIC, q, (1.0 + C[0], 1.0 + C[1], 1.0 + C[2]))
+        put(W, PLASTIC + 3, q, (C[3], C[4], C[5]))
 
 
 @inlined
@@ -162,20 +162,10 @@ def scatter(old, new, part, W, P):
         for i in range(9):
             P[q, i] = W[at(PIOLA + i, q)]
         C, tau = new[part[q]].plastic, new[part[q]].kirchhoff_stress
-        for i in range(3):
-            j = (i + 1) % 3
-            tau[i, i] = W[at(KIRCHHOFF + i, q)]
-            tau[i, j] = tau[j, i] = W[at(KIRCHHOFF + 3 + i, q)]
-        if W[at(FLOWS, q)] > 0.0:
-            for i in range(3):
-                j = (i + 1) % 3
-                C[i, i] = W[at(PLASTIC + i, q)]
-                C[i, j] = C[j, i] = W[at(PLASTIC + 3 + i, q)]
-        else:
-            before = old[part[q]].plastic
-            for i in range(3):
-                for j in range(3):
-                    C[i, j] = before[i, j]
+        before, flows = old[part[q]].plastic, W[at(FLOWS, q)] > 0.0
+        for i in range(6):
+            tau[i] = W[at(KIRCHHOFF + i, q)]
+            C[i] = W[at(PLASTIC + i, q)] if flows else before[i]
 
 
 def batch_stress(p, dt, old, new, part, W, P):

@@ -40,8 +40,8 @@ def gather(F, F33, old, part, W):
                 W[at(DEFORMATION + 2 * i + j, q)] = F[part[q], i, j]
         C = old[part[q]].plastic
         W[at(ACROSS, q)] = F33[part[q]]
-        put(W, PLASTIC, q, (1.0 + C[0, 0], 1.0 + C[1, 1], C[0, 1]))
-        W[at(PLASTIC + 3, q)] = 1.0 + C[2, 2]
+        put(W, PLASTIC, q, (1.0 + C[0], 1.0 + C[1], C[3]))
+        W[at(PLASTIC + 3, q)] = 1.0 + C[2]
 
 
 def find_axes(W):
@@ -114,9 +114,8 @@ def combine(W):
 
 @inlined
 def _spread(W, row, q, S):
-    """A symmetric group of a point into the matrix S (3, 3)."""
-    S[0, 0], S[1, 1], S[2, 2] = W[at(row, q)], W[at(row + 1, q)], W[at(row + 3, q)]
-    S[0, 1] = S[1, 0] = W[at(row + 2, q)]
+    """A symmetric group of a point into S, see ``algebra.PLACE``."""
+    S[0], S[1], S[2], S[3] = W[at(row, q)], W[at(row + 1, q)], W[at(row + 3, q)], W[at(row + 2, q)]
 
 
 def scatter(old, new, part, W, P):
@@ -130,8 +129,7 @@ def scatter(old, new, part, W, P):
             _spread(W, PLASTIC, q, C)
         else:
             before = old[part[q]].plastic
-            C[0, 0], C[1, 1], C[2, 2] = before[0, 0], before[1, 1], before[2, 2]
-            C[0, 1] = C[1, 0] = before[0, 1]
+            C[0], C[1], C[2], C[3] = before[0], before[1], before[2], before[3]
 
 
 def batch_stress(p, dt, old, new, part, W, P):

@@ -15,14 +15,13 @@ import math
 import numpy as np
 
 from ..compiled import called
-from .algebra import combine2, combine3
 
 STATE = np.dtype([
-    ("plastic", np.float64, (3, 3)),  # Cp^-1 - 1, zero at the start
-    ("plastic_strain", np.float64),   # accumulated: the integral of sqrt(2/3 dev(d) : dev(d))
-    ("opened", np.float64),           # volumetric strain to close before the soil pushes
-    ("plastic_work", np.float64),     # taken by plastic flow, per undeformed volume [J/m^3]
-    ("kirchhoff_stress", np.float64, (3, 3)),  # at the end of the step [Pa]
+    ("plastic", np.float64, (6,)),           # Cp^-1 - 1, stored as in ``algebra``, zero at the start
+    ("plastic_strain", np.float64),          # accumulated: the integral of sqrt(2/3 dev(d) : dev(d))
+    ("opened", np.float64),                  # volumetric strain to close before the soil pushes
+    ("plastic_work", np.float64),            # taken by plastic flow, per undeformed volume [J/m^3]
+    ("kirchhoff_stress", np.float64, (6,)),  # at the end of the step [Pa], stored likewise
 ])
 ELASTIC, OPEN = 0, 1
 
@@ -32,14 +31,32 @@ D = 2  # fixed by specialise
 @called
 def _along2(S, n):
     """n . S n in the plane."""
-    return S[0, 0] * n[0] * n[0] + S[1, 1] * n[1] * n[1] + 2.0 * S[0, 1] * n[0] * n[1]
+    return S[0] * n[0] * n[0] + S[1] * n[1] * n[1] + 2.0 * S[3] * n[0] * n[1]
 
 
 @called
 def _along3(S, n):
     """The same in space."""
-    return (S[0, 0] * n[0] * n[0] + S[1, 1] * n[1] * n[1] + S[2, 2] * n[2] * n[2]
-            + 2.0 * (S[0, 1] * n[0] * n[1] + S[1, 2] * n[1] * n[2] + S[2, 0] * n[2] * n[0]))
+    return (S[0] * n[0] * n[0] + S[1] * n[1] * n[1] + S[2] * n[2] * n[2]
+            + 2.0 * (S[3] * n[0] * n[1] + S[4] * n[1] * n[2] + S[5] * n[2] * n[0]))
+
+
+@called
+def _fill2(S, t, n):
+    """S = t_1 n1 n1 + t_2 n2 n2, with t_3 across the plane."""
+    S[0] = t[0] * n[0][0] * n[0][0] + t[1] * n[1][0] * n[1][0]
+    S[1] = t[0] * n[0][1] * n[0][1] + t[1] * n[1][1] * n[1][1]
+    S[2] = t[2]
+    S[3] = t[0] * n[0][0] * n[0][1] + t[1] * n[1][0] * n[1][1]
+
+
+@called
+def _fill3(S, t, n):
+    """The same in space."""
+    for i in range(3):
+        j = (i + 1) % 3
+        S[i] = t[0] * n[0][i] * n[0][i] + t[1] * n[1][i] * n[1][i] + t[2] * n[2][i] * n[2][i]
+        S[3 + i] = t[0] * n[0][i] * n[0][j] + t[1] * n[1][i] * n[1][j] + t[2] * n[2][i] * n[2][j]
 
 
 def accumulate(old, new, n, e, ee, t, region):
@@ -55,7 +72,7 @@ def accumulate(old, new, n, e, ee, t, region):
     new.opened = max(f1 + f2 + f3, 0.0) if region == OPEN else 0.0
     S, ahead = old.kirchhoff_stress, old.opened / 3.0
     if D == 2:
-        s1, s2, s3 = _along2(S, n[0]), _along2(S, n[1]), S[2, 2]
+        s1, s2, s3 = _along2(S, n[0]), _along2(S, n[1]), S[2]
     else:
         s1, s2, s3 = _along3(S, n[0]), _along3(S, n[1]), _along3(S, n[2])
     new.plastic_work = old.plastic_work + 0.5 * (
@@ -65,33 +82,23 @@ def accumulate(old, new, n, e, ee, t, region):
 
 def keep_stress(new, t, n):
     """The principal stresses t in the axes n."""
-    for i in range(D):
-        if D == 2:
-            row = combine2(t[0] * n[0][i], t[1] * n[1][i], n)
-            new.kirchhoff_stress[i, 0], new.kirchhoff_stress[i, 1] = row
-        else:
-            row = combine3(t[0] * n[0][i], t[1] * n[1][i], t[2] * n[2][i], n)
-            for j in range(3):
-                new.kirchhoff_stress[i, j] = row[j]
     if D == 2:
-        new.kirchhoff_stress[2, 2] = t[2]
+        _fill2(new.kirchhoff_stress, t, n)
+    else:
+        _fill3(new.kirchhoff_stress, t, n)
 
 
 def remember(F33, old, new, m, ee, flows):
     """Cp in ``new``, where it ``flows`` that of the elastic strains ee in the axes m."""
+    C = new.plastic
     if not flows:
-        for i in range(3):
-            for j in range(3):
-                new.plastic[i, j] = old.plastic[i, j]
+        for k in range(6):
+            C[k] = old.plastic[k]
         return
-    squares = (math.exp(2.0 * ee[0]), math.exp(2.0 * ee[1]), math.exp(2.0 * ee[2]))
-    for i in range(D):
-        if D == 2:
-            row = combine2(squares[0] * m[0][i], squares[1] * m[1][i], m)
-            new.plastic[i, 0], new.plastic[i, 1] = row
-        else:
-            row = combine3(squares[0] * m[0][i], squares[1] * m[1][i], squares[2] * m[2][i], m)
-            new.plastic[i, 0], new.plastic[i, 1], new.plastic[i, 2] = row
-        new.plastic[i, i] -= 1.0
+    x, y, z = math.exp(2.0 * ee[0]), math.exp(2.0 * ee[1]), math.exp(2.0 * ee[2])
     if D == 2:
-        new.plastic[2, 2] = squares[2] / (F33 * F33) - 1.0
+        _fill2(C, (x, y, z / (F33 * F33)), m)
+    else:
+        _fill3(C, (x, y, z), m)
+    for i in range(3):
+        C[i] -= 1.0

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..compiled import specialise
 from . import hencky
-from .algebra import determinant
+from .algebra import PLACE, determinant
 from .hencky import trial_b
 from .law import Law, constants_of
 
@@ -40,7 +40,7 @@ def renew(F, state):
         for i in range(D):
             for j in range(D):
                 F[q, i, j] = size if i == j else 0.0
-                C[i, j] = 0.5 * (b[i, j] + b[j, i]) - (1.0 if i == j else 0.0)
+                C[PLACE[i][j]] = 0.5 * (b[i, j] + b[j, i]) - (1.0 if i == j else 0.0)
 
 
 def renewal(law: Law, D: int) -> Optional[Callable]:

@@ -6,6 +6,7 @@ import numpy as np
 import mpm_dem_checks as check
 
 from ..laws import Law
+from ..laws.algebra import stored
 from ..laws.plastic_parts import strains_of
 from .ground import Ground, Layer, check_ratio
 
@@ -53,6 +54,6 @@ def put_stress(points: Any, law: Law, given: Callable) -> None:
             raise ValueError("stress of the body has tensors that are not symmetric: give symmetric ones")
         stress, axes = np.linalg.eigh(stress)
     strain = strains_of(law, stress)
-    points.state["plastic"] = (axes * np.expm1(2.0 * strain)[:, None, :]) @ np.swapaxes(axes, -1, -2)
-    points.state["kirchhoff_stress"] = (axes * stress[:, None, :]) @ np.swapaxes(axes, -1, -2)
+    for name, values in (("plastic", np.expm1(2.0 * strain)), ("kirchhoff_stress", stress)):
+        points.state[name] = stored((axes * values[:, None, :]) @ np.swapaxes(axes, -1, -2))
     points.a[:] = 0.0

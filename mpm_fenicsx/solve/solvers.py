@@ -16,9 +16,9 @@
               does by far, gamg where stiffness does
 
 Iterative ones stop at -mpm_ksp_rtol 1e-8, but jacobi, and cg and gmres for a tangent that changes with the
-load, at 1e-3: there Newton's method iterates anyhow. On several ranks direct solves systems below
-REDUNDANT_UP_TO unknowns whole on each rank (-mpm_pc_type redundant). docs/solvers.md says which one does
-what."""
+load, at 1e-3: there Newton's method iterates anyhow; they give up after 2000 and 500 iterations
+(-mpm_ksp_max_it). On several ranks direct solves systems below REDUNDANT_UP_TO unknowns whole on each rank
+(-mpm_pc_type redundant). docs/solvers.md says which one does what."""
 from petsc4py import PETSc
 
 from ..grid import compat
@@ -36,6 +36,9 @@ WIDE, WIDE_DIRECT_UP_TO, WIDE_FRESH_UP_TO = 100, 20_000, 200
 REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
 # of plastic bodies with lumped inertia: stiffness over inertia up to which the diagonal preconditions best
 LIGHT = 0.5
+EXACT, LOOSE = 1e-8, 1e-3  # where iterative solvers stop, relative to the right-hand side
+# A solver that stalls must not take minutes before a shorter step is tried: PETSc's own limit is 10,000.
+MOST_ITERATIONS = {EXACT: 2000, LOOSE: 500}
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
 # before an option's name: PETSc's own store keeps under that name what a preset has put in
 PRESET = "preset_"
@@ -87,7 +90,8 @@ def configure(ksp, prefix, name, coordinates, symmetric, changes=False):
     else:
         ksp.setType("cg" if symmetric and name != "gmres" else "gmres")
         loose = name == "jacobi" or (changes and name in ("cg", "gmres"))
-        ksp.setTolerances(rtol=1e-3 if loose else 1e-8)
+        rtol = LOOSE if loose else EXACT
+        ksp.setTolerances(rtol=rtol, max_it=MOST_ITERATIONS[rtol])
         simple = "sor" if is_wide(ksp.getOperators()[0]) else "bjacobi"
         _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), coordinates)
 

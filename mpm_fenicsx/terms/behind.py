@@ -8,6 +8,8 @@ import warnings
 
 import numpy as np
 
+from mpm_dem_direct import direct
+
 from ..collective import somewhere
 from ..compiled import specialise
 from ..points.bins import Bins
@@ -53,7 +55,7 @@ class Behind:
         self._surfaces = WallSurfaces(surfaces, h, FAR * h, box)
         self.names = self._surfaces.names
         D = self._surfaces.walls.normal.shape[1]
-        self._look = specialise(look, D=D, nearest=specialise(nearest, D=D))
+        self._look = direct(specialise(look, D=D, nearest=specialise(nearest, D=D)))
         for body in bodies:
             body.points.add(side=np.zeros(len(body.points), np.int16))
         self._update()  # where they are at the start

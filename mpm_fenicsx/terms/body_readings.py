@@ -2,6 +2,7 @@
 import numpy as np
 
 from ..laws import ELASTIC_STATE, hencky
+from ..laws.algebra import stored
 from ..points.moments import momentum
 from .fields import Deformation
 
@@ -53,4 +54,4 @@ class BodyReadings:
         if self.body.law.stress is hencky.stress:
             return now.state["kirchhoff_stress"]
         J = np.linalg.det(now.F) * now.F33
-        return J[:, None, None] * self._cauchy(now)
+        return stored(J[:, None, None] * self._cauchy(now))

@@ -61,8 +61,9 @@ class Facets:
         """shapes: the kernel of that name, see ``shape``. Collective."""
         self._background, self._shapes, D = background, shapes, background.dim
         K = background.cells.shape[1]
-        self.volume = 1.0 / np.abs(np.linalg.det(background.maps.inverse)) / (1.0 if K == 2**D
-                                                                              else [2.0, 6.0][D - 2])
+        of_one = 1.0 / np.abs(np.linalg.det(background.maps.inverse)) / (1.0 if K == 2**D
+                                                                         else [2.0, 6.0][D - 2])
+        self.volume = np.broadcast_to(of_one, len(background.cells))
         local = local_facets(D, K)
         facets = background.cells[:, local].reshape(-1, local.shape[1])
         order = np.lexsort(np.sort(facets, axis=1).T)

@@ -18,7 +18,7 @@ from mpm_dem_direct import direct
 from ..basis.shape import invert
 from ..compiled import specialise
 from ..grid.elements import PointElements
-from ..laws.algebra import determinant
+from ..laws.algebra import PLACE, determinant
 from .f_bar import displacement_gradient
 from .fields import Deformation, Quadrature
 
@@ -26,7 +26,7 @@ D, K, FBAR = 2, 4, False
 
 
 class Stresses(NamedTuple):
-    """Kirchhoff stress of the points [Pa] ``before`` and ``after`` a step, (n, D, D)."""
+    """Kirchhoff stress of the points [Pa] ``before`` and ``after`` a step, stored as in ``algebra``, (n, 6)."""
 
     before: np.ndarray
     after: np.ndarray
@@ -51,8 +51,8 @@ def work(points: Quadrature, elements: PointElements, old: Deformation, stresses
             grown = 0.0
             for i in range(D):
                 grown += H[i, i]
-                mean += before[q, i, i] / D
-                mean_after += after[q, i, i] / D
+                mean += before[q, i] / D
+                mean_after += after[q, i] / D
             row = sums[patch[c]]
             row[0] += V0[q] * determinant(old.F[q], D) * old.F33[q] * grown
             row[1] += V0[q] * mean
@@ -63,8 +63,8 @@ def work(points: Quadrature, elements: PointElements, old: Deformation, stresses
                 for k in range(D):
                     at_end += H[i, k] * inverse[k, j]
                 one = 1.0 if i == j else 0.0
-                first += V0[q] * (before[q, i, j] - mean * one) * H[i, j]
-                last += V0[q] * (after[q, i, j] - mean_after * one) * at_end
+                first += V0[q] * (before[q, PLACE[i][j]] - mean * one) * H[i, j]
+                last += V0[q] * (after[q, PLACE[i][j]] - mean_after * one) * at_end
     return first, last
 
 

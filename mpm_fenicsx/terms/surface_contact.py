@@ -85,9 +85,9 @@ class SurfaceContact:
     def _compile(self, background):
         smooth, D = background.basis.smooth, self._dim
         size = dict(D=D, K=background.basis.nodes(D, background.cells.shape[1]))
-        self._find = {most: finder(D, most) for most in {one.most for one in self._creases}}
-        self._foot_basis = specialise(foot_basis, **size)
-        self._follow, self._spread = (direct(specialise(kernel, **size)) for kernel in (follow, spread))
+        self._find = [direct(finder(D, creases.most)) for creases in self._creases]
+        self._foot_basis, self._follow, self._spread = (
+            direct(specialise(kernel, **size)) for kernel in (foot_basis, follow, spread))
         self._tangent = direct(specialise(tangent, **size, SMOOTH=smooth,
                                           spring_matrix=specialise(spring_matrix, D=D)))
         self._respond = direct(specialise(respond, D=D, K=1))
@@ -101,7 +101,7 @@ class SurfaceContact:
             slots = Slots(np.ascontiguousarray(p.wall_element[:, kept]), creases.bins)
             feet, side = Feet.room(len(p) * creases.most, self._dim), p.wall_side[:, w].copy()
             reach = wall.far, NEAR * self._h
-            count = self._find[creases.most](points, wall.bins, wall.walls, reach, side, slots, feet)
+            count = self._find[w](points, wall.bins, wall.walls, reach, side, slots, feet)
             p.wall_side[:, w] = side
             feet.slot[:count] += first
             parts.append(Feet(*(values[:count] for values in feet)))

@@ -42,7 +42,7 @@ def q_of(tau):
 def squeezed(point, pressure, bulk):
     """A gradient, shape (dim, dim), that puts the point under an even pressure."""
     if point.dim == 2:  # the same across the plane
-        point.old["plastic"][2, 2] = np.exp(-2 * pressure / bulk / 3) - 1
+        point.old["plastic"][2] = np.exp(-2 * pressure / bulk / 3) - 1
     return np.exp(-pressure / bulk / 3) * np.eye(point.dim)
 
 

@@ -78,6 +78,23 @@ def test_options_win_over_the_preset(make_mpm, options):
     assert "preonly, lu (petsc)" in solid.step.newton.describe()
 
 
+def test_a_solver_that_stalls_gives_up():
+    """gmres gains nothing from a cyclic shift of the unknowns before it has been round once."""
+    n, ksp = 900, PETSc.KSP().create(PETSc.COMM_SELF)
+    shift = PETSc.Mat().createAIJ((n, n), nnz=1, comm=PETSc.COMM_SELF)
+    for row in range(n):
+        shift.setValue(row, (row + 1) % n, 1.0)
+    shift.assemble()
+    ksp.setOperators(shift)
+    solvers.configure(ksp, "mpm_", "jacobi", np.zeros((n // 3, 3)), symmetric=False, changes=True)
+    x, b = shift.createVecs()
+    b.setValue(0, 1.0)
+    b.assemble()
+    ksp.solve(b, x)
+    assert ksp.getConvergedReason() == PETSc.KSP.ConvergedReason.DIVERGED_MAX_IT
+    assert ksp.getIterationNumber() == solvers.MOST_ITERATIONS[solvers.LOOSE]
+
+
 def test_the_automatic_choice():
     kept, fresh = dict(symmetric=True, fresh=False), dict(symmetric=True, fresh=True)
     assert solvers.automatic(100_000, 2, stiffness=1.0, **kept) == "direct"

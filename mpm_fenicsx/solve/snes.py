@@ -15,6 +15,7 @@ from . import divergence, options, solvers
 from .options import PREFIX
 from .options import unused as unused_options  # noqa: F401 - known by this name
 from .rungs import RUNGS
+from .searches import Searches
 from .secants import Secants
 from .tolerance import Tolerance
 
@@ -32,10 +33,8 @@ class Newton:
     def __init__(self, active_cells, equations, tangents, coordinates, doubt, kinks=False, symmetric=True,
                  solver="auto"):
         """coordinates: of the owned nodes [m], shape (owned, D); doubt: ``options.Doubt``; kinks: the
-        residual is piecewise linear, as of springs that open, stick and slide. They have a potential: line
-        search cp finds its minimum along a line, where bt gets stuck on the residual's norm. symmetric: so is
-        the tangent. solver: one of ``solvers.SOLVERS``; ValueError when it does not exist or does not suit
-        the tangent."""
+        residual is piecewise linear, see ``searches``; symmetric: so is the tangent; solver: one of
+        ``solvers.SOLVERS``. ValueError when that does not exist or does not suit the tangent."""
         solvers.check(solver, symmetric)
         options.check()
         self._equations, self._tangents, self._coordinates = equations, tangents, coordinates
@@ -48,12 +47,11 @@ class Newton:
         snes.setFunction(self._function, r)
         snes.setJacobian(self.tangent_wanted, active_cells.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
-        self._search, self._other_search = ("cp", 2, 0.1) if kinks else ("bt",), ("basic",)
         compat.set_lag_jacobian(snes, tangents.lag)
-        compat.set_line_search(snes, *self._search)
+        self._searches, self._tolerance = Searches(snes, kinks), Tolerance(kinks)
+        snes.setUpdate(self._iterate)
         snes.getKSP().setOperators(active_cells.matrix)
         given = PETSc.Options(PREFIX).hasName
-        self._user_search, self._tolerance = given("snes_linesearch_type"), Tolerance(snes, kinks)
         self._symmetric, self._solver, self.preset, self._any_sign = symmetric, solver, "", False
         self._may_bear_any_sign = symmetric and not given("pc_type") and solver not in solvers.POSITIVE
         self.bears_any_sign, self.helped = True, []
@@ -63,9 +61,7 @@ class Newton:
 
     def full_steps_first(self):
         """Full Newton steps from the first attempt on, and a line search in that which would have them."""
-        self._search, self._other_search = self._other_search, self._search
-        if not self._user_search:
-            compat.set_line_search(self.snes, *self._search)
+        self._searches.exchange()
 
     def choose_solver(self):
         """Defaults for the tangent that is in the matrix, then the user's options. Does nothing when called
@@ -123,6 +119,11 @@ class Newton:
         return f"{self.snes.getType()}, {solvers.describe(self.snes.getKSP())}, {self.u.getSize()} unknowns"
 
     # ---------------------------------------------------------------- what the SNES asks
+
+    def _iterate(self, snes, iteration):
+        """PETSc's callback at the start of an iteration."""
+        self._tolerance.loosen(snes, iteration)
+        self._searches.follow(iteration)
 
     def _function(self, snes, u, r):
         u, out = self._read(u), r.array_w.reshape(self._shape)
@@ -193,7 +194,7 @@ class Newton:
                 if rung is not RUNGS[0]:
                     if not self._go_to(rung):
                         continue
-                    searches = rung.full_steps and self._search == ("basic",)
+                    searches = rung.full_steps and self._searches.full_steps_first
                     tried.append("a line search" if searches else rung.news)
                 start = rest if rung.from_rest else guess
                 reason, more = self._run(start, atol, when)
@@ -221,16 +222,16 @@ class Newton:
         self._tangents.in_every_iteration(rung.new_tangents)
         if not self._tangents.by_user:
             compat.set_lag_jacobian(self.snes, self._tangents.lag)
-        if not self._user_search:
-            compat.set_line_search(self.snes, *(self._other_search if rung.full_steps else self._search))
+        self._searches.want(rung.full_steps)
         anew = self._tangents.kept_one and not self._tangents.by_user
-        return {1: anew, 3: not self._user_search}.get(RUNGS.index(rung), True)
+        return {1: anew, 3: not self._searches.by_user}.get(RUNGS.index(rung), True)
 
     def _run(self, guess, atol, when):
         """Reason and number of iterations of one attempt."""
         self.u.array_w[:] = guess.ravel()
         self._secants.forget()
         self._tolerance.begin(self.snes, atol)
+        self._searches.begin()
         try:
             self.snes.solve(None, self.u)
         except PETSc.Error as error:

@@ -9,14 +9,13 @@ LATE, LOOSER = 10, 100.0
 
 
 class Tolerance:
-    """Of the ``snes``, in each solve anew; ``kinks``: the residual has some, as of springs. What the user's
-    options decide is left to them."""
+    """In each solve anew; ``kinks``: the residual has some, as of springs. What the user's options decide is
+    left to them."""
 
-    def __init__(self, snes: PETSc.SNES, kinks: bool) -> None:
+    def __init__(self, kinks: bool) -> None:
         given = PETSc.Options(PREFIX).hasName
         self._by_user, self._atol = given("snes_atol"), 0.0
-        if kinks and not (self._by_user or given("snes_rtol")):
-            snes.setUpdate(self._loosen)
+        self._loosens = kinks and not (self._by_user or given("snes_rtol"))
 
     def begin(self, snes: PETSc.SNES, atol: float) -> None:
         """A solve that is to end at the norm ``atol`` [N]."""
@@ -24,7 +23,7 @@ class Tolerance:
         if not self._by_user:
             snes.setTolerances(atol=atol)
 
-    def _loosen(self, snes: PETSc.SNES, iteration: int) -> None:
-        """PETSc's callback at the start of an iteration."""
-        if iteration == LATE:
+    def loosen(self, snes: PETSc.SNES, iteration: int) -> None:
+        """At the start of an iteration."""
+        if self._loosens and iteration == LATE:
             snes.setTolerances(atol=LOOSER * self._atol)

@@ -6,7 +6,8 @@ import mpm_dem_checks as check
 
 Kind = Literal["linear", "gimp", "ugimp", "bspline"]
 BASES = get_args(Kind)
-Solver = Literal["auto", "direct", "cholesky", "lu", "cg", "gmres", "jacobi", "gamg", "hypre"]
+Solver = Literal["auto", "direct", "cholesky", "lu", "cg", "gmres", "jacobi", "multigrid", "gamg",
+                 "hypre"]
 SOLVERS = get_args(Solver)
 Transfer = Literal["newmark", "apic", "tpic"]
 TRANSFERS = get_args(Transfer)

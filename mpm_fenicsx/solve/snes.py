@@ -30,14 +30,14 @@ class Newton:
     residual elsewhere since (some line searches, trust regions, quasi-Newton and accelerated methods do), it
     is evaluated once more. Collective."""
 
-    def __init__(self, active_cells, equations, tangents, coordinates, doubt, kinks=False, symmetric=True,
+    def __init__(self, active_cells, equations, tangents, nodes, doubt, kinks=False, symmetric=True,
                  solver="auto"):
-        """coordinates: of the owned nodes [m], shape (owned, D); doubt: ``options.Doubt``; kinks: the
+        """nodes: ``coarse_grids.Nodes``; doubt: ``options.Doubt``; kinks: the
         residual is piecewise linear, see ``searches``; symmetric: so is the tangent; solver: one of
         ``solvers.SOLVERS``. ValueError when that does not exist or does not suit the tangent."""
         solvers.check(solver, symmetric)
         options.check()
-        self._equations, self._tangents, self._coordinates = equations, tangents, coordinates
+        self._equations, self._tangents, self._nodes = equations, tangents, nodes
         self._doubt = doubt
         self._comm, self._shape = active_cells.comm, (active_cells.owned, active_cells.dim)
         self._failure = self._trial = self._residual = self._lost = None
@@ -75,7 +75,7 @@ class Newton:
             fresh, lumped = tangents.by_user or tangents.plastic, self._equations.known.lumped is not None
             wide = solvers.is_wide(self.snes.getKSP().getOperators()[0])
             name = solvers.automatic(self.u.getSize(), self._shape[1], self._symmetric, fresh, stiffness,
-                                     wide, lumped)
+                                     wide, lumped, self._nodes.regular)
         self.preset = name
         self._configure(self._symmetric, self.snes)
 
@@ -96,7 +96,7 @@ class Newton:
         """The chosen solver for tangents that are ``symmetric``, and positive; what ``for_options`` (the SNES
         or its KSP) are told by the user's options comes after that."""
         try:
-            solvers.configure(self.snes.getKSP(), PREFIX, self.preset, self._coordinates, symmetric,
+            solvers.configure(self.snes.getKSP(), PREFIX, self.preset, self._nodes, symmetric,
                               self._tangents.plastic)
             for_options.setFromOptions()
         except PETSc.Error as error:

@@ -8,12 +8,13 @@
     gmres     the same for tangents that are not symmetric, with incomplete LU factors
     jacobi    conjugate gradients (gmres) with the diagonal alone: where inertia is lumped and dominates, and
               the tangent changes with the load
+    multigrid conjugate gradients (gmres) with geometric multigrid, on regular grids
     gamg      conjugate gradients (gmres) with algebraic multigrid that knows the rigid-body modes
     hypre     conjugate gradients (gmres) with hypre's algebraic multigrid
     auto      direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept, FRESH_UP_TO where
               it is made
               in every iteration; beyond that cg (gmres) where inertia dominates the tangent, jacobi while it
-              does by far, gamg where stiffness does
+              does by far, multigrid (gamg where the grid is not regular) where stiffness does
 
 Iterative ones stop at -mpm_ksp_rtol 1e-8, but jacobi, and cg and gmres for a tangent that changes with the
 load, at 1e-3: there Newton's method iterates anyhow; they give up after 2000 and 500 iterations
@@ -23,6 +24,7 @@ from petsc4py import PETSc
 
 from ..grid import compat
 from ..scene.numerics import SOLVERS
+from .coarse_grids import interpolations
 
 FACTORISATIONS = ("cholesky", "lu")
 POSITIVE = "cholesky", "cg"  # what these names say is for tangents that are positive
@@ -67,22 +69,24 @@ def is_wide(matrix):
     return matrix.getInfo()["nz_used"] > WIDE * matrix.getSize()[0]
 
 
-def automatic(size, dim, symmetric, fresh, stiffness, wide=False, lumped=False):
+def automatic(size, dim, symmetric, fresh, stiffness, wide=False, lumped=False, regular=False):
     """The preset that suits ``size`` unknowns in ``dim`` dimensions. fresh: the tangent is made in every
     iteration; stiffness: how many times as much stiffness as inertia it has; wide: see ``is_wide``; lumped:
-    so is the inertia."""
+    so is the inertia; regular: so is the grid."""
     kept, made = (WIDE_DIRECT_UP_TO, WIDE_FRESH_UP_TO) if wide else (DIRECT_UP_TO[dim], FRESH_UP_TO[dim])
     if size <= (made if fresh and stiffness <= STIFF else kept):
         return "direct"
     if fresh and lumped and not wide and stiffness <= LIGHT:
         return "jacobi"
-    return "gamg" if stiffness > STIFF else "cg" if symmetric else "gmres"
+    if stiffness > STIFF:
+        return "multigrid" if regular else "gamg"
+    return "cg" if symmetric else "gmres"
 
 
-def configure(ksp, prefix, name, coordinates, symmetric, changes=False):
+def configure(ksp, prefix, name, nodes, symmetric, changes=False):
     """Set the KSP, which has its matrix, to the preset ``name`` (not "auto"); what the options with
-    ``prefix`` say is left to them. coordinates: of the owned nodes [m], shape (owned, D); changes: the
-    tangent does, with the load. Collective."""
+    ``prefix`` say is left to them. nodes: ``coarse_grids.Nodes``; changes: the tangent does, with the load. ValueError for
+    multigrid on a grid that is not regular. Collective."""
     options = PETSc.Options(prefix)
     asked = options.getString("pc_type", "")
     if asked in FACTORISATIONS or (name in ("direct", *FACTORISATIONS) and not asked):
@@ -93,7 +97,7 @@ def configure(ksp, prefix, name, coordinates, symmetric, changes=False):
         rtol = LOOSE if loose else EXACT
         ksp.setTolerances(rtol=rtol, max_it=MOST_ITERATIONS[rtol])
         simple = "sor" if is_wide(ksp.getOperators()[0]) else "bjacobi"
-        _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), coordinates)
+        _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), nodes)
 
 
 def _factorise(ksp, options, kind, symmetric):
@@ -115,17 +119,34 @@ def _factorise(ksp, options, kind, symmetric):
         _default(options, mat_cholmod_print=0)  # a factorisation that fails is not yet the end
 
 
-def _precondition(ksp, options, kind, coordinates):
-    ksp.getPC().setType(kind)
+def _precondition(ksp, options, kind, nodes):
     incomplete = "icc" if ksp.getType() == "cg" else "ilu"
+    if kind == "multigrid":
+        _set_coarse_grids(ksp, nodes)
+        _default(options, pc_mg_galerkin="both", mg_levels_ksp_type="chebyshev",
+                 mg_levels_pc_type="bjacobi", mg_levels_sub_pc_type=incomplete)
+        return
+    ksp.getPC().setType(kind)
     if kind == "gamg":
-        _set_rigid_body_modes(ksp.getOperators()[0], coordinates)
+        _set_rigid_body_modes(ksp.getOperators()[0], nodes.x)
         # its own smoother, the diagonal, needs eight times the iterations where cells are nearly empty
         _default(options, mg_levels_pc_type="bjacobi", mg_levels_sub_pc_type=incomplete)
     elif kind == "hypre":
         _default(options, pc_hypre_type="boomeramg")
     elif kind == "bjacobi":
         _default(options, sub_pc_type=incomplete)
+
+
+def _set_coarse_grids(ksp, nodes):
+    pc = ksp.getPC()
+    if not nodes.regular:
+        raise ValueError("solver=multigrid needs a regular grid of quadrilaterals or hexahedra: take gamg")
+    steps = interpolations(ksp.comm.tompi4py(), nodes.lattice())
+    pc.setType("mg")
+    pc.setMGLevels(len(steps) + 1)
+    for level, step in zip(range(len(steps), 0, -1), steps):
+        pc.setMGInterpolation(level, step)
+        step.destroy()
 
 
 def _default(options, **values):

@@ -1,5 +1,4 @@
-"""One implicit step on the active cells (the paper's phases I to III): from the points to the nodes, solve,
-and back."""
+"""One implicit step on the active cells, the paper's phases I to III: to the nodes, solve, and back."""
 import numpy as np
 
 from ..collective import somewhere, total
@@ -12,6 +11,7 @@ from ..terms.loads import raise_lost
 from ..terms.penalty import walls_in_reach
 from ..terms.scene_penalties import softest
 from .clock import Clock
+from .coarse_grids import Nodes
 from .equations import Equations, Known
 from .impulses import Forces
 from .snes import Newton
@@ -43,16 +43,16 @@ class Step:
             [pair for penalty in penalties for pair in getattr(penalty, "pairs", ())])
         self._holder = problem.supports.holders(cells.node[:cells.owned])
         self.active, self.mass_then = np.zeros(len(cells.node), bool), np.zeros(len(cells.node))
-        lightest = min(body.body.rho * body.thickness for body in problem.bodies)
-        self.full_mass = np.prod(background.h) * lightest
+        self.full_mass = np.prod(background.h) * min(one.body.rho * one.thickness for one in problem.bodies)
         h = np.prod(background.h) ** (1.0 / self.dim)
         self.ghost = facets and self._make_ghost(facets, h)
         plastic = any(record.law.state != ELASTIC_STATE for record in records)
         self.tangents = Tangents(self.dim, plastic, watched=bool(penalties), anew=self.static)
         terms = [*problem.bodies, *penalties, *([self.ghost] if facets else [])]
         self.equations = self.equations_of(cells, terms, penalties, self.tangents, self.clock)
-        self.newton = Newton(cells, self.equations, self.tangents, background.x[cells.node[:cells.owned]],
-                             doubt, any(penalty.kinks for penalty in penalties), symmetric, problem.solver)
+        nodes, kinks = Nodes(background, cells.node[:cells.owned]), any(one.kinks for one in penalties)
+        self.newton = Newton(cells, self.equations, self.tangents, nodes, doubt, kinks, symmetric,
+                             problem.solver)
         self.newton.bears_any_sign = self.static or (
             bool(facets) or background.basis.smooth or not problem.consistent)
         self._nodal = np.empty((len(cells.node), 1 + 2 * self.dim))

@@ -2,11 +2,13 @@
 said."""
 import numpy as np
 import pytest
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from mpm_fenicsx import SOLVERS, Numerics, drucker_prager
 from mpm_fenicsx.grid import compat
 from mpm_fenicsx.solve import solvers
+from mpm_fenicsx.solve.coarse_grids import interpolations
 
 # By what the PETSc at hand was built with: wheels have no SuiteSparse and no hypre.
 CHOLESKY, LU = (f"preonly, {kind} ({package if compat.factorises(package, kind) else 'mumps'})"
@@ -14,6 +16,27 @@ CHOLESKY, LU = (f"preonly, {kind} ({package if compat.factorises(package, kind) 
 HYPRE = pytest.mark.skipif(not PETSc.Sys.hasExternalPackage("hypre"), reason="this PETSc has no hypre")
 BLOCK = dict(h=0.25, margin=1, gravity=(0.0, -1.0), velocity=(0.0, -0.1))
 SOIL = dict(law=drucker_prager(1e3, 0.3, friction_angle=30.0, cohesion=1e9), inertia="lumped")
+
+SHARED = """
+import sys
+import numpy as np
+from petsc4py import PETSc
+from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, Numerics
+
+for name in ("snes_rtol", "snes_atol"):
+    PETSc.Options()["mpm_" + name] = 1e-12
+body = Body(Box((0.1,) * 3, (1.1,) * 3), (8,) * 3, 2, LAWS["neo_hooke"](1e4, 0.3), 1.0,
+            velocity=lambda x: 0.1 * x[:, ::-1])
+solid = MPM(Grid(Box((-0.25,) * 3, (1.5,) * 3), (14,) * 3), body, gravity=(0.0, -1.0, 0.0),
+            inertia="lumped", numerics=Numerics("multigrid"))
+for _ in range(3):
+    solid.advance(0.02)
+gid, x = (np.concatenate(solid.comm.allgather(values)) for values in (solid.points.gid, solid.points.x))
+if solid.comm.rank == 0:
+    assert ", mg" in solid.step.newton.describe()
+    np.save(sys.argv[1], x[np.argsort(gid)])
+solid.close()
+"""
 
 
 def motion(solid, dt=0.01, steps=3):
@@ -27,8 +50,8 @@ def motion(solid, dt=0.01, steps=3):
 
 @pytest.mark.parametrize("solver, described", [
     ("direct", CHOLESKY), ("cholesky", CHOLESKY), ("lu", LU), ("cg", "cg, bjacobi"),
-    ("gmres", "gmres, bjacobi"), ("jacobi", "cg, jacobi"), ("gamg", "cg, gamg"),
-    pytest.param("hypre", "cg, hypre", marks=HYPRE)])
+    ("gmres", "gmres, bjacobi"), ("jacobi", "cg, jacobi"), ("multigrid", "cg, mg"),
+    ("gamg", "cg, gamg"), pytest.param("hypre", "cg, hypre", marks=HYPRE)])
 def test_every_solver_gives_the_same_motion(make_mpm, options, solver, described):
     options(snes_rtol=1e-12, snes_atol=1e-12)
     automatic, solid = make_mpm(**BLOCK), make_mpm(**BLOCK, numerics=Numerics(solver))
@@ -39,7 +62,8 @@ def test_every_solver_gives_the_same_motion(make_mpm, options, solver, described
 
 
 @pytest.mark.parametrize("solver, described", [
-    ("auto", LU), ("direct", LU), ("gmres", "gmres, bjacobi"), ("gamg", "gmres, gamg")])
+    ("auto", LU), ("direct", LU), ("gmres", "gmres, bjacobi"), ("multigrid", "gmres, mg"),
+    ("gamg", "gmres, gamg")])
 def test_a_tangent_that_is_not_symmetric(make_mpm, options, solver, described):
     options(snes_rtol=1e-12, snes_atol=1e-12)
     solid = make_mpm(**BLOCK, **SOIL, numerics=Numerics(solver))
@@ -101,6 +125,7 @@ def test_the_automatic_choice():
     assert solvers.automatic(60_000, 3, stiffness=1e3, **kept) == "direct"
     assert solvers.automatic(100_001, 2, stiffness=1.0, **kept) == "cg"
     assert solvers.automatic(60_001, 3, stiffness=1e3, **kept) == "gamg"
+    assert solvers.automatic(60_001, 3, stiffness=1e3, regular=True, **kept) == "multigrid"
     assert [solvers.automatic(n, 3, stiffness=1.0, **fresh) for n in (3_000, 3_001)] == ["direct", "cg"]
     assert solvers.automatic(3_001, 3, stiffness=1e3, **fresh) == "direct"
     assert solvers.automatic(30_000, 2, symmetric=False, fresh=True, stiffness=1.0) == "gmres"
@@ -116,6 +141,45 @@ def test_the_automatic_choice():
 def test_a_solver_that_does_not_exist_or_fit(make_mpm, solver, law, sentence):
     with pytest.raises(ValueError, match=sentence):
         make_mpm(**BLOCK, **law, numerics=Numerics(solver))
+
+
+def test_multigrid_needs_a_regular_grid(make_mpm):
+    with pytest.raises(ValueError, match="solver=multigrid needs a regular grid.*take gamg"):
+        motion(make_mpm("triangle", **BLOCK, numerics=Numerics("multigrid")))
+
+
+@pytest.mark.parametrize("fields", [1, 2])
+@pytest.mark.parametrize("D", [2, 3])
+def test_interpolation_between_grids(D, fields):
+    """Linear functions are kept, each node has one coarse number, and fields stay apart."""
+    sides = [range(4), range(3, 12), range(7)][:D]
+    places = np.stack(np.meshgrid(*sides, range(fields), indexing="ij"), -1).reshape(-1, D + 1)
+    for step in interpolations(MPI.COMM_SELF, places):
+        start, columns, values = step.getValuesCSR()
+        rows, size = step.getSize()
+        assert rows == D * len(places) and size % D == 0
+        whole = np.zeros((rows, size))
+        whole[np.repeat(np.arange(rows), np.diff(start)), columns] = values
+        coarse = np.unique(np.concatenate([(places + [*side, 0]) // [*[2] * D, 1]
+                                           for side in np.ndindex(*[2] * D)]), axis=0)
+        assert size == D * len(coarse)
+        for there, here in ((coarse[:, :D], 0.5 * places[:, :D]), *(
+                (np.repeat(all_of[:, D:], D, axis=1) for all_of in (coarse, places)),)):
+            np.testing.assert_allclose(whole @ there.ravel(), here.ravel(), rtol=0, atol=1e-14)
+        places = coarse
+
+
+@pytest.mark.mpi
+def test_multigrid_on_several_ranks(on_ranks, tmp_path):
+    """The coarse grids are shared out, too; three ranks have an uneven number of nodes."""
+    found = []
+    for ranks in (1, 2, 3):
+        path = tmp_path / f"{ranks}.npy"
+        done = on_ranks(ranks, SHARED, path)
+        assert done.returncode == 0, done.stderr
+        found.append(np.load(path))
+    for other in found[1:]:
+        np.testing.assert_allclose(other, found[0], rtol=0, atol=1e-10)
 
 
 def test_f_bar_keeps_the_tangent_symmetric(make_mpm):

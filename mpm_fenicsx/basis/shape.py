@@ -17,7 +17,7 @@ to_reference = None
 
 class CellMaps(NamedTuple):
     """Maps between m cells and the reference cell: ``corner`` (m, K, D), the cells' vertices [m], and
-    ``inverse`` (m, D, D), the inverse Jacobian at their middle [1/m], or (1, D, D) where all have the same."""
+    ``inverse`` (m, D, D), the inverse Jacobian at their middle [1/m], or (1, D, D) where all have one."""
 
     corner: np.ndarray
     inverse: np.ndarray

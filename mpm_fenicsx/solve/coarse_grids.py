@@ -14,7 +14,6 @@ from petsc4py import PETSc
 
 from ..scene.bodies import Grid
 
-
 COARSEST = 100  # nodes of a grid that is solved directly
 
 

@@ -85,8 +85,8 @@ def automatic(size, dim, symmetric, fresh, stiffness, wide=False, lumped=False, 
 
 def configure(ksp, prefix, name, nodes, symmetric, changes=False):
     """Set the KSP, which has its matrix, to the preset ``name`` (not "auto"); what the options with
-    ``prefix`` say is left to them. nodes: ``coarse_grids.Nodes``; changes: the tangent does, with the load. ValueError for
-    multigrid on a grid that is not regular. Collective."""
+    ``prefix`` say is left to them. nodes: ``coarse_grids.Nodes``; changes: the tangent does, with the load.
+    ValueError for multigrid on a grid that is not regular. Collective."""
     options = PETSc.Options(prefix)
     asked = options.getString("pc_type", "")
     if asked in FACTORISATIONS or (name in ("direct", *FACTORISATIONS) and not asked):

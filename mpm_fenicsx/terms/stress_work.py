@@ -26,7 +26,7 @@ D, K, FBAR = 2, 4, False
 
 
 class Stresses(NamedTuple):
-    """Kirchhoff stress of the points [Pa] ``before`` and ``after`` a step, stored as in ``algebra``, (n, 6)."""
+    """Kirchhoff stress of the points [Pa] ``before`` and ``after`` a step, (n, 6) as in ``algebra``."""
 
     before: np.ndarray
     after: np.ndarray

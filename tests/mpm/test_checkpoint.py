@@ -188,7 +188,7 @@ def test_a_surface_made_anew_goes_on(tmp_path):
     other.close()
 
 
-@pytest.mark.parametrize("solver", ["cg", "gamg", pytest.param("hypre", marks=pytest.mark.skipif(
+@pytest.mark.parametrize("solver", ["cg", "multigrid", "gamg", pytest.param("hypre", marks=pytest.mark.skipif(
     not PETSc.Sys.hasExternalPackage("hypre"), reason="this PETSc has no hypre"))])
 def test_a_preconditioner_goes_on(solver, tmp_path):
     """Multigrid too, which remembers earlier matrices."""

@@ -65,6 +65,13 @@ def set_line_search(snes, kind, most=None, rtol=None):
         _check(_petsc.SNESLineSearchSetTolerances(search, default, default, rtol, default, default, most))
 
 
+def read_line_search_options(snes):
+    """What the user's options say of the line search of the SNES."""
+    search = _handle()
+    _check(_petsc.SNESGetLineSearch(snes.handle, ctypes.byref(search)))
+    _check(_petsc.SNESLineSearchSetFromOptions(search))
+
+
 def option_used(name):
     """Whether anybody asked for the option ``name`` (with its prefix, without the dash)."""
     used = ctypes.c_int()

@@ -13,7 +13,7 @@ from petsc4py import PETSc
 from ..grid import compat
 from .options import PREFIX
 
-LEFT, STALLED = 0.5, 2  # an attempt stalls where so many iterations leave more than this of the residual
+LEFT = 0.5  # an attempt stalls where an iteration leaves more than this of the residual
 
 
 class Searches:
@@ -26,8 +26,7 @@ class Searches:
         self.by_user = PETSc.Options(PREFIX).hasName("snes_linesearch_type")
         self._first: Tuple = ("cp", 2, 0.1) if kinks else ("bt",)
         self._other: Tuple = ("basic",)
-        self._wanted, self._now = self._first, ()
-        self._norm, self._slow = 0.0, 0
+        self._wanted, self._now, self._norm = self._first, (), 0.0
         self._use(self._first)
 
     @property
@@ -46,19 +45,19 @@ class Searches:
 
     def begin(self) -> None:
         """An attempt begins."""
-        self._norm, self._slow = 0.0, 0
+        self._norm = 0.0
         self._use(self._wanted)
 
     def follow(self, iteration: int) -> None:
         """At the start of an iteration: the search of those to come."""
         norm = self._snes.getFunctionNorm()
-        self._slow = self._slow + 1 if iteration and norm > LEFT * self._norm else 0
-        self._norm = norm
-        if self._kinks and self._slow == STALLED:
-            self._slow = 0
+        stalls, self._norm = iteration and norm > LEFT * self._norm, norm
+        if self._kinks and stalls:
             self._use(self._other if self._now == self._first else self._first)
 
     def _use(self, search: Tuple) -> None:
         if not self.by_user and search != self._now:
             compat.set_line_search(self._snes, *search)
+            if self._now:  # the first one gets the options with the rest of the SNES
+                compat.read_line_search_options(self._snes)
         self._now = search

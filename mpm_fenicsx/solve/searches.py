@@ -13,7 +13,7 @@ from petsc4py import PETSc
 from ..grid import compat
 from .options import PREFIX
 
-LEFT = 0.5  # an attempt stalls where an iteration leaves more than this of the residual
+LEFT, STALLED = 0.7, 4  # an attempt stalls where so many iterations leave more than this of the residual
 
 
 class Searches:
@@ -26,7 +26,8 @@ class Searches:
         self.by_user = PETSc.Options(PREFIX).hasName("snes_linesearch_type")
         self._first: Tuple = ("cp", 2, 0.1) if kinks else ("bt",)
         self._other: Tuple = ("basic",)
-        self._wanted, self._now, self._norm = self._first, (), 0.0
+        self._wanted, self._now = self._first, ()
+        self._norm, self._slow = 0.0, 0
         self._use(self._first)
 
     @property
@@ -45,14 +46,16 @@ class Searches:
 
     def begin(self) -> None:
         """An attempt begins."""
-        self._norm = 0.0
+        self._norm, self._slow = 0.0, 0
         self._use(self._wanted)
 
     def follow(self, iteration: int) -> None:
         """At the start of an iteration: the search of those to come."""
         norm = self._snes.getFunctionNorm()
-        stalls, self._norm = iteration and norm > LEFT * self._norm, norm
-        if self._kinks and stalls:
+        self._slow = self._slow + 1 if iteration and norm > LEFT * self._norm else 0
+        self._norm = norm
+        if self._kinks and self._slow == STALLED:
+            self._slow = 0
             self._use(self._other if self._now == self._first else self._first)
 
     def _use(self, search: Tuple) -> None:

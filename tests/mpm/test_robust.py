@@ -90,12 +90,13 @@ def test_options_are_the_users(advanced, options):
 
 
 def test_a_loop_of_ones_own_gets_ghost_inertia(advanced):
-    """Consistent inertia alone fails after 0.46 s; the ghost penalty is told once and stays."""
-    solid, told = advanced(turning(), 5e-3, 150)
+    """Consistent inertia alone fails, round-off decides when (0.46 to 0.84 s have been seen); the ghost penalty
+    is told once and stays."""
+    solid, told = advanced(turning(), 5e-3, 200)
     since, steps = solid.helped[INERTIA]
-    assert 0.0 < solid.ghost_since < since < 0.75 and len(told) == 1 and INERTIA in told[0]
+    assert 0.0 < solid.ghost_since < since < 1.0 and len(told) == 1 and INERTIA in told[0]
     assert steps == 1 and list(solid.describe()["helped"]) == [INERTIA]
-    plain, told = advanced(turning("ghost"), 5e-3, 150)
+    plain, told = advanced(turning("ghost"), 5e-3, 200)
     assert not told and plain.helped == {}
 
 

@@ -90,7 +90,7 @@ def test_options_are_the_users(advanced, options):
 
 
 def test_a_loop_of_ones_own_gets_ghost_inertia(advanced):
-    """Consistent inertia alone fails, round-off decides when (0.46 to 0.84 s have been seen); the ghost penalty
+    """Consistent inertia alone fails, round-off decides when (0.46 to 0.84 s were seen); the ghost penalty
     is told once and stays."""
     solid, told = advanced(turning(), 5e-3, 200)
     since, steps = solid.helped[INERTIA]

@@ -99,9 +99,10 @@ class Background:
     copies: the same of all its copies, one after the other; owner: rank of each of their cells; cells: nodes
     of this rank's cells, shape (m, K), owned ones first, then ghosts; original_cell: (m,) their numbers in
     the copies; x: nodes [m], shape (n, D), likewise; vertex_of: (n,) their numbers in the copies; h: (D,)
-    size of a cell [m]; maps, affine: see ``shape.cell_maps``; patch: patch of each cell of the copies, see
-    ``patches``, or None; origin: of all these coordinates in the user's [m], shape (D,); tolerance: by
-    which a point may lie outside a cell, of the cell's size, for the round-off in the user's coordinates.
+    size of a cell [m]; maps, affine: see ``shape.cell_maps``; regular: all cells are the same box; patch:
+    patch of each cell of the copies, see ``patches``, or None; origin: of all these coordinates in the user's
+    [m], shape (D,); tolerance: by which a point may lie outside a cell, of the cell's size, for the round-off
+    in the user's coordinates.
     Collective.
     """
 
@@ -128,9 +129,9 @@ class Background:
         self.maps, affine = cell_maps(self.x, self.cells)
         told = isinstance(grid, Columns) and self.blocks is not None  # all cells, not only those here
         self.affine = grid.affine if told else bool(comm.allreduce(affine, MPI.LAND))
+        self.regular = isinstance(grid, Grid) and self.cells.shape[1] == 2**self.dim
         if self.affine and isinstance(grid, Grid):  # what nobody asks for would take 0.15 kB per point
-            same = self.cells.shape[1] == 2**self.dim
-            inverse = np.diag(grid.cells / grid.box.size)[None] if same else self.maps.inverse
+            inverse = np.diag(grid.cells / grid.box.size)[None] if self.regular else self.maps.inverse
             self.maps = CellMaps(self.maps.corner[:, :1].copy(), inverse)
         self.original_cell = compat.original_cells(self.mesh)
         self.vertex_of = np.empty(len(self.x), np.int64)

@@ -2,8 +2,8 @@
 
 Interpolation is linear along each direction. A coarse node is where a finer one next to it is, so that the
 coarse grids follow the active cells; PETSc makes Galerkin's matrices on them. Compared with the aggregates of
-gamg, interpolation is known beforehand and sparser: iterations are fewer, and the products of matrices that
-make the coarse ones take half the time (docs/solvers.md).
+gamg, interpolation is known beforehand and sparser: with as many iterations, the products of matrices
+that make the coarse ones take half the time (docs/solvers.md).
 """
 from itertools import product
 from typing import Any, List, NamedTuple, Tuple
@@ -11,8 +11,6 @@ from typing import Any, List, NamedTuple, Tuple
 import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
-
-from ..scene.bodies import Grid
 
 COARSEST = 100  # nodes of a grid that is solved directly
 
@@ -31,8 +29,7 @@ class Nodes(NamedTuple):
     @property
     def regular(self) -> bool:
         """Whether their grid is a regular one of quadrilaterals or hexahedra."""
-        grid = self.background.grid
-        return isinstance(grid, Grid) and grid.cell in ("quadrilateral", "hexahedron")
+        return bool(self.background.regular)
 
     def lattice(self) -> np.ndarray:
         """Their places in a regular grid, whole numbers, shape (owned, D + 1), the last of which is their

@@ -22,7 +22,7 @@ class Searches:
     residual's norm. What the user's options decide is left to them."""
 
     def __init__(self, snes: PETSc.SNES, kinks: bool) -> None:
-        self._snes, self._kinks = snes, kinks
+        self._snes = snes
         self.by_user = PETSc.Options(PREFIX).hasName("snes_linesearch_type")
         self._first: Tuple = ("cp", 2, 0.1) if kinks else ("bt",)
         self._other: Tuple = ("basic",)
@@ -50,11 +50,11 @@ class Searches:
         self._use(self._wanted)
 
     def follow(self, iteration: int) -> None:
-        """At the start of an iteration: the search of those to come."""
+        """At the start of an iteration, where the residual has kinks: the search of those to come."""
         norm = self._snes.getFunctionNorm()
         self._slow = self._slow + 1 if iteration and norm > LEFT * self._norm else 0
         self._norm = norm
-        if self._kinks and self._slow == STALLED:
+        if self._slow == STALLED:
             self._slow = 0
             self._use(self._other if self._now == self._first else self._first)
 

@@ -35,7 +35,7 @@ class Newton:
         """nodes: ``coarse_grids.Nodes``; doubt: ``options.Doubt``; kinks: the
         residual is piecewise linear, see ``searches``; symmetric: so is the tangent; solver: one of
         ``solvers.SOLVERS``. ValueError when that does not exist or does not suit the tangent."""
-        solvers.check(solver, symmetric)
+        solvers.check(solver, symmetric, nodes.regular)
         options.check()
         self._equations, self._tangents, self._nodes = equations, tangents, nodes
         self._doubt = doubt
@@ -48,8 +48,9 @@ class Newton:
         snes.setJacobian(self.tangent_wanted, active_cells.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
         compat.set_lag_jacobian(snes, tangents.lag)
-        self._searches, self._tolerance = Searches(snes, kinks), Tolerance(kinks)
-        snes.setUpdate(self._iterate)
+        self._searches, self._tolerance = Searches(snes, kinks), Tolerance()
+        if kinks:
+            snes.setUpdate(self._iterate)
         snes.getKSP().setOperators(active_cells.matrix)
         given = PETSc.Options(PREFIX).hasName
         self._symmetric, self._solver, self.preset, self._any_sign = symmetric, solver, "", False

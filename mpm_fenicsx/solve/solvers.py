@@ -38,9 +38,9 @@ WIDE, WIDE_DIRECT_UP_TO, WIDE_FRESH_UP_TO = 100, 20_000, 200
 REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
 # of plastic bodies with lumped inertia: stiffness over inertia up to which the diagonal preconditions best
 LIGHT = 0.5
-EXACT, LOOSE = 1e-8, 1e-3  # where iterative solvers stop, relative to the right-hand side
-# A solver that stalls must not take minutes before a shorter step is tried: PETSc's own limit is 10,000.
-MOST_ITERATIONS = {EXACT: 2000, LOOSE: 500}
+# Where iterative solvers stop and give up: one that stalls must not take minutes before a shorter step is
+# tried, PETSc's own limit is 10,000 iterations.
+EXACT, LOOSE = dict(rtol=1e-8, max_it=2000), dict(rtol=1e-3, max_it=500)
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
 # before an option's name: PETSc's own store keeps under that name what a preset has put in
 PRESET = "preset_"
@@ -52,8 +52,8 @@ def is_preset(name, text, given):
     return name.startswith(PRESET) or given.get(PRESET + name) == text
 
 
-def check(name, symmetric):
-    """ValueError unless there is a preset of that name and it suits the tangent."""
+def check(name, symmetric, regular):
+    """ValueError unless there is a preset of that name and it suits the tangent and the grid."""
     if name not in SOLVERS:
         raise ValueError(f"solver={name} does not exist: choose one of {', '.join(SOLVERS)}")
     if name == "hypre" and not PETSc.Sys.hasExternalPackage("hypre"):
@@ -62,6 +62,8 @@ def check(name, symmetric):
         other = {"cholesky": "lu", "cg": "gmres"}[name]
         raise ValueError(f"solver={name} needs a symmetric tangent, which laws with friction do not have: "
                          f"take {other}")
+    if name == "multigrid" and not regular:
+        raise ValueError("solver=multigrid needs a regular grid of quadrilaterals or hexahedra: take gamg")
 
 
 def is_wide(matrix):
@@ -86,7 +88,7 @@ def automatic(size, dim, symmetric, fresh, stiffness, wide=False, lumped=False, 
 def configure(ksp, prefix, name, nodes, symmetric, changes=False):
     """Set the KSP, which has its matrix, to the preset ``name`` (not "auto"); what the options with
     ``prefix`` say is left to them. nodes: ``coarse_grids.Nodes``; changes: the tangent does, with the load.
-    ValueError for multigrid on a grid that is not regular. Collective."""
+    Collective."""
     options = PETSc.Options(prefix)
     asked = options.getString("pc_type", "")
     if asked in FACTORISATIONS or (name in ("direct", *FACTORISATIONS) and not asked):
@@ -94,8 +96,7 @@ def configure(ksp, prefix, name, nodes, symmetric, changes=False):
     else:
         ksp.setType("cg" if symmetric and name != "gmres" else "gmres")
         loose = name == "jacobi" or (changes and name in ("cg", "gmres"))
-        rtol = LOOSE if loose else EXACT
-        ksp.setTolerances(rtol=rtol, max_it=MOST_ITERATIONS[rtol])
+        ksp.setTolerances(**(LOOSE if loose else EXACT))
         simple = "sor" if is_wide(ksp.getOperators()[0]) else "bjacobi"
         _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), nodes)
 
@@ -138,10 +139,7 @@ def _precondition(ksp, options, kind, nodes):
 
 
 def _set_coarse_grids(ksp, nodes):
-    pc = ksp.getPC()
-    if not nodes.regular:
-        raise ValueError("solver=multigrid needs a regular grid of quadrilaterals or hexahedra: take gamg")
-    steps = interpolations(ksp.comm.tompi4py(), nodes.lattice())
+    pc, steps = ksp.getPC(), interpolations(ksp.comm.tompi4py(), nodes.lattice())
     pc.setType("mg")
     pc.setMGLevels(len(steps) + 1)
     for level, step in zip(range(len(steps), 0, -1), steps):

@@ -9,13 +9,12 @@ LATE, LOOSER = 10, 100.0
 
 
 class Tolerance:
-    """In each solve anew; ``kinks``: the residual has some, as of springs. What the user's options decide is
-    left to them."""
+    """In each solve anew. What the user's options decide is left to them."""
 
-    def __init__(self, kinks: bool) -> None:
+    def __init__(self) -> None:
         given = PETSc.Options(PREFIX).hasName
         self._by_user, self._atol = given("snes_atol"), 0.0
-        self._loosens = kinks and not (self._by_user or given("snes_rtol"))
+        self._loosens = not (self._by_user or given("snes_rtol"))
 
     def begin(self, snes: PETSc.SNES, atol: float) -> None:
         """A solve that is to end at the norm ``atol`` [N]."""
@@ -24,6 +23,6 @@ class Tolerance:
             snes.setTolerances(atol=atol)
 
     def loosen(self, snes: PETSc.SNES, iteration: int) -> None:
-        """At the start of an iteration."""
+        """At the start of an iteration, where the residual has kinks."""
         if self._loosens and iteration == LATE:
             snes.setTolerances(atol=LOOSER * self._atol)

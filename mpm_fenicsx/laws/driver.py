@@ -6,7 +6,7 @@ with the law's exact tangent; of several solutions, as where the stress of a soi
 yield surface, the least change of strain (so the sides of a triaxial sample stay alike). A step that does not
 converge is cut in halves.
 """
-from typing import Dict, List, NamedTuple, NoReturn, Optional, Sequence
+from typing import Dict, List, NamedTuple, NoReturn, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -123,10 +123,17 @@ class Driver:
         for name in self.state.dtype.names or ():
             values = self.state[name][0]
             for index in np.ndindex(np.shape(values)):
-                suffix = "".join("xyz"[i] if max(np.shape(values)) <= 3 else f"_{i}" for i in index)
-                found[f"{name}_{suffix}" if suffix else name] = float(values[index])
+                found["_".join(filter(None, (name, _place(index, np.shape(values)))))] = float(values[index])
         found.pop("unused", None)
         return found
+
+
+def _place(index: Tuple[int, ...], shape: Tuple[int, ...]) -> str:
+    """The name of a component of an array of the state: ``xy`` of tensors, also of symmetric ones in six
+    numbers, see ``algebra.PLACE``; ``x`` of vectors; otherwise its number."""
+    if shape == (len(COMPONENTS),):
+        return COMPONENTS[index[0]]
+    return "".join("xyz"[i] for i in index) if max(shape, default=0) <= 3 else "_".join(map(str, index))
 
 
 UNITS = {"time": "s", "p": "Pa", "q": "Pa", "work": "J/m^3", "energy": "J/m^3",

@@ -151,11 +151,10 @@ def test_a_wall_with_nodes_of_its_own_is_refused():
 RANKS = """
 import sys
 import numpy as np
-sys.path.insert(0, sys.argv[2])
 import test_outline as scenes
 from dem_liggghts import open_dem
 solid, sizes = scenes.heap(), []
-grains = open_dem(sys.argv[3], scenes.scene(solid, [scenes.block(True)]), scenes.DT / scenes.SUBSTEPS)
+grains = open_dem(sys.argv[2], scenes.scene(solid, [scenes.block(True)]), scenes.DT / scenes.SUBSTEPS)
 solid.rebalance_every = 10
 scenes.run(solid, grains, 66, on_window=[lambda w: sizes.append(len(w.x))])
 (x, v), block = solid.surface(), grains.bodies()["x"]
@@ -166,10 +165,10 @@ if solid.comm.rank == 0:
 
 
 @pytest.mark.mpi
-def test_two_ranks_give_what_one_gives(run_ranks, liggghts, tmp_path):
+def test_two_ranks_give_what_one_gives(on_ranks, liggghts, tmp_path):
     found = []
     for ranks in (1, 2):
-        done = run_ranks(ranks, "-c", RANKS, tmp_path / f"{ranks}.npz", Path(__file__).parent, "liggghts")
+        done = on_ranks(ranks, RANKS, tmp_path / f"{ranks}.npz", "liggghts")
         assert done.returncode == 0, done.stderr[-2000:]
         found.append(np.load(tmp_path / f"{ranks}.npz"))
     one, two = found

@@ -144,12 +144,12 @@ def test_segment_without_length_is_refused():
 
 
 @pytest.mark.mpi
-def test_three_ranks_give_the_bits_of_one(run_ranks, tmp_path):
+def test_three_ranks_give_the_bits_of_one(on_ranks, tmp_path):
     """Forces of up to 150 wall nodes meet at one interface point; with two or more of them per rank the order
     of the sum would show. A mapping of two nodes leaves one of the ranks without a row."""
     answers = []
     for ranks in (1, 3):
-        done = run_ranks(ranks, "-c", RUN, tmp_path / f"{ranks}.npz")
+        done = on_ranks(ranks, RUN, tmp_path / f"{ranks}.npz")
         assert done.returncode == 0, done.stderr
         answers.append(np.load(tmp_path / f"{ranks}.npz"))
     one, three = answers

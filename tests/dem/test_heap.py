@@ -145,12 +145,12 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
-def test_two_ranks_give_what_one_gives(tmp_path, both, capsys, run_ranks):
+def test_two_ranks_give_what_one_gives(tmp_path, both, capsys, on_ranks):
     """Clusters across the border of the ranks, a state restored half way: round-off remains."""
     results = []
-    for ranks in ("1", "2"):
+    for ranks in (1, 2):
         file = tmp_path / f"{ranks}.npy"
-        done = run_ranks(ranks, "-c", TWO_RANKS, file, Path(__file__).with_name("conftest.py"), ranks)
+        done = on_ranks(ranks, TWO_RANKS, file, Path(__file__).with_name("conftest.py"), ranks)
         assert done.returncode == 0, done.stderr
         results.append(np.load(file))
     difference = np.abs(results[0] - results[1]).max() / np.abs(results[0]).max()

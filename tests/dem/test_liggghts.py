@@ -197,12 +197,12 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
-def test_two_ranks_give_what_one_gives(tmp_path, run_ranks):
+def test_two_ranks_give_what_one_gives(tmp_path, on_ranks):
     """Friction, spheres that change the rank, a state restored half way: round-off remains."""
     results = []
-    for ranks in ("1", "2"):
+    for ranks in (1, 2):
         file = tmp_path / f"{ranks}.npy"
-        done = run_ranks(ranks, "-c", TWO_RANKS, file)
+        done = on_ranks(ranks, TWO_RANKS, file)
         assert done.returncode == 0, done.stderr
         results.append(np.load(file))
     assert np.abs(results[0] - results[1]).max() < 1e-9 * np.abs(results[0]).max()

@@ -173,14 +173,11 @@ def test_start_outside_the_domain():
 
 
 TWO_RANKS = """
-import importlib.util
 import sys
 import numpy as np
+import test_outflow as scenes
 from mpi4py import MPI
 from dem_liggghts.liggghts import LiggghtsDEM
-spec = importlib.util.spec_from_file_location("scenes", sys.argv[2])
-scenes = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(scenes)
 dem = LiggghtsDEM(scenes.with_clusters("remove"), scenes.DT)
 forces = scenes.run(dem, 150)
 dem.set_state(dem.get_state())
@@ -193,11 +190,11 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
-def test_two_ranks_give_what_one_gives(tmp_path, liggghts, run_ranks):
+def test_two_ranks_give_what_one_gives(tmp_path, liggghts, on_ranks):
     results = []
-    for ranks in ("1", "2"):
+    for ranks in (1, 2):
         file = tmp_path / f"{ranks}.npy"
-        done = run_ranks(ranks, "-c", TWO_RANKS, file, __file__)
+        done = on_ranks(ranks, TWO_RANKS, file)
         assert done.returncode == 0, done.stderr
         results.append(np.load(file))
     assert results[1][-1] == 2 and np.abs(results[0] - results[1]).max() < 1e-9 * np.abs(results[0]).max()

@@ -116,7 +116,7 @@ def test_what_needs_all_of_a_grid_says_so(more):
         MPM(grid, body, inertia="lumped", **more)
 
 
-RANKS = """)
+RANKS = """
 import sys
 
 import numpy as np
@@ -125,7 +125,8 @@ from mpi4py import MPI
 import pytest
 from test_blocks import divide_all, motion, thrown
 
-divide_all(pytest.MonkeyPatch())
+patch = pytest.MonkeyPatch()
+divide_all(patch)
 solid = thrown()
 many = MPI.COMM_WORLD.allreduce(len(solid.bodies[0].points), MPI.MIN)
 _, met = motion(solid, 14)
@@ -135,16 +136,16 @@ if parts:
     gid, x, v = map(np.concatenate, zip(*parts))
     order = np.argsort(gid)
     np.savez(sys.argv[1], x=x[order], v=v[order], met=len(met), many=many)
+patch.undo()
 """
 
 
 @pytest.mark.mpi
-def test_ranks_give_what_one_gives(run_ranks, tmp_path):
+def test_ranks_give_what_one_gives(on_ranks, tmp_path):
     found = []
     for ranks in (1, 2):
         path = tmp_path / f"{ranks}.npz"
-        done = run_ranks(ranks, "-m", "mpi4py", "-c", "import sys; sys.path.insert(0, "
-                         f"{str(Path(__file__).parent)!r}{RANKS}", path)
+        done = on_ranks(ranks, RANKS, path)
         assert done.returncode == 0, done.stderr[-2000:]
         found.append(np.load(path))
     one, two = found

@@ -140,7 +140,7 @@ def test_a_body_beyond_all_columns_is_told(in_blocks):
         MPM(grid, body)
 
 
-RANKS = """)
+RANKS = """
 import sys
 
 import numpy as np
@@ -148,7 +148,8 @@ import pytest
 from mpi4py import MPI
 from test_column_blocks import divide_all, motion, thrown
 
-divide_all(pytest.MonkeyPatch())
+patch = pytest.MonkeyPatch()
+divide_all(patch)
 solid = thrown(3)
 many = MPI.COMM_WORLD.allreduce(len(solid.points), MPI.MIN)
 _, force, met = motion(solid, 12)
@@ -158,16 +159,16 @@ if parts:
     gid, x, v = map(np.concatenate, zip(*parts))
     order = np.argsort(gid)
     np.savez(sys.argv[1], x=x[order], v=v[order], force=force, met=len(met), many=many)
+patch.undo()
 """
 
 
 @pytest.mark.mpi
-def test_ranks_give_what_one_gives(run_ranks, tmp_path):
+def test_ranks_give_what_one_gives(on_ranks, tmp_path):
     found = []
     for ranks in (1, 2):
         path = tmp_path / f"{ranks}.npz"
-        done = run_ranks(ranks, "-m", "mpi4py", "-c", "import sys; sys.path.insert(0, "
-                         f"{str(Path(__file__).parent)!r}{RANKS}", path)
+        done = on_ranks(ranks, RANKS, path)
         assert done.returncode == 0, done.stderr[-2000:]
         found.append(np.load(path))
     one, two = found

@@ -107,10 +107,10 @@ def mesh_file(tmp_path, any_cell, distorted):
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 3])
-def test_a_mesh_comes_back_as_it_was_made(tmp_path, mesh_file, run_ranks, ranks):
+def test_a_mesh_comes_back_as_it_was_made(tmp_path, mesh_file, on_ranks, ranks):
     """Vertices and cells in the order given on every rank, tags as groups and surfaces."""
     mesh, given = mesh_file
-    done = run_ranks(ranks, "-c", TAKEN, mesh.cell, given, tmp_path / "taken.npz")
+    done = on_ranks(ranks, TAKEN, mesh.cell, given, tmp_path / "taken.npz")
     assert done.returncode == 0, done.stderr
     got = np.load(tmp_path / "taken.npz")
     np.testing.assert_array_equal(got["vertices"], mesh.vertices)
@@ -153,12 +153,12 @@ def test_a_mesh_of_dolfinx_is_grid_and_body():
 
 @needs_compiler
 @pytest.mark.parametrize("ranks, far", [(1, 0.0), (2, 0.0), (2, 1e6)])
-def test_fields_are_functions(tmp_path, mesh_file, run_ranks, ranks, far):
+def test_fields_are_functions(tmp_path, mesh_file, on_ranks, ranks, far):
     """The integrals of density and momentum are those of the points, as the basis functions add up to one; a
     linear velocity has its gradient exactly; all of it is in the file, also far from zero."""
     mesh, given = mesh_file
     path, D = tmp_path / "fields", mesh.dim
-    done = run_ranks(ranks, "-c", READ, mesh.cell, POINTS[mesh.cell], given, path, far)
+    done = on_ranks(ranks, READ, mesh.cell, POINTS[mesh.cell], given, path, far)
     assert done.returncode == 0, done.stderr
     got, exact = np.load(f"{path}.npz"), 1e-12 if far == 0.0 else 1e-7
     scale = got["given"][0] * np.abs(A).max()

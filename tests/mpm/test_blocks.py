@@ -1,5 +1,4 @@
 """Large grids, of which only blocks near the points are made: the same motion as on a whole one."""
-from pathlib import Path
 
 import numpy as np
 import pytest

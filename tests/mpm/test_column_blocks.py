@@ -1,6 +1,5 @@
 """Large grids of columns on a terrain, of which only blocks near the points are made: the same motion as on a
 whole one."""
-from pathlib import Path
 
 import numpy as np
 import pytest

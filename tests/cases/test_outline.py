@@ -1,6 +1,5 @@
 """Soil that flows against clusters: the outline is resampled, the wall of both back ends follows, nothing is
 lost."""
-
 import numpy as np
 import pytest
 

@@ -1,5 +1,4 @@
 """Large grids, of which only blocks near the points are made: the same motion as on a whole one."""
-
 import numpy as np
 import pytest
 from mpi4py import MPI

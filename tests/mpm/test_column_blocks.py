@@ -1,6 +1,5 @@
 """Large grids of columns on a terrain, of which only blocks near the points are made: the same motion as on a
 whole one."""
-
 import numpy as np
 import pytest
 from mpi4py import MPI

@@ -146,6 +146,7 @@ class Newton:
             trial = self._trial_at(u)
             if self._tangents.wanted(self._equations.switched(trial), snes):
                 self.make_tangent(trial)
+            self._tolerance.aim(snes)
         except Exception as error:
             self._fail(error)
 

@@ -12,14 +12,14 @@
     gamg      conjugate gradients (gmres) with algebraic multigrid that knows the rigid-body modes
     hypre     conjugate gradients (gmres) with hypre's algebraic multigrid
     auto      direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept, FRESH_UP_TO where
-              it is made
-              in every iteration; beyond that cg (gmres) where inertia dominates the tangent, jacobi while it
-              does by far, multigrid (gamg where the grid is not regular) where stiffness does
+              it is made in every iteration; beyond that cg (gmres) where inertia dominates the tangent,
+              jacobi while it does by far, multigrid (gamg where the grid is not regular) where stiffness does
 
 Iterative ones stop at -mpm_ksp_rtol 1e-8, but jacobi, and cg and gmres for a tangent that changes with the
-load, at 1e-3: there Newton's method iterates anyhow; they give up after 2000 and 500 iterations
-(-mpm_ksp_max_it). On several ranks direct solves systems below REDUNDANT_UP_TO unknowns whole on each rank
-(-mpm_pc_type redundant). docs/solvers.md says which one does what."""
+load, at 1e-3: there Newton's method iterates anyhow (more exactly where that may end its iterations, see
+``tolerance``). They give up after 2000 and 500 iterations (-mpm_ksp_max_it). On several ranks direct solves
+systems below REDUNDANT_UP_TO unknowns whole on each rank (-mpm_pc_type redundant). docs/solvers.md says which
+one does what."""
 from petsc4py import PETSc
 
 from ..grid import compat

@@ -1,4 +1,4 @@
-"""The residual at which Newton's method stops."""
+"""Where Newton's method stops, and how exactly its linear systems are solved."""
 from petsc4py import PETSc
 
 from .options import PREFIX
@@ -6,6 +6,9 @@ from .options import PREFIX
 # Springs that stick and slide in turn keep the last digits from Newton's method: from this iteration on so
 # many times the tolerance will do.
 LATE, LOOSER = 10, 100.0
+# A linear system that is solved loosely, in an iteration which would be the last one if it were solved well:
+# to so much of the residual where Newton's method stops, but no more exactly than this.
+SHARE, EXACT = 0.3, 1e-5
 
 
 class Tolerance:
@@ -13,8 +16,10 @@ class Tolerance:
 
     def __init__(self) -> None:
         given = PETSc.Options(PREFIX).hasName
-        self._by_user, self._atol = given("snes_atol"), 0.0
+        self._by_user, self._linear_by_user = given("snes_atol"), given("ksp_rtol")
         self._loosens = not (self._by_user or given("snes_rtol"))
+        self._atol = self._goal = 0.0
+        self._preset = self._linear = 0.0  # of the linear solver, as its preset has it and now
 
     def begin(self, snes: PETSc.SNES, atol: float) -> None:
         """A solve that is to end at the norm ``atol`` [N]."""
@@ -26,3 +31,20 @@ class Tolerance:
         """At the start of an iteration, where the residual has kinks."""
         if self._loosens and iteration == LATE:
             snes.setTolerances(atol=LOOSER * self._atol)
+
+    def aim(self, snes: PETSc.SNES) -> None:
+        """Before the linear system of an iteration: a residual that one iteration can bring to where the
+        ``snes`` stops must not miss that because the system was solved loosely."""
+        residual, ksp = snes.getFunctionNorm(), snes.getKSP()
+        if snes.getIterationNumber() == 0:
+            rtol, atol, *_ = snes.getTolerances()
+            self._goal = max(atol, rtol * residual)
+        if self._linear_by_user:
+            return
+        now = ksp.getTolerances()[0]
+        if now != self._linear:  # the linear solver is another one
+            self._preset = now
+        asked = SHARE * self._goal / residual if residual > 0.0 else 1.0
+        self._linear = min(self._preset, asked) if asked >= EXACT else self._preset
+        if self._linear != now:
+            ksp.setTolerances(rtol=self._linear)

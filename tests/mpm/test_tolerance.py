@@ -1,0 +1,65 @@
+"""How exactly Newton's method solves its linear systems."""
+import numpy as np
+import pytest
+from petsc4py import PETSc
+
+from mpm_fenicsx.solve.tolerance import Tolerance
+
+UNKNOWNS, LOOSE, GOAL = 200, 1e-3, 3e-7
+
+
+def solve(aims, **options):
+    """Tolerances of the linear systems of a linear problem, solved to GOAL of the first residual."""
+    stiffness = np.diag(np.linspace(1.0, 30.0, UNKNOWNS))
+    stiffness[:-1, 1:] += 0.4 * np.eye(UNKNOWNS - 1)
+    stiffness[1:, :-1] += 0.4 * np.eye(UNKNOWNS - 1)
+    matrix = PETSc.Mat().createDense((UNKNOWNS, UNKNOWNS), array=stiffness, comm=PETSc.COMM_SELF)
+    matrix.assemble()
+    snes, seen = PETSc.SNES().create(PETSc.COMM_SELF), []
+    given = PETSc.Options("mpm_")
+    for name, value in options.items():
+        given[name] = value
+
+    def residual(snes, x, out):
+        out.array_w[:] = stiffness @ x.array_r - 1.0
+
+    def tangent(snes, x, matrix, same):
+        if aims:
+            tolerance.aim(snes)
+        seen.append(snes.getKSP().getTolerances()[0])
+        matrix.assemble()
+
+    x, out = matrix.createVecs()
+    snes.setFunction(residual, out)
+    snes.setJacobian(tangent, matrix)
+    snes.setTolerances(rtol=GOAL, atol=0.0, stol=0.0)
+    snes.getKSP().setType("cg")
+    snes.getKSP().setTolerances(rtol=LOOSE)
+    snes.getKSP().getPC().setType("none")
+    tolerance = Tolerance()
+    tolerance.begin(snes, 0.0)
+    snes.solve(None, x)
+    assert snes.getConvergedReason() > 0
+    np.testing.assert_allclose(stiffness @ x.array, 1.0, atol=GOAL * np.sqrt(UNKNOWNS))
+    snes.destroy()
+    for name in options:
+        given.delValue(name)
+    return seen
+
+
+def test_an_iteration_that_can_be_the_last_one_is():
+    """The first one cannot; the second one would leave a thousandth of a thousandth."""
+    first, second = solve(True)
+    assert first == LOOSE and GOAL < second < LOOSE
+    assert solve(False) == [LOOSE] * 3
+
+
+def test_the_user_s_tolerance_stays():
+    assert solve(True, ksp_rtol=LOOSE) == [LOOSE] * 3
+
+
+@pytest.mark.parametrize("reach", [0.5, 2.0])
+def test_what_is_out_of_reach_is_solved_loosely(monkeypatch, reach):
+    """That a system be solved better than EXACT for it, is not worth it."""
+    monkeypatch.setattr("mpm_fenicsx.solve.tolerance.EXACT", reach * 0.3 * GOAL)
+    assert (solve(True)[0] == LOOSE) == (reach > 1.0)

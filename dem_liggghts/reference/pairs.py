@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Optional
 
 import numpy as np
 
+from ..compiled import compiled
 from ..search.neighbours import NeighbourList
 
 
@@ -46,10 +47,28 @@ def list_of(pairs: Pairs, index: np.ndarray, rows: int, among_spheres: bool) -> 
         first, second = np.where(turned, second, first), np.where(turned, first, second)
         if len(shear):
             shear = np.where(turned[:, None], -shear, shear)
-    order = np.lexsort((second, first))
-    start = np.append(0, np.cumsum(np.bincount(first, minlength=rows)))
+    start, order = _sorted(first, second, rows)
     kept = order if len(shear) else slice(0, 0)
     return NeighbourList(start, second[order], pairs.active[kept], np.ascontiguousarray(shear[kept]))
+
+
+@compiled
+def _sorted(first, second, rows):
+    """Where the pairs of each of the ``rows`` begin, (rows + 1,), and the order in which they come."""
+    start, order = np.zeros(rows + 1, np.int64), np.empty(len(first), np.int64)
+    for p in range(len(first)):
+        start[first[p] + 1] += 1
+    for row in range(rows):
+        start[row + 1] += start[row]
+    end = start[:-1].copy()
+    for p in range(len(first)):
+        row, o = first[p], end[first[p]]
+        while o > start[row] and second[order[o - 1]] > second[p]:
+            order[o] = order[o - 1]
+            o -= 1
+        order[o] = p
+        end[row] += 1
+    return start, order
 
 
 def gathered(pairs: Pairs, springs: int, comm: Any) -> Pairs:

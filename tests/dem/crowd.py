@@ -113,8 +113,9 @@ def everything(dem):
     for what, table in (("particles", dem.particles()), ("bodies", dem.bodies())):
         out.update({f"{what} {name}": table[name] for name in table.dtype.names})
     between, at_walls = dem.contacts()
-    out.update(energy=np.array(list(dem.energy().values())), between=between.partners, overlap=between.overlap,
-               springs=between.springs, at_walls=at_walls.partners, wall_springs=at_walls.springs,
+    out.update(between=between.partners, overlap=between.overlap, springs=between.springs,
+               at_walls=at_walls.partners, wall_springs=at_walls.springs,
+               energy=np.array(list(dem.energy().values())),
                removed=np.concatenate([np.atleast_1d(value) for value in dem.removed.values()]))
     return {**out, "impulses": np.concatenate(list(dem.impulses().values()))}
 

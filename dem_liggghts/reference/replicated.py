@@ -28,12 +28,14 @@ class Replicated:
 
     def __init__(self, laws: Laws, springs: tuple, dt: float) -> None:
         self._laws, self._springs, self._dt, self.chunks = laws, springs, dt, Chunks()
-        self._run, self._build = direct(run), direct(build_lists)
+        # with clusters and without: a direct call does not look at what it gets
+        self._runs, self._build = {some: direct(run) for some in (True, False)}, direct(build_lists)
 
     def use(self, spheres: SphereState, clusters: Any, cluster: np.ndarray) -> None:
         """From now on all there is: ``spheres``, ``clusters`` or None, and of which cluster each sphere is,
         (n,). Both change in place."""
         self.spheres, self.clusters, self._cluster = spheres, clusters, cluster
+        self._run = self._runs[clusters is not None]
 
     def remember(self, lists: NeighbourLists) -> None:
         """The next new lists take their springs from ``lists``, those of all spheres."""

@@ -73,8 +73,10 @@ class Shared:
     def __init__(self, laws: Laws, springs: tuple, dt: float, comm: Any) -> None:
         self._laws, self._springs, self._dt, self._comm = laws, springs, dt, comm
         self.first, self.chunks = comm.rank == 0, Chunks(comm)
-        self._build, self._ahead, self._travel = direct(build_lists), direct(look_ahead), direct(wall_travel)
-        self._half, self._rest = direct(half_step), direct(other_half)
+        self._build, self._travel = direct(build_lists), direct(wall_travel)
+        # with clusters and without: a direct call does not look at what it gets
+        self._kernels = {some: [direct(kernel) for kernel in (half_step, other_half, look_ahead)]
+                         for some in (True, False)}
         self._known: Optional[NeighbourLists] = None  # lists of all spheres that new ones follow
         self._part: Optional[Part] = None
         self.messages = np.zeros(3)  # steps so far, messages and bytes that this rank has sent in them
@@ -82,6 +84,7 @@ class Shared:
     def use(self, spheres: SphereState, clusters: Any, cluster: np.ndarray) -> None:
         """See `Replicated.use`."""
         self._all, self._all_clusters, self._cluster = spheres, clusters, cluster
+        self._half, self._rest, self._ahead = self._kernels[clusters is not None]
         # of a cluster the place of its first sphere counts: it belongs whole to one rank
         self._place, self._current, self._known = np.arange(len(cluster)), True, None
         if clusters is not None:

@@ -79,7 +79,7 @@ class Shared:
                          for some in (True, False)}
         self._known: Optional[NeighbourLists] = None  # lists of all spheres that new ones follow
         self._part: Optional[Part] = None
-        self.messages = np.zeros(3)  # steps so far, messages and bytes that this rank has sent in them
+        self.traffic = np.zeros(3)  # steps so far, messages and bytes that this rank has sent others in them
 
     def use(self, spheres: SphereState, clusters: Any, cluster: np.ndarray) -> None:
         """See `Replicated.use`."""
@@ -194,7 +194,7 @@ class Shared:
             if largest[1]:
                 largest[1] = 1 + self._part.number[int(largest[1]) - 1]
             ghosts.agree()
-            self.messages += 1, *ghosts.traffic
+            self.traffic += 1, *ghosts.traffic
             if largest[1]:
                 self._gather()
                 return -1 - int(largest[1])

@@ -141,6 +141,14 @@ def run(name, path, windows=30):
     keep(path, {"forces": forces, "built": np.array(built), "lost": lost, **everything(dem)})
 
 
+def traffic(name):
+    """Of each rank in a step of this scene: messages and bytes."""
+    dem, wall = start(name)
+    go(dem, wall, 1)
+    steps, *sent = dem._part.traffic.tolist()
+    return COMM.allgather([one / steps for one in sent])
+
+
 def halves(before, after, windows=15):
     """The second half of a run of the heap, from the file ``before``, written where there is none. What is
     asked of the run in between changes nothing in it. Then the same again from the state in the middle."""

@@ -89,6 +89,12 @@ def test_another_wall_and_a_halt(crowd):
 
 
 @pytest.mark.mpi
+def test_only_what_touches_other_ranks_goes_there(crowd):
+    """Two halves of a lattice of 4 x 4 x 4 spheres: those of one layer, nine numbers each."""
+    assert crowd(2, "traffic", "smooth") == [[1.0, 16 * 9 * 8.0]] * 2
+
+
+@pytest.mark.mpi
 @pytest.mark.parametrize("what, text", [
     ("through", "PerforatedError: sphere 25 is going through the wall"),
     ("outside", "LeftDomain: sphere 58 has left the domain"),

@@ -5,8 +5,9 @@
 
 Each sphere touches its six neighbours; there are new neighbour lists in about every tenth step, and the
 books at the end of each window of 20 steps count, too. On one rank seconds are those of the processor. On
-several they are those on the wall, the shortest of some windows: of one rank while the others sleep, and of
-all, which take turns; then what each rank sends others in a step, the one sum over all ranks aside.
+several they are those on the wall: of one rank while the others sleep, and of all, which take turns with the
+same window again and again, the shortest of each; then what each rank sends others in a step, the one sum
+over all ranks aside.
 """
 import sys
 from time import perf_counter, process_time, sleep
@@ -52,10 +53,14 @@ def against_one(count, backend, comm):
     alone = opened(count, backend, MPI.COMM_SELF) if comm.rank == 0 else None
     asleep(comm)
     shared, seconds = opened(count, backend, comm), []
+    first, start = alone and alone.get_state(), shared.get_state()
     for _ in range(max(5, min(60, 300_000 // count))):
         one = per_step(alone, perf_counter) if alone else 0.0
         asleep(comm)
         seconds.append((one, per_step(shared, perf_counter)))
+        shared.set_state(start)
+        if alone:
+            alone.set_state(first)
     traffic = getattr(getattr(shared, "_part", None), "traffic", None)  # LIGGGHTS does not count it
     if traffic is not None:
         sent = np.max(comm.allgather(traffic[1:] / traffic[0]), axis=0)

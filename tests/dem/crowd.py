@@ -53,6 +53,13 @@ def leaving():
                 outflow={"-x": "hold", "+x": "remove", "-y": "remove", "+y": "hold"})
 
 
+def rocks():
+    """The free clusters alone, pushed onto the wall and each other: of three ranks one has none."""
+    scene, wall = heap()
+    pushed = [replace(rock, v=(speed, 0.0, -0.3)) for rock, speed in zip(scene.clusters[1:], (0.3, -0.3))]
+    return replace(scene, spheres=None, clusters=pushed), wall
+
+
 def smooth():
     """Spheres without friction, so without springs, that are pressed together."""
     places = np.stack(np.meshgrid(*[np.arange(4)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -75,7 +82,7 @@ def among_structures():
                  gravity=(0.0, 0.0, -9.81), structures=[bed, pusher]), wall
 
 
-SCENES = {"heap": heap, "plane": lambda: heap(2), "leaving": leaving, "smooth": smooth,
+SCENES = {"heap": heap, "plane": lambda: heap(2), "leaving": leaving, "rocks": rocks, "smooth": smooth,
           "structures": among_structures}
 
 

@@ -56,9 +56,9 @@ def test_ranks_give_what_one_gives(crowd, scene):
     """Places, velocities, springs, neighbour lists, forces on the wall and all books, with several new lists
     in a window; momentum is what the books say it is."""
     one = crowd(1, "run", scene, "one.npz")
-    assert len(one["built"]) > 5 and len(one["between"]) > (0 if scene == "rocks" else 20)
-    assert len(one["at_walls"]) > (0 if scene == "rocks" else 5) or scene == "smooth"
-    assert (one["springs"].any() and one["wall_springs"].any()) != (scene == "smooth")
+    assert len(one["built"]) > 5 and len(one["between"]) > 5
+    assert one["springs"].any() != (scene == "smooth")
+    assert one["wall_springs"].any() != (scene in ("rocks", "smooth"))
     assert (one["removed"][0] > 10) == (scene == "leaving")
     for ranks in (2, 3):
         shared = crowd(ranks, "run", scene, "shared.npz")

@@ -113,7 +113,8 @@ class DEM(Protocol):
         [m] is in it."""
 
     def set_state(self, state: Dict[str, Any]) -> None:
-        """Go back to ``state``: the run continues bit for bit as it did from there."""
+        """Go back to ``state``: the run continues bit for bit as it did from there, on another number of
+        ranks to round-off."""
 
     def save(self, path: Any) -> None:
         """Write ``get_state`` into the file ``path``, see ``load``."""

@@ -4,6 +4,7 @@ import zlib
 from typing import Any, Dict, Sequence
 
 import numpy as np
+from mpi4py import MPI
 
 import mpm_dem_store as store
 
@@ -77,5 +78,4 @@ class Kept:
         self.set_state(tree["grains"] if kind == RUN else tree)
 
     def _ranks(self) -> Any:
-        from mpi4py import MPI  # the built-in DEM needs it for files alone
         return self.comm or MPI.COMM_WORLD

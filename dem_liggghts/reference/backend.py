@@ -9,7 +9,6 @@ from mpm_dem_direct import direct
 from .. import quaternion
 from ..common.booking import WallBooks
 from ..common.checks import PerforatedError, check_finite, check_window, through_the_wall
-from ..common.chunks import Chunks
 from ..common.energy import energy_of_contacts, kinetic_energy, potential_energy, select_shapes
 from ..common.outflow import Outflow
 from ..common.states import check_state, fingerprint
@@ -22,41 +21,49 @@ from ..scene.frame import find_origin, to_true_positions, translated, translated
 from ..scene.scene import SceneData
 from ..scene.tables import cluster_table, sphere_table
 from ..search.neighbours import NeighbourList, NeighbourLists
-from .forces import Moment, SphereState, forces, new_scratch
+from .forces import SphereState, new_scratch
+from .part import CLUSTER_MOVING, MOVING
+from .replicated import Replicated
 from .resting import Resting
 from .rigid import cluster_state
 from .selection import select_clusters, select_neighbours, select_spheres
-from .verlet import Span, build_lists, choose_skin, run
+from .shared import Shared
+from .verlet import Span
 
-MOVING = ("x", "v", "omega", "force", "torque")  # what changes of the spheres, and of the clusters
-CLUSTER_MOVING = ("x", "v", "omega", "spin", "force", "torque", "q", "axes")
 LISTS = [(f"near_{of}_{name}", of, name) for of in ("spheres", "elements") for name in NeighbourList._fields]
 NAMES = (*MOVING, "origin", "steps", "wall", "wall_elements", "wall_rows", "wall_force",  # of a state
          "impulses", "placed", "near_x", "near_wall", "skin", *(name for name, _, _ in LISTS))
 
 
 class ReferenceDEM(Resting):
-    """The protocol of `protocol.DEM` for ``scene`` and the time step ``dt`` [s]. ``comm`` is used for files
-    alone: the work is repeated on every rank, with the same result."""
+    """The protocol of `protocol.DEM` for ``scene`` and the time step ``dt`` [s]. ``comm``: of the ranks that
+    share the work where there are many spheres; that on few is repeated on every rank."""
 
     kind = "DEM reference"
+    many = 500  # spheres of a rank, from which on ranks share them: below, messages take longer than steps
 
     def __init__(self, scene: SceneData, dt: float, comm: Any = None):
-        self.dt, self.comm, self._steps, self._closed, self._chunks = float(dt), comm, 0, False, Chunks()
+        self.dt, self.comm, self._steps, self._closed = float(dt), comm, 0, False
         self._fingerprint, self.origin = fingerprint(scene, self.dt), find_origin(scene)
         inside = translated(scene, -self.origin)
         self._all_spheres, self._all_clusters, self.scene = sphere_table(inside), cluster_table(inside), scene
         self._outflow, self._books = Outflow(scene, self._all_spheres.cluster), WallBooks(scene)
-        self._populate(np.ones(len(self._all_spheres.x), np.bool_), np.ones(len(scene.clusters), np.bool_))
-        self._laws, self._steps_of = laws_of(scene), direct(run)
-        self._contact_energy, self._new_lists = direct(energy_of_contacts), direct(build_lists)
-        self._springs = tuple(count_springs(table) for table in self._laws)
+        self._laws, self._contact_energy = laws_of(scene), direct(energy_of_contacts)
         self._scratch = new_scratch(0)
+        self._springs = tuple(count_springs(table) for table in self._laws)
+        self._part = self._new_part()
+        self._populate(np.ones(len(self._all_spheres.x), np.bool_), np.ones(len(scene.clusters), np.bool_))
         self._use(scene)
         known = lists_of(scene.contacts, len(self._table.x), self._springs)
-        self._lists = NeighbourLists(*known, self._spheres.x, np.zeros((0, 3)), 0.0)
+        self._part.remember(NeighbourLists(*known, self._spheres.x, np.zeros((0, 3)), 0.0))
         self._begin()
         self._books.begin(self.particles(), self.bodies())
+
+    def _new_part(self) -> Any:
+        ranks = self._ranks()
+        if ranks.size > 1 and len(self._all_spheres.x) >= self.many * ranks.size:
+            return Shared(self._laws, self._springs, self.dt, ranks)
+        return Replicated(self._laws, self._springs, self.dt)
 
     def _populate(self, present: np.ndarray, clusters: np.ndarray) -> None:
         """The spheres and clusters that are ``present``, (n,) bool each, as they were at the start."""
@@ -67,13 +74,13 @@ class ReferenceDEM(Resting):
                                     np.zeros_like(s.x), s.radius, s.contact_mass, s.material,
                                     self._books.pull, int(c.first[0]))
         self._clusters = cluster_state(c, s.arm) if len(c.mass) else None
+        self._part.use(self._spheres, self._clusters, s.cluster)
 
     def _begin(self) -> None:
         """Lists and forces of now."""
         self._build_lists(0.0)
         self._loads.clear()
-        forces(self._spheres, self._clusters, self._walls.now, self._lists, self._laws,
-               Moment(0.0, 0.0, 0.0, True), self._loads.now, self._scratch)
+        self._part.forces_of_now(self._walls.now, self._loads, self._scratch)
 
     @property
     def time(self) -> float:
@@ -81,9 +88,7 @@ class ReferenceDEM(Resting):
         return self._steps * self.dt
 
     def _build_lists(self, t: float) -> None:
-        skin = choose_skin(self._spheres, self._walls.now, self.dt)
-        self._lists = self._new_lists(self._spheres, self._table.cluster, self._walls.now, t, skin,
-                                      self._lists, self._springs)
+        self._part.renew(self._walls.now, t)
         self._listed()
 
     def advance(self, steps: int, x: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -95,10 +100,11 @@ class ReferenceDEM(Resting):
         self._spheres.gravity[:] = self._books.shake(self.time, steps, self.dt)
         walls, loads = self._walls, self._loads
         walls.place(walls.both(here, x), walls.both(there, v))
-        loads.begin(0.5 * self.dt)
+        loads.begin(0.5 * self.dt if self._part.first else 0.0)
         gone = 0.0
         try:
             self._run(steps)
+            self._part.finish(loads)
             hits, gone = loads.hits(0.5 * span), span
         finally:
             walls.stop(gone)
@@ -111,14 +117,13 @@ class ReferenceDEM(Resting):
 
     def _run(self, steps: int) -> None:
         """All steps of a window, chunk by chunk, with new lists where they are due."""
-        first, done, fresh = 0, 0, False
+        part, first, done, fresh = self._part, 0, 0, False
         while done < steps:
-            begin, end = done, done + self._chunks.next(steps - done)
+            begin, end = done, done + part.chunks.next(steps - done)
             span = Span(first, begin, end, steps, self.dt, fresh)
-            done = self._steps_of(span, self._spheres, self._clusters, self._walls.now, self._lists,
-                                  self._laws, self._loads.now, self._scratch)
+            done = part.steps(span, self._walls.now, self._loads.now, self._scratch)
             if done == end:
-                self._chunks.done(end - begin)
+                part.chunks.done(end - begin)
                 continue
             if done < -1:
                 raise PerforatedError(through_the_wall(f"sphere {-1 - done}", self.time))
@@ -142,14 +147,14 @@ class ReferenceDEM(Resting):
         self._outflow.let_out(leaving)
         stay = ~self._outflow.out[self._ids - 1]  # of those that were there
         clusters = ~self._outflow.out_clusters[self._cluster_ids - 1]
-        spheres, rigid, lists = self._spheres, self._clusters, self._lists
+        spheres, rigid, lists = self._spheres, self._clusters, self._part.whole_lists()
         self._populate(~self._outflow.out, ~self._outflow.out_clusters)
         for name in MOVING:
             getattr(self._spheres, name)[:] = getattr(spheres, name)[stay]
         for name in CLUSTER_MOVING if self._clusters is not None else ():
             getattr(self._clusters, name)[:] = getattr(rigid, name)[clusters]
-        self._lists = NeighbourLists(select_neighbours(lists.spheres, stay, True),
-                                     select_neighbours(lists.elements, stay, False), *lists[2:])
+        self._part.remember(NeighbourLists(select_neighbours(lists.spheres, stay, True),
+                                           select_neighbours(lists.elements, stay, False), *lists[2:]))
         self._begin()
         self._books.begin(self.particles(), self.bodies())
         self._outflow.count_energy(energy - sum(self.energy().values()))
@@ -208,13 +213,13 @@ class ReferenceDEM(Resting):
         state = {name: getattr(self._spheres, name).copy() for name in MOVING}
         if self._clusters is not None:
             state.update({f"cluster_{name}": getattr(self._clusters, name).copy() for name in CLUSTER_MOVING})
-        rows, force = self._loads.get()
+        (rows, force), lists = self._loads.get(), self._part.whole_lists()
         state.update(scene=self._fingerprint, origin=self.origin.copy(), steps=np.array(self._steps),
                      wall=self._walls.own().x, wall_elements=np.array(self.scene.wall.elements),
-                     wall_rows=rows, wall_force=force, near_x=self._lists.x.copy(),
-                     near_wall=self._lists.wall.copy(), skin=np.array(self._lists.skin),
+                     wall_rows=rows, wall_force=force, near_x=lists.x.copy(),
+                     near_wall=lists.wall.copy(), skin=np.array(lists.skin),
                      **self._books.get_state())
-        state.update({name: getattr(getattr(self._lists, of), field).copy() for name, of, field in LISTS})
+        state.update({name: getattr(getattr(lists, of), field).copy() for name, of, field in LISTS})
         return {**state, **self._outflow.get_state()}
 
     def set_state(self, state: Dict[str, Any]) -> None:
@@ -241,8 +246,8 @@ class ReferenceDEM(Resting):
         self._walls.place(x, np.zeros_like(x))
         near = [NeighbourList(*(state[name].copy() for name, of, _ in LISTS if of == which))
                 for which in ("spheres", "elements")]
-        self._lists = NeighbourLists(near[0], near[1], state["near_x"].copy(), state["near_wall"].copy(),
-                                     float(state["skin"]))
+        self._part.adopt(NeighbourLists(near[0], near[1], state["near_x"].copy(), state["near_wall"].copy(),
+                                        float(state["skin"])))
         self._loads.set(np.array(state["wall_rows"]), state["wall_force"])
         self._listed()
 

@@ -28,7 +28,8 @@ THROUGH = 0.05
 
 
 class SphereState(NamedTuple):
-    """All spheres now; the first ``single`` ones belong to no cluster; SI units."""
+    """All spheres now; the first ``single`` ones belong to no cluster; SI units. Where ranks share the
+    spheres, these are those of this rank, then those of others that are near to them."""
 
     x: np.ndarray  # (n, 3), as all to torque
     v: np.ndarray
@@ -77,7 +78,7 @@ def add_sphere_forces(spheres, near, laws, dt, vectors):
     """Add force and torque of all contacts between spheres at the velocities of the half step."""
     b, n, v, spin, force, spring = spheres, vectors.n, vectors.v, vectors.spin, vectors.force, vectors.unused
     springs = springs_in(near)
-    for i in range(len(b.x)):
+    for i in range(len(near.start) - 1):
         for q in range(near.start[i], near.start[i + 1]):
             j = near.partner[q]
             r = np.sqrt((b.x[i, 0] - b.x[j, 0])**2 + (b.x[i, 1] - b.x[j, 1])**2 + (b.x[i, 2] - b.x[j, 2])**2)
@@ -129,7 +130,7 @@ def add_moment(x, arm, vectors, moment, on_wall):
 def add_places(spheres, clusters, moment, on_wall):
     """Book mass times place of single spheres and clusters."""
     b, row = spheres, len(on_wall.force) - 1
-    for i in range(len(b.x) if clusters is None else b.single):
+    for i in range(b.single):
         add_place(b.mass[i], b.x[i], row, moment, on_wall)
     if clusters is not None:
         for i in range(len(clusters.x)):
@@ -153,7 +154,7 @@ def add_wall_forces(spheres, query, laws, moment, on_wall, vectors):
     b, near, wall, found, through = spheres, query.near, query.wall, query.found, 0
     n, v, spin, force, spring = vectors.n, vectors.v, vectors.spin, vectors.force, vectors.unused
     springs = springs_in(near)
-    for i in range(len(b.x)):
+    for i in range(len(near.start) - 1):
         if near.start[i] == near.start[i + 1]:
             continue
         kept = find_contacts(query, i, b.x[i], b.radius[i])

@@ -1,6 +1,6 @@
 """What acts on the nodes of the walls in a window: of those at rest, which may be many, only nodes near
 particles are looked at."""
-from typing import Tuple
+from typing import Any, Tuple
 
 import numpy as np
 
@@ -58,6 +58,20 @@ class Loads:
         """No force."""
         for rows in (self._used, slice(self._fixed, None)):
             self.now.force[rows] = 0.0
+
+    def sum_over(self, comm: Any) -> None:
+        """What each rank of ``comm`` has counted, its ranks added in their order. Collective."""
+        rows = np.concatenate([self._used, np.arange(self._fixed, len(self.now.force))])
+        values = np.column_stack([self.now.impulse[rows], self.now.force[rows]])
+        rows, values = sparse(rows, values)
+        counts = np.array(comm.allgather(len(rows)))
+        all_rows, all_values = np.empty(counts.sum(), np.int64), np.empty((counts.sum(), 6))
+        comm.Allgatherv(rows, [all_rows, counts])
+        comm.Allgatherv(values, [all_values, 6 * counts])
+        self._used = np.union1d(self._used, all_rows[all_rows < self._fixed])
+        for array, own in zip(self.now, np.hsplit(all_values, 2)):
+            array[rows] = 0.0
+            np.add.at(array, all_rows, own)
 
     def hits(self, middle: float) -> Hits:
         """Of the window, whose ``middle`` is at this time [s]."""

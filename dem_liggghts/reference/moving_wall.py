@@ -16,7 +16,7 @@ from ..scene.scene import SceneData
 from ..scene.tables import SphereTable
 from ..scene.walls import Wall
 from ..search.history import by_number, on_new_wall
-from ..search.neighbours import NeighbourLists, no_neighbours
+from ..search.neighbours import no_neighbours
 from .forces import Scratch, SphereState, new_scratch
 from .loads import Loads
 
@@ -26,11 +26,11 @@ class WallOfNow(Kept):
 
     scene: SceneData
     origin: np.ndarray
-    _spheres: SphereState
     _all_spheres: SphereTable
     _ids: np.ndarray
     _laws: Laws
-    _lists: NeighbourLists
+    _spheres: SphereState
+    _part: Any  # `Replicated` or `Shared`
     _books: WallBooks
     _walls: Walls
     _loads: Loads
@@ -57,7 +57,7 @@ class WallOfNow(Kept):
 
     def _listed(self) -> None:
         """Lists are new: room for what they say."""
-        near = self._lists.elements
+        near = self._part.lists.elements
         self._loads.listed(near.partner)
         most = int(np.diff(near.start).max(initial=0))
         if most >= len(self._scratch.found):
@@ -79,12 +79,12 @@ class WallOfNow(Kept):
         own = self._walls.own()
         self._loads.own[:] = in_space(redistribute(old_x, force, own) if known is None else
                                       carried(known, old_x, force, self._inside.wall.nodes))
-        near = self._lists.elements
+        near = self._part.lists.elements
         if not len(near.shear):
-            near = no_neighbours(len(self._spheres.x))
+            near = no_neighbours(len(near.start) - 1)
         elif known is None:
-            near = near._replace(partner=on_new_wall(near, self._spheres.x, old, first, own))
+            near = near._replace(partner=on_new_wall(near, self._part.spheres.x, old, first, own))
         else:
             near = near._replace(partner=by_number(near, first, new_numbers(known, len(old_x))))
-        self._lists = self._lists._replace(elements=near)
+        self._part.lists = self._part.lists._replace(elements=near)
         self._build_lists(0.0)

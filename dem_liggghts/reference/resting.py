@@ -28,7 +28,7 @@ class Resting(WallOfNow):
         """See `protocol.DEM.contacts`."""
         self._need_open()
         shapes = select_shapes(self._all_spheres, self._spheres.x, self._ids - 1)
-        found = touching(shapes, self._walls.now, (self._lists.spheres, self._lists.elements), self._springs)
+        found = touching(shapes, self._walls.now, self._part.whole_lists()[:2], self._springs)
         return found.renumbered(self._ids - 1)
 
     def halt(self) -> None:

@@ -85,13 +85,14 @@ def _sort(partner, first, end):
 
 @compiled
 def near_spheres(x, radius, cluster, skin, old, springs):
-    """List of the partners j > i of each sphere whose gap is less than ``skin`` [m], none of the same
-    ``cluster``; springs: how many of each contact it keeps, see `with_history`."""
-    n, count = len(x), 0
-    start, partner = np.zeros(n + 1, np.int64), np.empty(64, np.int64)
+    """List of the partners j > i of each of the spheres of the ``old`` list, the first ones of all, whose gap
+    is less than ``skin`` [m], none of the same ``cluster``; springs: how many of each contact it keeps, see
+    `with_history`."""
+    n, count, rows = len(x), 0, len(old.start) - 1
+    start, partner = np.zeros(rows + 1, np.int64), np.empty(64, np.int64)
     if n > 1:
         at, shape, first, following = sort_into_cells(x, 2.0 * radius.max() + skin)
-    for i in range(n if n > 1 else 0):
+    for i in range(rows if n > 1 else 0):
         for a in range(max(at[i, 0] - 1, 0), min(at[i, 0] + 2, shape[0])):
             for b in range(max(at[i, 1] - 1, 0), min(at[i, 1] + 2, shape[1])):
                 for c in range(max(at[i, 2] - 1, 0), min(at[i, 2] + 2, shape[2])):
@@ -112,8 +113,10 @@ def near_spheres(x, radius, cluster, skin, old, springs):
 
 @compiled
 def near_elements(x, radius, skin, wall, t, old, springs):
-    """List of the elements that each sphere (centres x [m], shape (n, 3)) may touch after a way of ``skin``
-    [m]: those nearer than its radius, or than the depth of a one-sided wall."""
+    """List of the elements that each of the spheres of the ``old`` list, the first ones of all (centres x
+    [m], shape (n, 3)), may touch after a way of ``skin`` [m]: those nearer than its radius, or than the depth
+    of a one-sided wall."""
+    x, radius = x[:len(old.start) - 1], radius[:len(old.start) - 1]
     loose, sorted_ones = wall.squares.loose, len(wall.squares.element) > 0
     low, high = boxes(wall, t, loose)
     start, partner, count = np.zeros(len(x) + 1, np.int64), np.empty(64, np.int64), 0

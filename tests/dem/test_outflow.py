@@ -153,6 +153,20 @@ def test_everything_leaves(dem):
     assert two.removed["count"] == 2 and sum(two.energy().values()) == 0.0
 
 
+def test_all_clusters_leave(dem):
+    """Spheres that stay go on; back in a state with clusters, these do."""
+    rock = Cluster.box([0.02] * 2, [2] * 2, (0.9, 0.3), 800.0, v=(50.0, 0.0), depth=0.02, material="spheres")
+    some = dem(scene([[0.0, 0.0]], [[1.0, 0.0]], clusters=[rock]), DT)
+    start = some.get_state()
+    for _ in range(2):
+        for _ in range(10):
+            some.advance(100, NONE[2], NONE[2])
+        assert some.removed["count"] == 1 and not some.bodies()["mass"].any()
+        assert some.particles()["x"][0, 0] == pytest.approx(0.01, rel=1e-12)
+        some.set_state(start)
+        assert some.bodies()["mass"].all()
+
+
 @pytest.mark.parametrize("more, message", [
     (dict(outflow="gone"), "outflow is 'gone': choose one of stop, hold, remove"),
     (dict(outflow={"x": "hold"}), "outflow has a side 'x': choose from -x, [+]x, -y, [+]y"),

@@ -6,14 +6,16 @@ shorter way than the one before (measured: a residual that falls as one over the
 steps close all of them at once, and the next tangent knows it; they may go to and fro in turn, where a line
 search does not. So an attempt that stalls goes on with the other of the two.
 """
-from typing import Tuple
+from typing import List, Tuple
 
 from petsc4py import PETSc
 
 from ..grid import compat
 from .options import PREFIX
 
-LEFT, STALLED = 0.7, 4  # an attempt stalls where so many iterations leave more than this of the residual
+# An attempt stalls where so many iterations leave more than this of the least residual before them: the
+# search goes a tenth of the way each time, or full steps go to and fro.
+STALLED, LEFT = 4, 0.5
 
 
 class Searches:
@@ -27,7 +29,7 @@ class Searches:
         self._first: Tuple = ("cp", 2, 0.1) if kinks else ("bt",)
         self._other: Tuple = ("basic",)
         self._wanted, self._now = self._first, ()
-        self._norm, self._slow = 0.0, 0
+        self._least: List[float] = []
         self._use(self._first)
 
     @property
@@ -46,16 +48,16 @@ class Searches:
 
     def begin(self) -> None:
         """An attempt begins."""
-        self._norm, self._slow = 0.0, 0
+        self._least = []
         self._use(self._wanted)
 
     def follow(self, iteration: int) -> None:
-        """At the start of an iteration, where the residual has kinks: the search of those to come."""
+        """At the start of an iteration, where springs or yield surfaces have kinks: the search of those to
+        come."""
         norm = self._snes.getFunctionNorm()
-        self._slow = self._slow + 1 if iteration and norm > LEFT * self._norm else 0
-        self._norm = norm
-        if self._slow == STALLED:
-            self._slow = 0
+        self._least.append(min([norm, *self._least[-1:]]))
+        if len(self._least) > STALLED and self._least[-1] > LEFT * self._least[-1 - STALLED]:
+            self._least = [norm]
             self._use(self._other if self._now == self._first else self._first)
 
     def _use(self, search: Tuple) -> None:

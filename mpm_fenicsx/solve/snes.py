@@ -48,8 +48,8 @@ class Newton:
         snes.setJacobian(self.tangent_wanted, active_cells.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
         compat.set_lag_jacobian(snes, tangents.lag)
-        self._searches, self._tolerance = Searches(snes, kinks), Tolerance()
-        if kinks:
+        self._searches, self._tolerance = Searches(snes, kinks), Tolerance(kinks)
+        if kinks or tangents.yields:
             snes.setUpdate(self._iterate)
         snes.getKSP().setOperators(active_cells.matrix)
         given = PETSc.Options(PREFIX).hasName

@@ -5,7 +5,9 @@
     lu        factorisation by UMFPACK, on several ranks by MUMPS
     cg        conjugate gradients, incomplete Cholesky factors on each rank (with a smooth basis in space
               successive over-relaxation)
-    gmres     the same for tangents that are not symmetric, with incomplete LU factors
+    gmres     the same for tangents that are not symmetric, with incomplete LU factors, or successive
+              over-relaxation where the tangent changes with the load: factors of soil that comes apart are
+              useless
     jacobi    conjugate gradients (gmres) with the diagonal alone: where inertia is lumped and dominates, and
               the tangent changes with the load
     multigrid conjugate gradients (gmres) with geometric multigrid, on regular grids
@@ -94,10 +96,15 @@ def configure(ksp, prefix, name, nodes, symmetric, changes=False):
     if asked in FACTORISATIONS or (name in ("direct", *FACTORISATIONS) and not asked):
         _factorise(ksp, options, asked or name, symmetric)
     else:
-        ksp.setType("cg" if symmetric and name != "gmres" else "gmres")
+        general = not symmetric or name == "gmres"
+        ksp.setType("gmres" if general else "cg")
+        if not options.hasName("ksp_type"):
+            # From the right it is the residual itself that becomes small: a preconditioner that is bad for a
+            # few rows makes them all that counts in its norm, and gmres ends having done nothing for the rest
+            ksp.setPCSide(PETSc.PC.Side.RIGHT if general else PETSc.PC.Side.LEFT)
         loose = name == "jacobi" or (changes and name in ("cg", "gmres"))
         ksp.setTolerances(**(LOOSE if loose else EXACT))
-        simple = "sor" if is_wide(ksp.getOperators()[0]) else "bjacobi"
+        simple = "sor" if (changes and general) or is_wide(ksp.getOperators()[0]) else "bjacobi"
         _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), nodes)
 
 

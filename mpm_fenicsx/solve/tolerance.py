@@ -12,12 +12,13 @@ SHARE, EXACT = 0.3, 1e-5
 
 
 class Tolerance:
-    """In each solve anew. What the user's options decide is left to them."""
+    """In each solve anew. kinks: the residual is piecewise linear, see ``searches``. What the user's options
+    decide is left to them."""
 
-    def __init__(self) -> None:
+    def __init__(self, kinks: bool) -> None:
         given = PETSc.Options(PREFIX).hasName
         self._by_user, self._linear_by_user = given("snes_atol"), given("ksp_rtol")
-        self._loosens = not (self._by_user or given("snes_rtol"))
+        self._loosens = kinks and not (self._by_user or given("snes_rtol"))
         self._atol = self._goal = 0.0
         self._preset = self._linear = 0.0  # of the linear solver, as its preset has it and now
 
@@ -28,7 +29,7 @@ class Tolerance:
             snes.setTolerances(atol=atol)
 
     def loosen(self, snes: PETSc.SNES, iteration: int) -> None:
-        """At the start of an iteration, where the residual has kinks."""
+        """At the start of an iteration."""
         if self._loosens and iteration == LATE:
             snes.setTolerances(atol=LOOSER * self._atol)
 

@@ -1,9 +1,9 @@
-"""An attempt of Newton's method whose line search stalls at kinks goes on with full steps."""
+"""An attempt of Newton's method whose line search stalls at kinks goes on with full steps, and back."""
 import numpy as np
 import pytest
 from petsc4py import PETSc
 
-from mpm_fenicsx.solve.searches import Searches
+from mpm_fenicsx.solve.searches import STALLED, Searches
 
 SOFT, STIFF, SPRINGS = 0.1, 100.0, 40
 
@@ -43,3 +43,37 @@ def close_springs(follows):
 def test_many_springs_that_close(follows, most):
     count = close_springs(follows)
     assert count is None if most is None else count <= most
+
+
+def go_to_and_fro(follows):
+    """Iterations in which sign(x) sqrt(abs x) = 0 is solved, where a full step leads from x to -x; None where
+    that goes on for ever."""
+    snes = PETSc.SNES().create(PETSc.COMM_SELF)
+    matrix = PETSc.Mat().createAIJ((1, 1), nnz=1, comm=PETSc.COMM_SELF)
+
+    def residual(snes, x, out):
+        out.array_w[:] = np.sign(x.array_r) * np.sqrt(np.abs(x.array_r))
+
+    def tangent(snes, x, matrix, same):
+        matrix.setValue(0, 0, 0.5 / np.sqrt(np.abs(x.array_r[0])))
+        matrix.assemble()
+
+    x, out = matrix.createVecs()
+    x.set(1.0)
+    snes.setFunction(residual, out)
+    snes.setJacobian(tangent, matrix)
+    snes.setTolerances(rtol=0.0, atol=1e-6, stol=0.0, max_it=25)
+    searches = Searches(snes, kinks=False)
+    searches.exchange()
+    assert searches.full_steps_first
+    if follows:
+        snes.setUpdate(lambda snes, iteration: searches.follow(iteration))
+    searches.begin()
+    snes.solve(None, x)
+    converged, count = snes.getConvergedReason() > 0, snes.getIterationNumber()
+    snes.destroy()
+    return count if converged else None
+
+
+def test_full_steps_to_and_fro_end_in_a_search():
+    assert go_to_and_fro(False) is None and STALLED < go_to_and_fro(True) < 25

@@ -15,7 +15,9 @@ SLOW = 4  # more Newton iterations in a step than this count against the kept ta
 # By dimension, as a tangent with its factor costs one or two iterations in the plane, in space three with
 # incomplete factors and twenty and more with whole ones:
 PATIENCE = {2: 0, 3: 20}  # so many of these iterations, then an elastic body gets a new tangent
-ENOUGH = {2: 1, 3: 3}  # a plastic body keeps its tangent where that needs so many iterations until the end
+# A plastic body keeps its tangent where that needs so many iterations until the end, and more where stiffness
+# over inertia is at most SLIGHT, as linear systems cost next to nothing there:
+ENOUGH, MORE, SLIGHT = {2: 1, 3: 2}, {2: 0, 3: 1}, 0.05
 USEFUL = {2: 0.0, 3: 0.1}  # and for the next step where the first iteration leaves so much of the residual
 
 
@@ -44,7 +46,8 @@ class Tangents:
     def __init__(self, dim: int, plastic: bool, watched: bool, anew: bool = False) -> None:
         self.plastic, self._watched, self._anew = plastic or anew, watched, anew
         self.yields = plastic and not anew
-        self._patience, self._enough, self._useful = PATIENCE[dim], ENOUGH[dim], USEFUL[dim]
+        self._patience, self._useful = PATIENCE[dim], USEFUL[dim]
+        self._enough, self._more = ENOUGH[dim], MORE[dim]
         self.by_user = PETSc.Options(PREFIX).hasName("snes_lag_jacobian")
         self.now, self.count = Tangent(), 0
         self.kept_one = True
@@ -101,7 +104,9 @@ class Tangents:
         if number == 1:
             self._first_left = left
         left = min(2.0 * left if self._fresh else left, 1.0)
-        return residual * left ** self._enough <= self._goal and not self._anew
+        slight = self.now.stiffness_over_inertia <= SLIGHT
+        enough = self._enough + (self._more if slight else 0)
+        return residual * left ** enough <= self._goal and not self._anew
 
     # ---------------------------------------------------------------- afterwards
 

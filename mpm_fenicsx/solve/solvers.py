@@ -17,8 +17,8 @@
               it is made in every iteration; beyond that cg (gmres) where inertia dominates the tangent,
               jacobi while it does by far, multigrid (gamg where the grid is not regular) where stiffness does
 
-Iterative ones stop at -mpm_ksp_rtol 1e-8, but jacobi, and cg and gmres for a tangent that changes with the
-load, at 1e-3: there Newton's method iterates anyhow (more exactly where that may end its iterations, see
+Iterative ones stop at -mpm_ksp_rtol 1e-8, but jacobi, and all for a tangent that changes with the load, at
+1e-3: there Newton's method iterates anyhow (more exactly where that may end its iterations, see
 ``tolerance``). They give up after 2000 and 500 iterations (-mpm_ksp_max_it). On several ranks direct solves
 systems below REDUNDANT_UP_TO unknowns whole on each rank (-mpm_pc_type redundant). docs/solvers.md says which
 one does what."""
@@ -102,10 +102,10 @@ def configure(ksp, prefix, name, nodes, symmetric, changes=False):
             # From the right it is the residual itself that becomes small: a preconditioner that is bad for a
             # few rows makes them all that counts in its norm, and gmres ends having done nothing for the rest
             ksp.setPCSide(PETSc.PC.Side.RIGHT if general else PETSc.PC.Side.LEFT)
-        loose = name == "jacobi" or (changes and name in ("cg", "gmres"))
-        ksp.setTolerances(**(LOOSE if loose else EXACT))
-        simple = "sor" if (changes and general) or is_wide(ksp.getOperators()[0]) else "bjacobi"
-        _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), nodes)
+        ksp.setTolerances(**(LOOSE if changes or name == "jacobi" else EXACT))
+        factors = not (changes and general)
+        simple = "bjacobi" if factors and not is_wide(ksp.getOperators()[0]) else "sor"
+        _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), nodes, factors)
 
 
 def _factorise(ksp, options, kind, symmetric):
@@ -127,18 +127,21 @@ def _factorise(ksp, options, kind, symmetric):
         _default(options, mat_cholmod_print=0)  # a factorisation that fails is not yet the end
 
 
-def _precondition(ksp, options, kind, nodes):
+def _precondition(ksp, options, kind, nodes, factors):
+    """factors: incomplete ones smooth on the grids of multigrid, else successive over-relaxation."""
     incomplete = "icc" if ksp.getType() == "cg" else "ilu"
+    # gamg's own smoother, the diagonal, needs eight times the iterations where cells are nearly empty
+    smoother = dict(mg_levels_ksp_type="chebyshev", mg_levels_pc_type="bjacobi",
+                    mg_levels_sub_pc_type=incomplete) if factors else dict(
+                        mg_levels_ksp_type="richardson", mg_levels_pc_type="sor")
     if kind == "multigrid":
         _set_coarse_grids(ksp, nodes)
-        _default(options, pc_mg_galerkin="both", mg_levels_ksp_type="chebyshev",
-                 mg_levels_pc_type="bjacobi", mg_levels_sub_pc_type=incomplete)
+        _default(options, pc_mg_galerkin="both", **smoother)
         return
     ksp.getPC().setType(kind)
     if kind == "gamg":
         _set_rigid_body_modes(ksp.getOperators()[0], nodes.x)
-        # its own smoother, the diagonal, needs eight times the iterations where cells are nearly empty
-        _default(options, mg_levels_pc_type="bjacobi", mg_levels_sub_pc_type=incomplete)
+        _default(options, **smoother)
     elif kind == "hypre":
         _default(options, pc_hypre_type="boomeramg")
     elif kind == "bjacobi":

@@ -90,6 +90,14 @@ def test_one_preset_leaves_nothing_behind_for_the_next(make_mpm, options):
     assert PETSc.Options("mpm_").getString("sub_pc_type") == "ilu"
 
 
+@pytest.mark.parametrize("solver", ["multigrid", "gamg"])
+def test_grids_of_soil_are_smoothed_without_factors(make_mpm, solver):
+    """Incomplete ones of soil that comes apart are useless."""
+    for more, smoother in ((SOIL, "sor"), ({}, "bjacobi"), (SOIL, "sor")):
+        motion(make_mpm(**BLOCK, **more, numerics=Numerics(solver)))
+        assert PETSc.Options("mpm_").getString("mg_levels_pc_type") == smoother
+
+
 def test_options_win_over_the_preset(make_mpm, options):
     options(pc_type="jacobi", ksp_rtol=1e-4)
     solid = make_mpm(**BLOCK, numerics=Numerics("direct"))
@@ -119,22 +127,21 @@ def test_a_solver_that_stalls_gives_up():
     assert ksp.getIterationNumber() == solvers.LOOSE["max_it"]
 
 
-@pytest.mark.parametrize("preset", ["gmres", "jacobi"])
-def test_a_bad_preconditioner_of_one_row_spoils_no_other(preset):
+def test_a_bad_preconditioner_of_one_row_spoils_no_other():
     """That row alone would decide when gmres, preconditioned from the left, believes to have converged."""
     n, ksp = 300, PETSc.KSP().create(PETSc.COMM_SELF)
     matrix = PETSc.Mat().createAIJ((n, n), nnz=3, comm=PETSc.COMM_SELF)
     for row in range(n):
-        matrix.setValue(row, row, 1e-9 if row == 0 else 2.0 + row % 7)
+        matrix.setValue(row, row, 1e-6 if row == 0 else 2.0 + row % 7)
         matrix.setValue(row, (row + 1) % n, -0.9)
         matrix.setValue(row, row - 1 if row else n - 1, -0.5)
     matrix.assemble()
     ksp.setOperators(matrix)
-    solvers.configure(ksp, "mpm_", preset, np.zeros((n // 3, 3)), symmetric=False, changes=True)
+    solvers.configure(ksp, "mpm_", "gmres", np.zeros((n // 3, 3)), symmetric=False, changes=True)
     x, b = matrix.createVecs()
     b.array_w[:] = np.sin(np.arange(n))
     ksp.solve(b, x)
-    assert ksp.getConvergedReason() > 0 and ksp.getPC().getType() == {"gmres": "sor"}.get(preset, preset)
+    assert ksp.getConvergedReason() > 0 and ksp.getPC().getType() == "sor"
     assert (matrix * x - b).norm() < 2.0 * solvers.LOOSE["rtol"] * b.norm()
 
 

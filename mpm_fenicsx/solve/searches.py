@@ -52,8 +52,7 @@ class Searches:
         self._use(self._wanted)
 
     def follow(self, iteration: int) -> None:
-        """At the start of an iteration, where springs or yield surfaces have kinks: the search of those to
-        come."""
+        """At the start of an iteration, where the residual has kinks: the search of those to come."""
         norm = self._snes.getFunctionNorm()
         self._least.append(min([norm, *self._least[-1:]]))
         if len(self._least) > STALLED and self._least[-1] > LEFT * self._least[-1 - STALLED]:

@@ -49,7 +49,7 @@ class Newton:
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
         compat.set_lag_jacobian(snes, tangents.lag)
         self._searches, self._tolerance = Searches(snes, kinks), Tolerance(kinks)
-        if kinks or tangents.yields:
+        if kinks:
             snes.setUpdate(self._iterate)
         snes.getKSP().setOperators(active_cells.matrix)
         given = PETSc.Options(PREFIX).hasName

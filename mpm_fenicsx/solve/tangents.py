@@ -36,8 +36,7 @@ class Tangent(NamedTuple):
 
 class Tangents:
     """The policy for the matrix of one set of active cells. ``now``: the ``Tangent`` in it; ``count``: those
-    made so far; ``kept_one``: whether an iteration of this step has gone without a new one; ``yields``:
-    whether laws have the tangent change with the load.
+    made so far; ``kept_one``: whether an iteration of this step has gone without a new one.
 
     plastic: the tangent changes with the load, so every iteration may get a new one, and with ``anew`` it
     does; watched: penalties may ask for a new one in any iteration. The user decides instead with
@@ -45,7 +44,6 @@ class Tangents:
 
     def __init__(self, dim: int, plastic: bool, watched: bool, anew: bool = False) -> None:
         self.plastic, self._watched, self._anew = plastic or anew, watched, anew
-        self.yields = plastic and not anew
         self._patience, self._useful = PATIENCE[dim], USEFUL[dim]
         self._enough, self._more = ENOUGH[dim], MORE[dim]
         self.by_user = PETSc.Options(PREFIX).hasName("snes_lag_jacobian")

@@ -12,22 +12,25 @@ class Lines:
     ``path``."""
 
     def __init__(self, path: Union[str, Path], keep: int = 0) -> None:
-        self.path, self._waiting = path, bytearray()
+        # Where in the file that begins which waits, and that: one thing, so that an interrupt between a write
+        # and what is known of it has the same bytes written to the same place again, not behind themselves.
+        self.path, self._rest = path, (keep, b"")
         self._file = os.open(path, os.O_RDWR | os.O_CREAT | (0 if keep else os.O_TRUNC), 0o666)
         os.truncate(self._file, keep)
-        os.lseek(self._file, keep, os.SEEK_SET)
 
     def add(self, text: str) -> None:
         """Append ``text``, which waits in memory until there is enough of it."""
-        self._waiting += text.encode()
-        if len(self._waiting) > MOST:
+        place, waiting = self._rest
+        self._rest = place, waiting + text.encode()
+        if len(self._rest[1]) > MOST:
             self.flush()
 
     def flush(self) -> None:
         """Write what waits in memory."""
-        while self._waiting:
-            written = os.write(self._file, self._waiting)
-            del self._waiting[:written]
+        while self._rest[1]:
+            place, waiting = self._rest
+            written = os.pwrite(self._file, waiting, place)
+            self._rest = place + written, waiting[written:]
 
     def sync(self) -> int:
         """Write all to the disk itself, so that it outlives the machine. Returns the size of the file
@@ -46,8 +49,8 @@ class Lines:
     def restore(self) -> None:
         """Put the file back at ``path`` after somebody has removed it: as long as it is open, it can be
         read."""
-        size, old = os.fstat(self._file).st_size, self._file
-        self._waiting = bytearray(os.pread(old, size, 0)) + self._waiting
+        old, (place, waiting) = self._file, self._rest
+        self._rest = 0, os.pread(old, place, 0) + waiting
         self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o666)
         os.close(old)
 

@@ -1,4 +1,5 @@
 """history.csv: what is written can be read, also while it is being written."""
+import os
 import resource
 import tracemalloc
 from types import SimpleNamespace
@@ -108,3 +109,22 @@ def test_full_disk_loses_no_row_before(tmp_path):
     assert kept.column(0).tolist() == list(range(2 * rows.BLOCK - 1))
     kept.add((n, -n))
     assert kept.column(1).tolist() == [-n for n in range(2 * rows.BLOCK)]
+
+
+def test_an_interrupt_right_after_a_write_has_no_row_written_twice(tmp_path, monkeypatch):
+    history = History(tmp_path / "history.csv", COLUMNS)
+    for n in range(3):
+        history.add({"time": n, "force": 0.0})
+    write = os.pwrite
+
+    def interrupted(*given):
+        write(*given)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "pwrite", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        history.sync()
+    monkeypatch.undo()
+    history.add({"time": 3, "force": 0.0})
+    history.close()
+    assert read(tmp_path / "history.csv")["time"].tolist() == [0, 1, 2, 3] and len(history) == 4

@@ -15,9 +15,10 @@ SLOW = 4  # more Newton iterations in a step than this count against the kept ta
 # By dimension, as a tangent with its factor costs one or two iterations in the plane, in space three with
 # incomplete factors and twenty and more with whole ones:
 PATIENCE = {2: 0, 3: 20}  # so many of these iterations, then an elastic body gets a new tangent
-# A plastic body keeps its tangent where that needs so many iterations until the end, and more where stiffness
-# over inertia is at most SLIGHT, as linear systems cost next to nothing there:
-ENOUGH, MORE, SLIGHT = {2: 1, 3: 2}, {2: 0, 3: 1}, 0.05
+# A plastic body keeps its tangent where that needs so many iterations until the end, and more where an
+# iteration costs little beside a tangent: with whole factors, and where stiffness over inertia is at most
+# SLIGHT, as linear systems cost next to nothing there.
+ENOUGH, MORE, SLIGHT, FACTORS = {2: 1, 3: 2}, {2: 0, 3: 1}, 0.05, "preonly"
 USEFUL = {2: 0.0, 3: 0.1}  # and for the next step where the first iteration leaves so much of the residual
 
 
@@ -102,8 +103,8 @@ class Tangents:
         if number == 1:
             self._first_left = left
         left = min(2.0 * left if self._fresh else left, 1.0)
-        slight = self.now.stiffness_over_inertia <= SLIGHT
-        enough = self._enough + (self._more if slight else 0)
+        cheap = self.now.stiffness_over_inertia <= SLIGHT or snes.getKSP().getType() == FACTORS
+        enough = self._enough + (self._more if cheap else 0)
         return residual * left ** enough <= self._goal and not self._anew
 
     # ---------------------------------------------------------------- afterwards

@@ -15,10 +15,10 @@ SLOW = 4  # more Newton iterations in a step than this count against the kept ta
 # By dimension, as a tangent with its factor costs one or two iterations in the plane, in space three with
 # incomplete factors and twenty and more with whole ones:
 PATIENCE = {2: 0, 3: 20}  # so many of these iterations, then an elastic body gets a new tangent
-# A plastic body keeps its tangent where that needs so many iterations until the end, and more where an
-# iteration costs little beside a tangent: with whole factors, and where stiffness over inertia is at most
-# SLIGHT, as linear systems cost next to nothing there.
-ENOUGH, MORE, SLIGHT, FACTORS = {2: 1, 3: 2}, {2: 0, 3: 1}, 0.05, "preonly"
+ENOUGH = {2: 1, 3: 2}  # a plastic body keeps its tangent where that needs so many iterations until the end,
+# and so many more where an iteration costs little beside a tangent: with whole factors (PETSc's method
+# "preonly"), and where stiffness over inertia is at most SLIGHT, as linear systems cost next to nothing there
+MORE, SLIGHT, FACTORS = {2: 0, 3: 1}, 0.05, "preonly"
 USEFUL = {2: 0.0, 3: 0.1}  # and for the next step where the first iteration leaves so much of the residual
 
 

@@ -10,6 +10,7 @@ from ..common.booking import Hits
 from ..common.walls import Walls, sparse, with_tail
 from ..search.squares import nodes_near
 from .forces import WallForce
+from .gathering import rows_of_all
 
 
 class Loads:
@@ -64,12 +65,10 @@ class Loads:
         rows = np.concatenate([self._used, np.arange(self._fixed, len(self.now.force))])
         values = np.column_stack([self.now.impulse[rows], self.now.force[rows]])
         rows, values = sparse(rows, values)
-        counts = np.array(comm.allgather(len(rows)))
-        all_rows, all_values = np.empty(counts.sum(), np.int64), np.empty((counts.sum(), 6))
-        comm.Allgatherv(rows, [all_rows, counts])
-        comm.Allgatherv(values, [all_values, 6 * counts])
+        found = rows_of_all(np.column_stack([rows, values]), comm)
+        all_rows = found[:, 0].astype(np.int64)  # exact in a float
         self._used = np.union1d(self._used, all_rows[all_rows < self._fixed])
-        for array, own in zip(self.now, np.hsplit(all_values, 2)):
+        for array, own in zip(self.now, np.hsplit(found[:, 1:], 2)):
             array[rows] = 0.0
             np.add.at(array, all_rows, own)
 

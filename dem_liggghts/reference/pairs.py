@@ -10,6 +10,7 @@ import numpy as np
 
 from ..compiled import compiled
 from ..search.neighbours import NeighbourList
+from .gathering import rows_of_all
 
 
 class Pairs(NamedTuple):
@@ -73,11 +74,7 @@ def _sorted(first, second, rows):
 
 def gathered(pairs: Pairs, springs: int, comm: Any) -> Pairs:
     """The pairs of all ranks, on every rank; springs: of each contact."""
-    block = _block(pairs, springs)
-    counts = np.array(comm.allgather(len(block)))
-    whole = np.empty((counts.sum(), block.shape[1]))
-    comm.Allgatherv(block, [whole, counts * block.shape[1]])
-    return _pairs(whole, springs)
+    return _pairs(rows_of_all(_block(pairs, springs), comm), springs)
 
 
 def routed(pairs: Pairs, springs: int, to: np.ndarray, also: Optional[np.ndarray], comm: Any) -> Pairs:

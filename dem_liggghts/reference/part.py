@@ -6,6 +6,7 @@ import numpy as np
 from ..compiled import compiled
 from ..search.neighbours import NeighbourList
 from .forces import SphereState
+from .gathering import rows_of_all
 from .rigid import ClusterState
 
 MOVING = ("x", "v", "omega", "force", "torque")  # what changes of the spheres, and of the clusters
@@ -82,9 +83,7 @@ def gather(part: Part, own: Tuple[SphereState, Any], whole: Tuple[SphereState, A
 
 def _from_all(block: np.ndarray, rank: np.ndarray, comm: Any) -> np.ndarray:
     """The rows of all ranks, one after the other. rank: of each of all things, (n,)."""
-    rows = np.empty((len(rank), block.shape[1]))
-    comm.Allgatherv(block, [rows, np.bincount(rank, minlength=comm.size) * block.shape[1]])
-    return rows
+    return rows_of_all(block, comm, np.bincount(rank, minlength=comm.size))
 
 
 @compiled

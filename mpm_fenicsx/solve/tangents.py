@@ -9,6 +9,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from .options import PREFIX
+from .tolerance import stops_at
 
 KEEP = -1  # as -mpm_snes_lag_jacobian: never made anew by the SNES itself
 SLOW = 4  # more Newton iterations in a step than this count against the kept tangent
@@ -96,8 +97,7 @@ class Tangents:
         Newton's method has converged quadratically, and the same tangent leaves twice as much."""
         number, residual = snes.getIterationNumber(), snes.getFunctionNorm()
         if number == 0:
-            rtol, atol, *_ = snes.getTolerances()
-            self._goal = max(atol, rtol * residual)
+            self._goal = stops_at(snes)
             return self._holds and self.now.dt == self._dt and not self._anew
         left = residual / (self._residual or residual)
         if number == 1:

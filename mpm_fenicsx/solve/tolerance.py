@@ -8,7 +8,13 @@ from .options import PREFIX
 LATE, LOOSER = 10, 100.0
 # A linear system that is solved loosely, in an iteration which would be the last one if it were solved well:
 # to so much of the residual where Newton's method stops, but no more exactly than this.
-SHARE, EXACT = 0.3, 1e-5
+SHARE, FINEST = 0.3, 1e-5
+
+
+def stops_at(snes: PETSc.SNES) -> float:
+    """The norm [N] at which the ``snes`` stops, which is at its first residual."""
+    rtol, atol, *_ = snes.getTolerances()
+    return float(max(atol, rtol * snes.getFunctionNorm()))
 
 
 class Tolerance:
@@ -36,16 +42,15 @@ class Tolerance:
     def aim(self, snes: PETSc.SNES) -> None:
         """Before the linear system of an iteration: a residual that one iteration can bring to where the
         ``snes`` stops must not miss that because the system was solved loosely."""
-        residual, ksp = snes.getFunctionNorm(), snes.getKSP()
-        if snes.getIterationNumber() == 0:
-            rtol, atol, *_ = snes.getTolerances()
-            self._goal = max(atol, rtol * residual)
         if self._linear_by_user:
             return
+        residual, ksp = snes.getFunctionNorm(), snes.getKSP()
+        if snes.getIterationNumber() == 0:
+            self._goal = stops_at(snes)
         now = ksp.getTolerances()[0]
         if now != self._linear:  # the linear solver is another one
             self._preset = now
         asked = SHARE * self._goal / residual if residual > 0.0 else 1.0
-        self._linear = min(self._preset, asked) if asked >= EXACT else self._preset
+        self._linear = min(self._preset, asked) if asked >= FINEST else self._preset
         if self._linear != now:
             ksp.setTolerances(rtol=self._linear)

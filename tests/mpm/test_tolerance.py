@@ -60,6 +60,6 @@ def test_the_user_s_tolerance_stays():
 
 @pytest.mark.parametrize("reach", [0.5, 2.0])
 def test_what_is_out_of_reach_is_solved_loosely(monkeypatch, reach):
-    """That a system be solved better than EXACT for it, is not worth it."""
-    monkeypatch.setattr("mpm_fenicsx.solve.tolerance.EXACT", reach * 0.3 * GOAL)
+    """That a system be solved better than FINEST for it, is not worth it."""
+    monkeypatch.setattr("mpm_fenicsx.solve.tolerance.FINEST", reach * 0.3 * GOAL)
     assert (solve(True)[0] == LOOSE) == (reach > 1.0)

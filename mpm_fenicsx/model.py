@@ -6,8 +6,8 @@ from mpi4py import MPI
 
 from .accounts import Accounts
 from .basis.smooth import Basis
-from .grid.background import Background, Choice, Needs, check_inside, whole_mesh
-from .grid.large import come_in_blocks, make_blocks
+from .grid.background import Background, Choice, Needs, check_inside
+from .grid.large import come_in_blocks, make_blocks, mean_size
 from .grid.supports import Supports
 from .laws import ELASTIC_STATE, check_together
 from .output.matter import Matter, matter
@@ -116,14 +116,13 @@ class Model(Accounts):
     def _make_feeds(self) -> Feeds:
         """Of the inflows, whose columns are inside the grid."""
         grid, scene = self._framed.grid, self._framed
-        vertices, cells = whole_mesh(grid) if scene.inflows else (np.zeros((1, self.dim)), [[0]])
-        h = np.ptp(vertices[cells], axis=1).mean(axis=0)
 
         def make(body: Body, first: int) -> BodyTerm:
             return self._transfer.body(body, first, self.gravity, scene.body_force, self.basis,
                                        grid.box.size / grid.cells if self.basis.smooth else None)
 
-        feeds = Feeds(scene.inflows, self._bodies, make, h, self.gravity, self.comm)
+        feeds = Feeds(scene.inflows, self._bodies, make, mean_size(grid) if scene.inflows else None,
+                      self.gravity, self.comm)
         for feed in feeds:
             feed.check_inside(grid.box, self.origin)
         return feeds
@@ -133,7 +132,8 @@ class Model(Accounts):
         """Distribute the grid over the ranks for points at x [m], (n, dim); each rank gives some. owner, rank
         of each cell, and blocks, numbers of those of a large grid, decide instead."""
         grid, scene = self._framed.grid, None if self.steps else self._framed
-        there = make_blocks(grid, x, scene, blocks, self.comm) if self._in_blocks else None
+        there = make_blocks(grid, [x, *self._feeds.places()], scene, blocks,
+                            self.comm) if self._in_blocks else None
         needs = Needs(any(body.body.f_bar for body in self._bodies), max(self.scene.fields) + 1)
         self.background = Background(grid, self.comm, x, needs, self.origin, self._margin, self.basis,
                                      Choice(owner, there))

@@ -1,6 +1,7 @@
 """Which grids come in blocks, and which blocks of them are made."""
 import numpy as np
 
+from ..scene.bodies import Grid
 from ..scene.column_grid import Columns
 from .blocks import Blocks
 from .column_blocks import ColumnBlocks
@@ -8,22 +9,31 @@ from .column_blocks import ColumnBlocks
 
 def come_in_blocks(scene, smooth):
     """Whether blocks of the grid of a ``SolidScene`` are enough: a large regular one, or one of columns, with
-    the linear basis, without walls along its nodes and inflows, which look at all of it. ValueError for one
-    that is too large otherwise. smooth: so is the basis."""
+    the linear basis and without walls along its nodes, which look at all of it. ValueError for one that is
+    too large otherwise. smooth: so is the basis."""
     if not getattr(scene.grid, "large", False):
         return False
-    if smooth or scene.penalties or scene.inflows:
+    if smooth or scene.penalties:
         scene.grid.check_whole()
         return False
     return True
 
 
-def make_blocks(grid, x, scene, numbers, comm):
-    """``Blocks`` of the ``numbers``, or where they are None around material points x [m], shape (n, D), of
-    which each rank gives some, and what a ``SolidScene``, or None, has besides. Collective."""
+def make_blocks(grid, places, scene, numbers, comm):
+    """``Blocks`` of the ``numbers``, or where they are None around the ``places`` [m], (n, D) each, of which
+    each rank gives some, and what a ``SolidScene``, or None, has besides. Collective."""
     kind = ColumnBlocks if isinstance(grid, Columns) else Blocks
     if numbers is not None:
         return kind(grid, numbers)
     stated = [scene.interface, *(load.surface for load in scene.loads)] if scene else []
-    places = [np.asarray(one.x, float) for one in stated if hasattr(one, "x")]
-    return kind.around(grid, [x, *(at for at in places if at.shape[1] == grid.dim)], comm)
+    more = [np.asarray(one.x, float) for one in stated if hasattr(one, "x")]
+    return kind.around(grid, [*places, *(at for at in more if at.shape[1] == grid.dim)], comm)
+
+
+def mean_size(grid):
+    """Mean extent of the cells of a grid along the axes [m], shape (D,); of columns without making them."""
+    if isinstance(grid, Columns):
+        return grid.mean_size
+    if isinstance(grid, Grid):
+        return grid.box.size / grid.cells
+    return np.ptp(grid.vertices[grid.cells], axis=1).mean(axis=0)

@@ -55,6 +55,13 @@ class Feed:
         D, half = len(self.inflow.at), 0.5 * self.width
         return np.array([-self.length, 0.0, -half][:D]), np.array([0.0, self._deepest, half][:D])
 
+    def places(self):
+        """Of the column, at most a cell apart [m], shape (n, D)."""
+        lines = [np.linspace(low, high, 2 + int((high - low) / step))
+                 for low, high, step in zip(*self.extent(), self._reach)]
+        return np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, len(lines)) @ self._axes + (
+            self.inflow.at)
+
     def _seen(self, x):
         """Places x [m], shape (n, D), from the inlet along its axes."""
         return (x - self.inflow.at) @ self._axes.T
@@ -62,9 +69,8 @@ class Feed:
     def check_inside(self, box, origin):
         """ValueError where the column is not inside the ``box`` of the grid; origin: see ``frame``."""
         inflow, slack = self.inflow, ROUND * self._h
-        corners = np.stack(np.meshgrid(*zip(*self.extent()), indexing="ij"), axis=-1).reshape(
-            -1, len(inflow.at)) @ self._axes + inflow.at
-        low, high = corners.min(axis=0), corners.max(axis=0)
+        places = self.places()
+        low, high = places.min(axis=0), places.max(axis=0)
         for axis in range(len(inflow.at)):
             if box.lower[axis] - slack[axis] <= low[axis] and high[axis] <= box.upper[axis] + slack[axis]:
                 continue

@@ -44,6 +44,10 @@ class Feeds:
         """See ``Passed.by_name``."""
         return self._passed.by_name()
 
+    def places(self):
+        """Of the columns, (n, D) each: no cell of one is without a place [m]."""
+        return [feed.places() for feed in self._feeds]
+
     def supports(self):
         """What holds the columns."""
         return tuple(feed.support() for feed in self._feeds)

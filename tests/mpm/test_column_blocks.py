@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from mpm_fenicsx import MPM, Body, Box, Terrain, linear, neo_hooke
+from mpm_fenicsx import MPM, Body, Box, Inflow, Terrain, linear, neo_hooke
 from mpm_fenicsx.grid import blocks
 from mpm_fenicsx.grid.column_blocks import ColumnBlocks
 from mpm_fenicsx.output.snapshots import snapshot
@@ -36,13 +36,13 @@ def rough(dim):
                             Box((0.0, 0.0), (6.0, 1.0)), cell=H)
 
 
-def thrown(dim=2):
+def thrown(dim=2, **more):
     """A soft block that flies some blocks of cells over a terrain, and touches down on it."""
     ground, shape = rough(dim), Box((0.3, 0.3, 0.25)[3 - dim:], (0.7, 0.7, 0.55)[3 - dim:])
     body = Body(shape, (4, 4, 3)[3 - dim:], 2, neo_hooke(2e3, 0.3), 1000.0, f_bar=True,
                 velocity=(6.0, 0.0, 0.5)[:1] + (0.0, 0.5)[3 - dim:])
     return MPM(ground.grid(H, above=1.5), body, gravity=(0.0,) * (dim - 1) + (-9.81,), inertia="lumped",
-               structures=[ground.structure(friction=0.2)], outflow="remove")
+               structures=[ground.structure(friction=0.2)], outflow="remove", **more)
 
 
 def motion(solid, steps):
@@ -105,6 +105,23 @@ def test_motion_is_that_on_a_whole_grid(monkeypatch, dim):
     x, cells, fields = snapshot(solid)["grid"]
     assert len(*cells.values()) == len(solid.background.owner)
     assert fields["mass"].sum() == pytest.approx(solid.points.mass.sum(), rel=1e-12)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_what_comes_in_late_has_its_cells(monkeypatch, dim):
+    """The block has left the blocks of the inlet when the first material comes there."""
+    late = [0.0, 0.45, 0.46, 0.7], [0.0, 0.0, 0.05, 0.05]
+    inlet = Inflow("the brook", at=(0.5, 0.5, 0.0)[:dim - 1] + (0.0,), normal="+x",
+                   up="+" + "xyz"[dim - 1], depth=late, speed=0.4, width=0.2 if dim == 3 else None)
+    found = []
+    for change in (lambda patch: None, divide_all):
+        change(monkeypatch)
+        solid = thrown(dim, openings=[inlet])
+        found.append((motion(solid, 14), solid.entered["mass"]))
+    (whole, _, _), mass = found[0]
+    (there, _, met), again = found[1]
+    assert len(met) > 1 and again == pytest.approx(mass, rel=1e-12) and mass > 0.0
+    np.testing.assert_allclose(there, whole, rtol=0, atol=1e-8)
 
 
 def test_a_file_goes_on_bit_for_bit(in_blocks, tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 from ..compiled import specialise
 from ..points.bins import Bins, bin_of
 from .flanks import Seen, is_other, next_flank, share_slots, too_far
-from .springs import CLOSED, Answer, Springs, spring_matrix
+from .springs import CLOSED, FREE, Answer, Springs, spring_matrix
 from .stencil_form import find_offsets
 from .wall_surfaces import WallElements, nearest
 
@@ -205,20 +205,20 @@ def tangent(basis: FootBasis, row, springs: Springs, answer: Answer, matrices):
     C, offset = np.empty((D, D)), np.empty(K, np.int64)
     find_offsets(D, K, offset)
     for q in range(len(element)):
+        if answer.status[q] == FREE:
+            continue
         c = element[q]
         spring_matrix(answer.gap[q], normal[q], springs.limit[q], answer.status[q], C)
         push = 1.0 if answer.status[q] >= CLOSED else 0.0
-        for a in range(K):
-            for b in range(K):
-                w = springs.lead * springs.stiffness[q]
-                rub = w * along[q, a] * along[q, b]
-                push_more = push * (w * across[q, a] * across[q, b] - rub)
-                if rub == 0.0 and push_more == 0.0:
-                    continue
+        w = springs.lead * springs.stiffness[q]
+        for b in range(K):
+            for k in range(D):
                 for i in range(D):
-                    for k in range(D):
-                        s = rub * C[i, k] + push_more * normal[q, i] * normal[q, k]
+                    nn = push * normal[q, i] * normal[q, k]
+                    s, t = w * along[q, b] * (C[i, k] - nn), w * across[q, b] * nn
+                    for a in range(K):
                         if SMOOTH:
-                            matrices[nodes[c, a], (5**D - 1) // 2 + offset[b] - offset[a], i, k] += s
+                            at = (5**D - 1) // 2 + offset[b] - offset[a]
+                            matrices[nodes[c, a], at, i, k] += along[q, a] * s + across[q, a] * t
                         else:
-                            matrices[row[c], b, k, i, a] += s
+                            matrices[row[c], b, k, i, a] += along[q, a] * s + across[q, a] * t

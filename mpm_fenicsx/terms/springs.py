@@ -142,12 +142,13 @@ def tangent(cell, row, N, springs: Springs, answer: Answer, Ke):
     for p in range(len(cell)):
         c = row[cell[p]]
         spring_matrix(gap[p], normal[p], limit[p], status[p], C)
-        for a in range(K):
-            for b in range(K):
-                w = lead * stiffness[p] * N[p, a] * N[p, b]
+        for b in range(K):
+            w = lead * stiffness[p] * N[p, b]
+            for j in range(D):
                 for i in range(D):
-                    for j in range(D):
-                        Ke[c, b, j, i, a] += w * C[i, j]
+                    s = w * C[i, j]
+                    for a in range(K):
+                        Ke[c, b, j, i, a] += N[p, a] * s
 
 
 class Spent(NamedTuple):

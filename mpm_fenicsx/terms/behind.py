@@ -52,7 +52,7 @@ class Behind:
     def __init__(self, surfaces, h, box, bodies, comm):
         """h: size of a cell [m]; box: of the grid."""
         self._bodies, self._comm, self._h, self._told = bodies, comm, h, set()
-        self._surfaces = WallSurfaces(surfaces, h, FAR * h, box)
+        self._surfaces = WallSurfaces(surfaces, h, FAR * h, box, self._places())
         self.names = self._surfaces.names
         D = self._surfaces.walls.normal.shape[1]
         self._look = direct(specialise(look, D=D, nearest=specialise(nearest, D=D)))
@@ -60,7 +60,11 @@ class Behind:
             body.points.add(side=np.zeros(len(body.points), np.int16))
         self._update()  # where they are at the start
 
+    def _places(self):
+        return [body.points.x for body in self._bodies]
+
     def _update(self):
+        self._surfaces.follow(self._places())
         return sum(self._look(body.points.x, self._surfaces.bins, self._surfaces.walls, DEEP * self._h,
                               FAR * self._h, body.points.side) for body in self._bodies)
 

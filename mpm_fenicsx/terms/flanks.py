@@ -23,6 +23,7 @@ import numpy as np
 from ..compiled import called, specialise
 from ..points.bins import Bins, bin_of
 from ..points.closest import closest
+from .placed_surface import normals
 from .wall_surfaces import TIE, WallElements
 
 ANGLE = 15.0  # [degrees]
@@ -176,26 +177,42 @@ def find_creased(bins: Bins, normal, creased):
 
 
 class Creases:
-    """Where a ``wall``, ``WallSurfaces``, may have several flanks within reach of a point. ``most``: feet of
-    a point there; ``bins``: mask of those of the wall as last placed, empty when ``most`` is 1."""
+    """Where a ``wall``, ``WallSurfaces`` of one, may have several flanks within reach of a point. ``most``:
+    feet of a point there; ``bins``: mask of those of the wall as last placed, empty when ``most`` is 1."""
 
     def __init__(self, wall):
-        self._wall, dim = wall, wall.walls.normal.shape[1]
+        self._wall, self.bins = wall, np.zeros(0, bool)
+        dim = wall.walls.normal.shape[1]
         self._find = specialise(find_creased, D=dim)
-        self.most, self.bins = dim, np.zeros(0, bool)
+        # one that deforms may become a valley
+        self.most = dim if wall.deforms or has_creases(wall.surfaces[0], wall.far) else 1
         self.place()
-        everywhere = np.zeros(1, bool)
-        if wall.deforms:  # a plane may become a valley
-            everywhere[0] = True
-        elif wall.moves:  # to wherever it may go
-            n = len(wall.walls.normal)
-            whole = wall.bins._replace(start=np.array([0, n]), items=np.arange(n))
-            self._find(whole, wall.walls.normal, everywhere)
-        if not (self.bins.any() or everywhere[0]):
-            self.most, self.bins = 1, np.zeros(0, bool)
 
     def place(self):
         """After the wall has been placed."""
         if self.most > 1:
             self.bins = np.empty(len(self._wall.bins.start) - 1, bool)
             self._find(self._wall.bins, self._wall.walls.normal, self.bins)
+
+
+def has_creases(surface, far):
+    """Whether any elements of a ``surface``, a ``wall_surfaces.Surface``, that are within ``far`` [m] of one
+    place have normals that may differ by more than ``ANGLE``, wherever points are. Space is halved until
+    those within reach of a part agree, or the part is as small as that."""
+    corners = surface.x[surface.elements]
+    lower, upper = corners.min(axis=1) - far, corners.max(axis=1) + far
+    normal = normals(surface, slice(None), corners)
+    parts = [(lower.min(axis=0), upper.max(axis=0), np.arange(len(normal)))]
+    while parts:
+        low, high, items = parts.pop()
+        items = items[((upper[items] >= low) & (lower[items] <= high)).all(axis=1)]
+        mean = normal[items].sum(axis=0)
+        size, axis = np.linalg.norm(mean), np.argmax(high - low)
+        if size > 0.0 and (normal[items] @ mean).min() >= HALF_ALIKE * size or not len(items):
+            continue
+        if (high - low)[axis] <= far:
+            return True
+        first, second = high.copy(), low.copy()
+        first[axis] = second[axis] = 0.5 * (low + high)[axis]
+        parts += (low, first, items), (second, high, items)
+    return False

@@ -53,8 +53,8 @@ class SurfaceContact:
         self.penalties = [surface.record for surface in surfaces]
         self.names, self._body, self._dim = [s.name for s in surfaces], body, background.dim
         self._h = background.h.max()
-        self._walls = [WallSurfaces([surface], self._h, 2.0 * NEAR * self._h, background.grid.box)
-                       for surface in surfaces]
+        self._walls = [WallSurfaces([surface], self._h, 2.0 * NEAR * self._h, background.grid.box,
+                                    [body.points.x]) for surface in surfaces]
         self.moves = any(wall.moves for wall in self._walls)
         self._creases = [Creases(wall) for wall in self._walls]
         most = [creases.most for creases in self._creases]
@@ -97,13 +97,16 @@ class SurfaceContact:
         p, parts = self._body.points, []
         points = ThickPoints(p.x, p.half, p.sunk)
         for w, (wall, creases, first) in enumerate(zip(self._walls, self._creases, self._slots)):
+            if wall.follow([p.x]):
+                creases.place()
             kept = slice(first, first + (creases.most if creases.most > 1 else 0))
-            slots = Slots(np.ascontiguousarray(p.wall_element[:, kept]), creases.bins)
+            slots = Slots(wall.among(p.wall_element[:, kept]), creases.bins)
             feet, side = Feet.room(len(p) * creases.most, self._dim), p.wall_side[:, w].copy()
             reach = wall.far, NEAR * self._h
             count = self._find[w](points, wall.bins, wall.walls, reach, side, slots, feet)
             p.wall_side[:, w] = side
             feet.slot[:count] += first
+            feet.element[:count] = wall.number[feet.element[:count]]
             parts.append(Feet(*(values[:count] for values in feet)))
         number = np.repeat(np.arange(len(parts)), [len(part.point) for part in parts])
         return Feet(*(np.concatenate(values) for values in zip(*parts))), number

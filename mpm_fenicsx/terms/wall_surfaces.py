@@ -15,6 +15,7 @@ from .placed_surface import REACH, PlacedSurface, near_box
 D = 2  # fixed by specialise
 # of two elements equally near, as at their common corner, the one that looks more straight at the point
 TIE = 1e-9
+AROUND = 8.0  # cells around points in which walls are looked up, until the points have left them
 
 
 class WallElements(NamedTuple):
@@ -29,8 +30,9 @@ class WallElements(NamedTuple):
 
 class Surface(NamedTuple):
     """A wall: its ``record`` and ``name``, particles x (n, D) [m], ``motion`` or None, ``elements`` (m, D),
-    and ``front`` (n, D), directions to the front; names of its force ``cells``; of each element the ``cell``
-    and the coefficients of ``friction``, mu [-] and ``xi`` [m/s^2], (m,)."""
+    and ``front`` (n, D), directions to the front, or None where it is the side of the elements' normals;
+    names of its force ``cells``; of each element the ``cell`` and the coefficients of ``friction``, mu [-]
+    and ``xi`` [m/s^2], (m,)."""
 
     record: object
     name: str
@@ -83,25 +85,20 @@ def nearest(p, x, bins: Bins, elements: WallElements, far, weight, best_weight, 
 
 
 class WallSurfaces:
-    """Several ``surfaces``, of the same dimension, in bins for places up to ``far`` [m] from them. ``bins``
-    and ``walls``, the ``WallElements``: as last placed. h: size of a cell [m]; box: around all places that
-    are looked at, a ``Box``: of what moves only elements near it are in bins."""
+    """Several ``surfaces``, of the same dimension: those of their elements that are near material points, in
+    bins for places up to ``far`` [m] from them. So what a rank has follows its points, and not the walls.
 
-    def __init__(self, surfaces, h, far, box):
-        self.names, self.far = [s.name for s in surfaces], far
+    ``bins`` and ``walls``, the ``WallElements``: as last placed; ``number`` (m,): of each of these among the
+    elements of its surface. h: size of a cell [m]; box: of the grid, in which all points are; x: of points
+    now, a list of (n, D) [m]."""
+
+    def __init__(self, surfaces, h, far, box, x):
+        self.names, self.surfaces, self.far = [s.name for s in surfaces], surfaces, far
         self.moves = any(s.motion for s in surfaces)
-        counts = np.cumsum([0, *(len(s.elements) for s in surfaces)])
-        wall = np.repeat(np.arange(len(surfaces)), np.diff(counts))
-        x = np.concatenate([s.x for s in surfaces])
-        starts = np.cumsum([0, *(len(s.x) for s in surfaces)])
-        elements = np.concatenate([s.elements + start for s, start in zip(surfaces, starts)])
-        self.walls = WallElements(x[elements], np.empty(elements.shape), wall,
-                                  find_rim(x, elements, h))
-        own = [slice(*ends) for ends in zip(counts, counts[1:])]
-        self._placed = [PlacedSurface(s, self.walls.corners[part], self.walls.normal[part], box, h)
-                        for s, part in zip(surfaces, own)]
-        self._first, self._binned = counts[:-1], None
-        self.place(0.0)
+        self._h, self._box, self._around = h, box, None
+        self._placed = [PlacedSurface(surface, h) for surface in surfaces]
+        self._near, self._time = None, 0.0
+        self.follow(x)
 
     @property
     def deforms(self):
@@ -112,20 +109,71 @@ class WallSurfaces:
         """Corners [m], shape (k, D, D), of the ``elements`` of one of the walls at ``time`` [s]."""
         return self._placed[wall].corners_at(time, elements)
 
+    def among(self, elements):
+        """Place of ``elements`` of the first surface, numbers of any shape, among those that are near; -1
+        where it is not."""
+        place = np.minimum(np.searchsorted(self.number, elements), len(self.number) - 1)
+        return np.where(self.number[place] == elements, place, -1)
+
+    def follow(self, x):
+        """Have all elements that are near points at the places of the list x. Returns whether ``walls`` and
+        ``bins`` are others than before."""
+        there = [places for places in x if len(places)] or [self._placed[0].corners_at(0.0, [0])[0]]
+        lower, upper = (end([end(places, axis=0) for places in there], axis=0) for end in (np.min, np.max))
+        known = self._around
+        if known and not (any(map(len, x)) and ((lower < known[0]) | (upper > known[1])).any()):
+            return False
+        ends = np.array([self._box.lower, self._box.upper]) + REACH * self._h * np.array([[-1.0], [1.0]])
+        beside = AROUND * self._h
+        self._around = np.clip(lower - beside, *ends), np.clip(upper + beside, *ends)
+        for placed in self._placed:
+            placed.look_between(*self._around)
+        return self.place(self._time)
+
     def place(self, time):
         """Take the walls to where they are at ``time`` [s]. Returns whether bins are made anew: not where all
         have moved alike, as the bins go along."""
+        self._time = time
         changed = [placed.place(time) for placed in self._placed]
+        if any(changed):
+            self._choose()
+        elif self.moves:
+            self.walls.corners[:] = np.concatenate([placed.corners for placed in self._placed])
         shifts = np.array([placed.shift for placed in self._placed])
-        if self._binned is None or any(changed) or np.ptp(shifts - self._binned, axis=0).any():
-            near = np.concatenate([placed.near + first for placed, first in zip(self._placed, self._first)])
-            corners = self.walls.corners[near]
-            bins = make_bins(corners.min(axis=1) - self.far, corners.max(axis=1) + self.far, self.far)
-            self._made, self._binned = bins._replace(items=near[bins.items]), shifts
+        if any(changed) or np.ptp(shifts - self._binned, axis=0).any():
+            corners = self.walls.corners
+            within = self._around[0] - self.far, self._around[1] + self.far
+            lower, upper = (np.clip(end(corners, axis=1) + side * self.far, *within)
+                            for end, side in ((np.min, -1.0), (np.max, 1.0)))
+            self._made, self._binned = make_bins(lower, upper, self.far), shifts
             self.bins = self._made
             return True
         self.bins = self._made._replace(origin=self._made.origin + (shifts - self._binned)[0])
         return False
+
+    def _choose(self):
+        """``walls`` of the elements that count now."""
+        near = [placed.near for placed in self._placed]
+        corners, normal = (np.concatenate([getattr(placed, what) for placed in self._placed])
+                           for what in ("corners", "normal"))
+        if self._near is None or not all(map(np.array_equal, near, self._near)):
+            self._near, self.number = near, np.concatenate(near)
+            self._wall = np.repeat(np.arange(len(near)), [len(one) for one in near])
+            self._rim = find_rim_of(self.surfaces, near, self._h)
+        self.walls = WallElements(corners, normal, self._wall, self._rim)
+
+
+def find_rim_of(surfaces, near, h):
+    """``find_rim`` of the elements ``near``, numbers by surface, of all ``surfaces`` together: by these and
+    the elements that may touch them."""
+    corners = np.concatenate([s.x[s.elements[chosen]] for s, chosen in zip(surfaces, near)])
+    ends = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    touching = [near_box(s.x, s.elements, *ends, h) for s in surfaces]
+    x = np.concatenate([s.x[s.elements[one]] for s, one in zip(surfaces, touching)])
+    rim = find_rim(x.reshape(-1, x.shape[2]), np.arange(x.shape[0] * x.shape[1]).reshape(x.shape[:2]), h)
+    first = np.cumsum([0, *map(len, touching)])
+    return rim[np.concatenate([start + np.searchsorted(one, chosen)
+                               for one, chosen, start in zip(touching, near, first)])]
 
 
 def find_rim(x, elements, h):
@@ -149,7 +197,7 @@ def find_surfaces(scene, background):
     surfaces = []
     for condition in scene:
         if isinstance(condition, Structure):
-            surfaces.append(_of_structure(condition, background))
+            surfaces.append(_of_structure(condition))
             continue
         if isinstance(condition, GridWall):
             x, cells = background.whole
@@ -168,30 +216,12 @@ def find_surfaces(scene, background):
     return surfaces
 
 
-def _of_structure(structure, background):
-    """Each element has vertices of its own, and its own side of them is the front, which turns with it. Of
-    one at rest only elements count that a point in the grid may be near to: a terrain reaches beyond it."""
-    given = structure.motion
-    kept = slice(None) if given else _near_grid(structure, background)
-    elements = structure.elements[kept]
-
-    def motion(time):
-        w = np.asarray(given(time), float)
-        return w if w.ndim == 1 else w[elements.ravel()]
-
-    own = np.arange(elements.size).reshape(elements.shape)
-    x = structure.x[elements].reshape(elements.size, -1)
-    return Surface(structure, structure.name, x, None if given is None else motion, own, np.zeros_like(x),
-                   structure.cells, structure.cell[kept],
-                   *(np.broadcast_to(np.asarray(values, float), len(structure.elements))[kept]
-                     for values in (structure.friction, structure.xi)))
-
-
-def _near_grid(structure, background):
-    """Numbers of the elements within ``REACH`` cells of the box of the grid; at least one."""
-    corners = structure.x[structure.elements]
-    return near_box(corners.min(axis=1), corners.max(axis=1), background.grid.box,
-                    REACH * background.h.max())
+def _of_structure(structure):
+    """Its elements' own side is the front, which turns with them."""
+    friction, xi = (np.broadcast_to(np.asarray(values, float), len(structure.elements))
+                    for values in (structure.friction, structure.xi))
+    return Surface(structure, structure.name, structure.x, structure.motion, structure.elements, None,
+                   structure.cells, structure.cell, friction, xi)
 
 
 def wall_facets(x, cells, kind, on_wall, normal):

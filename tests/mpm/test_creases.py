@@ -4,6 +4,8 @@ import pytest
 
 from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, Structure, Terrain, linear
 from mpm_fenicsx.terms import springs
+from mpm_fenicsx.terms.flanks import has_creases
+from mpm_fenicsx.terms.wall_surfaces import find_surfaces
 from tests.mpm.travelling import on_one_and_more
 
 G, H, DT = 9.81, 0.05, 2.5e-3
@@ -51,6 +53,16 @@ def layer(angle, friction=0.0, depth=0.05):
     soil = terrain.release(depth, (0.9, 1.1), H)
     return MPM(terrain.grid(H, 0.4), Body(soil, None, None, SAND, 1000.0, f_bar=True), structures=[bed],
                gravity=(0.0, -G), inertia="lumped")
+
+
+@pytest.mark.parametrize("height, found", [(0.05, False), (0.3, True)])
+def test_a_crease_is_found_wherever_it_is(height, found):
+    """One valley far from all points, in a hill that bends by more than that angle, but nowhere at once."""
+    def z(x, y):
+        return 2.0 * np.sin(0.5 * x) - height * np.maximum(0.0, 0.3 - abs(x - 4.0) - abs(y - 1.0))
+
+    bed = Terrain.function(z, Box((0.0, 0.0), (6.0, 2.0)), 0.05).structure()
+    assert has_creases(*find_surfaces([bed], None), far=0.1) is found
 
 
 def on_both(solid):

@@ -6,12 +6,24 @@ import numpy as np
 import pytest
 from petsc4py import PETSc
 
-from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, GridWall, Interface, Penalty, Support, mohr_coulomb
+from mpm_fenicsx import (
+    LAWS,
+    MPM,
+    Body,
+    Box,
+    Grid,
+    GridWall,
+    Interface,
+    Penalty,
+    Support,
+    Terrain,
+    mohr_coulomb,
+)
 from mpm_fenicsx.points.surface import normal_areas
 from mpm_fenicsx.scene.refine import divide
 from mpm_fenicsx.solve.step import Step
 from mpm_fenicsx.terms.behind import BEHIND, FRONT, THROUGH
-from mpm_fenicsx.terms.wall_surfaces import find_rim
+from mpm_fenicsx.terms.wall_surfaces import WallSurfaces, find_rim, find_surfaces
 from tests.mpm.travelling import on_one_and_more
 
 SOIL = LAWS["mohr_coulomb"](2e5, 0.3, 20.0, 0.0, 0.0)
@@ -40,6 +52,42 @@ def test_a_surface_ends_where_an_edge_has_one_element():
     rim = find_rim(x, elements, 0.1)
     middle = (x == [1.0, 0.5, 0.0]).all(axis=1).reshape(-1, 3)
     assert rim[~middle, 0].all() and not rim[middle, 0].any() and rim[..., 1].sum() == 8
+
+
+def hill(motion=None):
+    """7,200 triangles over 6 m x 6 m, with a rim."""
+    ground = Terrain.function(lambda x, y: 0.3 * np.sin(x) * np.cos(y), Box((0.0, 0.0), (6.0, 6.0)), 0.1)
+    return find_surfaces([ground.structure(motion=motion)], None)
+
+
+@pytest.mark.parametrize("at", [(3.0, 3.0), (0.1, 5.9)])
+@pytest.mark.parametrize("motion", [None, lambda t: (0.5 * t, 0.0, 0.1 * t)], ids=["rests", "moves"])
+def test_what_is_there_of_a_wall_follows_the_points(at, motion):
+    """Of all of it elements near them, with its rim, which ends elsewhere than the elements do."""
+    h, (whole,) = 0.05, hill(motion)
+    x = np.column_stack([np.array(at) + np.linspace(-0.2, 0.2, 5)[:, None], np.full(5, 0.2)])
+    walls = WallSurfaces([whole], h, 2.0 * h, Box((-1.0,) * 3, (8.0,) * 3), [x])
+    number, corners = walls.number, whole.x[whole.elements]
+    assert 100 < len(number) < 0.12 * len(corners) and (np.diff(number) > 0).all()
+    near = (abs(corners[..., :2] - np.array(at)) < 0.4).all(axis=(1, 2))
+    assert np.isin(np.flatnonzero(near), number).all()
+    np.testing.assert_array_equal(walls.walls.rim, find_rim(whole.x, whole.elements, h)[number])
+    assert walls.walls.rim.any() == (at == (0.1, 5.9)) and (walls.walls.normal[:, 2] > 0.9).all()
+    everywhere = np.arange(len(corners))
+    np.testing.assert_array_equal(number[walls.among(number)], number)
+    assert (walls.among(np.setdiff1d(everywhere, number)) == -1).all() and walls.among(np.array([-1])) == -1
+    assert not walls.follow([x + 0.3]) and walls.follow([x - (0.0, 1.0, 0.0)])
+    assert not np.array_equal(walls.number, number)
+    walls.place(2.0)
+    way = np.array(motion(2.0) if motion else (0.0, 0.0, 0.0))
+    np.testing.assert_allclose(walls.walls.corners, corners[walls.number] + way, rtol=0, atol=1e-14)
+
+
+def test_a_rank_without_points_has_one_element():
+    (whole,) = hill()
+    walls = WallSurfaces([whole], 0.05, 0.1, Box((-1.0,) * 3, (8.0,) * 3), [np.zeros((0, 3))])
+    assert len(walls.number) < 1000 and not walls.follow([np.zeros((0, 3))])
+    assert walls.follow([np.full((1, 3), 4.0)])
 
 
 def thrown(walls, velocity=(3.0, 0.0), stiffness=None):

@@ -3,9 +3,9 @@ from petsc4py import PETSc
 
 from .options import PREFIX
 
-# Springs that stick and slide in turn keep the last digits from Newton's method: from this iteration on so
-# many times the tolerance will do.
-LATE, LOOSER = 10, 100.0
+# Springs that stick and slide in turn, and soil at a free surface that comes apart and meets again, keep the
+# last digits from Newton's method: from these iterations on so many times the tolerance will do.
+LATE = {10: 1e2, 15: 1e4}
 # A linear system that is solved loosely, in an iteration which would be the last one if it were solved well:
 # to so much of the residual where Newton's method stops, but no more exactly than this.
 SHARE, FINEST = 0.3, 1e-5
@@ -36,8 +36,8 @@ class Tolerance:
 
     def loosen(self, snes: PETSc.SNES, iteration: int) -> None:
         """At the start of an iteration."""
-        if self._loosens and iteration == LATE:
-            snes.setTolerances(atol=LOOSER * self._atol)
+        if self._loosens and iteration in LATE:
+            snes.setTolerances(atol=LATE[iteration] * self._atol)
 
     def aim(self, snes: PETSc.SNES) -> None:
         """Before the linear system of an iteration: a residual that one iteration can bring to where the

@@ -85,9 +85,9 @@ def resting(make_mpm):
 
 
 def test_contact_ends_with_a_looser_tolerance_late(resting, monkeypatch, options):
-    """From iteration LATE on; not where the user has said how far to go."""
-    def residuals(late, **given):
-        monkeypatch.setattr(tolerance, "LATE", late)
+    """From the iterations LATE on; not where the user has said how far to go."""
+    def residuals(late, looser=100.0, **given):
+        monkeypatch.setattr(tolerance, "LATE", {late: looser})
         options(**given)
         solid, left = resting(), []
         solid.step.newton.snes.setMonitor(lambda snes, n, norm: left.append(snes.getTolerances()[1]))
@@ -96,6 +96,7 @@ def test_contact_ends_with_a_looser_tolerance_late(resting, monkeypatch, options
     strict, loose, by_user = residuals(10), residuals(1), residuals(1, snes_rtol=1e-12)
     assert len(strict) > 1 and set(strict) == set(by_user)
     assert loose[0] == strict[0] and loose[-1] == pytest.approx(100.0 * strict[0])
+    assert residuals(1, 1e4)[-1] == pytest.approx(1e4 * strict[0])
 
 
 def test_a_line_search_that_full_steps_please_costs_nothing(resting):

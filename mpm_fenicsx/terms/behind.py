@@ -12,25 +12,26 @@ from mpm_dem_direct import direct
 
 from ..collective import somewhere
 from ..compiled import specialise
-from ..points.bins import Bins
-from .wall_surfaces import WallElements, WallSurfaces, find_surfaces, nearest
+from ..points.box_tree import BoxTree
+from .wall_elements import WallElements, make_room, nearest
+from .wall_surfaces import WallSurfaces, find_surfaces
 
 D = 2  # fixed by specialise
 BEHIND, UNKNOWN, FRONT, THROUGH = -1, 0, 1, 2  # sides; THROUGH plus the number of the wall
 DEEP, FAR = 0.5, 2.0  # cells behind a wall, and from it
 
 
-def look(x, bins: Bins, elements: WallElements, deep, far, side):
+def look(x, tree: BoxTree, elements: WallElements, deep, far, side):
     """Bring the ``side`` of each point, shape (n,), up to date; returns how many have just gone through a
     wall.
 
-    x: (n, D) [m]; bins: of the elements; deep, far: [m].
+    x: (n, D) [m]; tree: of the elements; deep, far: [m].
     """
     wall = elements.wall
-    weight, work, best_weight = np.empty(D), np.empty((3, D)), np.empty(D)
+    room, weight = make_room(D), np.empty(D)
     gone = 0
     for p in range(len(x)):
-        element, _, along, on_rim = nearest(p, x, bins, elements, far, weight, best_weight, work)
+        element, _, along, on_rim = nearest(p, x, tree, elements, far, weight, room)
         if element < 0 or on_rim:
             side[p] = side[p] if side[p] >= THROUGH else UNKNOWN
         elif along >= 0.0:
@@ -65,7 +66,7 @@ class Behind:
 
     def _update(self):
         self._surfaces.follow(self._places())
-        return sum(self._look(body.points.x, self._surfaces.bins, self._surfaces.walls, DEEP * self._h,
+        return sum(self._look(body.points.x, self._surfaces.tree, self._surfaces.walls, DEEP * self._h,
                               FAR * self._h, body.points.side) for body in self._bodies)
 
     def __call__(self, time):

@@ -4,14 +4,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import specialise
-from ..points.bins import Bins, bin_of
-from .flanks import Seen, is_other, next_flank, share_slots, too_far
+from ..points.bins import bin_of
+from ..points.box_tree import BoxTree
+from .flanks import Seen, Slots, all_agree, find_arm, is_other, next_flank, share_slots, too_far
 from .springs import CLOSED, FREE, Answer, Springs, spring_matrix
 from .stencil_form import find_offsets
-from .wall_surfaces import WallElements, nearest
+from .wall_elements import WallElements, make_room, nearest
 
 D, K, S = 2, 4, 1  # fixed by specialise; S: most feet of a point on one wall
 SMOOTH = False  # whether the points have a smooth basis
+WIDEST = float(np.sqrt(3.0))  # reach of a point in parts of its largest half-width, at most
 DEFORMS = 0.5  # most by which the reach of a point changes, in parts of it
 BEHIND, UNKNOWN, FRONT = -1, 0, 1  # sides of a wall
 
@@ -45,26 +47,18 @@ class ThickPoints(NamedTuple):
     sunk: np.ndarray
 
 
-class Slots(NamedTuple):
-    """What the S slots of n points know of one wall: ``element`` (n, S), in which each had its foot, or -1;
-    ``creased``, mask of the bins in which a point may have more than one. Both are empty when S is 1."""
-
-    element: np.ndarray
-    creased: np.ndarray
-
-
-def find_feet(points: ThickPoints, bins: Bins, elements: WallElements, reach, side, slots: Slots,
+def find_feet(points: ThickPoints, tree: BoxTree, elements: WallElements, reach, side, slots: Slots,
               feet: Feet):
     """Fill ``feet`` with those of the points in front of one wall; returns how many. reach: how far points
     look for the wall, and largest gap of a foot [m]; side: (n,), of the wall, on which each point was;
     brought up to date."""
     x, half, sunk = points
     far, near = reach
-    place, work, of_foot = np.empty(D), np.empty((3, D)), np.empty(S, np.int64)
-    seen = Seen(np.empty(S, np.int64), np.empty((S, D)), np.empty((S, D)), np.empty(S), np.empty((3, D)))
+    room, of_foot, bins = make_room(D), np.empty(S, np.int64), slots.bins
+    seen = Seen(np.empty(S, np.int64), np.empty((S, D)), np.empty((S, D)), np.empty(S), room.work, room.stack)
     count = 0
     for p in range(len(x)):
-        e, square, along, on_rim = nearest(p, x, bins, elements, far, place, seen.weight[0], work)
+        e, square, along, on_rim = nearest(p, x, tree, elements, far, seen.weight[0], room)
         if e < 0:
             side[p] = UNKNOWN
             continue
@@ -79,12 +73,15 @@ def find_feet(points: ThickPoints, bins: Bins, elements: WallElements, reach, si
         if side[p] != FRONT:
             continue
         seen.element[0], seen.along[0], found, of_foot[0] = e, along, 1, 0
-        if S > 1 and slots.creased[bin_of(p, x, bins, D)]:
+        most = near  # distance of a further foot: its gap is less than near
+        for i in range(D):
+            most = max(most, near + WIDEST * points.half[p, i])
+        if S > 1 and square < most * most and slots.creased[bin_of(p, x, bins, D)]:
             for i in range(D):
                 seen.arm[0, i] = x[p, i]
                 for a in range(D):
                     seen.arm[0, i] -= seen.weight[0, a] * elements.corners[e, a, i]
-            while found < S and next_flank(p, x, bins, elements, found, slots.element, seen):
+            while found < S and next_flank(p, x, tree, elements, most, found, slots, seen):
                 found += 1
         if S > 1:
             share_slots(p, found, elements.normal, slots.element, seen, of_foot)
@@ -124,7 +121,8 @@ def finder(dim, most):
     reach = specialise(reach_of, D=dim)
     add = specialise(add_foot, D=dim, reach_of=reach)
     another = specialise(next_flank, **size, is_other=specialise(is_other, S=most),
-                         too_far=specialise(too_far, D=dim))
+                         too_far=specialise(too_far, D=dim), find_arm=specialise(find_arm, D=dim),
+                         all_agree=specialise(all_agree, D=dim))
     return specialise(find_feet, **size, reach_of=reach, add_foot=add, nearest=specialise(nearest, D=dim),
                       next_flank=another, share_slots=specialise(share_slots, S=most))
 

@@ -20,11 +20,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled import called, specialise
-from ..points.bins import Bins, bin_of
+from ..compiled import called
+from ..points.bins import Bins
+from ..points.box_tree import LEAF, BoxTree, descend, square_from
 from ..points.closest import closest
-from .placed_surface import normals
-from .wall_surfaces import TIE, WallElements
+from .wall_elements import TIE, WallElements
 
 ANGLE = 15.0  # [degrees]
 ALIKE = float(np.cos(np.radians(ANGLE)))
@@ -35,13 +35,32 @@ D, S = 2, 2  # dimensions, most feet of a point on one wall; fixed by specialise
 class Seen(NamedTuple):
     """Of the feet of one point, at most S: ``element`` (S,); ``weight`` (S, D), barycentric coordinates of
     its place there; ``arm`` (S, D), from there to the point [m]; ``along`` (S,), of that along the normal
-    [m]; ``work`` (3, D), room."""
+    [m]; ``work`` (3, D) and ``stack`` (ROOM,), room."""
 
     element: np.ndarray
     weight: np.ndarray
     arm: np.ndarray
     along: np.ndarray
     work: np.ndarray
+    stack: np.ndarray
+
+
+class Turns(NamedTuple):
+    """Least and greatest components of the normals below each node of the tree of a wall, see ``BoxTree``."""
+
+    lower: np.ndarray
+    upper: np.ndarray
+
+
+class Slots(NamedTuple):
+    """What the S slots of n points know of one wall: ``element`` (n, S), in which each had its foot, or -1;
+    ``bins``, and the mask ``creased`` of those in which a point may have more than one; ``turns`` of the
+    wall's normals. All are empty when S is 1."""
+
+    element: np.ndarray
+    bins: Bins
+    creased: np.ndarray
+    turns: Turns
 
 
 @called
@@ -102,43 +121,69 @@ def too_far(p, x, corner, normal, best):
             edge += (corner[a, i] - corner[0, i]) ** 2
         size = max(size, edge)
     within = abs(ahead) / ALIKE + np.sqrt(size)
-    return ahead * ahead >= best * (1.0 - TIE) or away > within * within * (1.0 + TIE)
+    return ahead * ahead > best * (1.0 + TIE) or away > within * within * (1.0 + TIE)
 
 
-def next_flank(p, x, bins: Bins, elements: WallElements, count, held, seen: Seen):
+def next_flank(p, x, tree: BoxTree, elements: WallElements, far, count, slots: Slots, seen: Seen):
     """Put the nearest element of another flank than the first ``count`` that are ``seen`` of point p there,
-    with its place. Returns whether there is one. x (n, D) [m]; held: see ``is_other``."""
-    start, items = bins.start, bins.items
+    with its place, if it is within ``far`` [m]. Returns whether there is one. x: (n, D) [m]."""
+    order, leaves = tree.order, tree.leaves
     corners, normal = elements.corners, elements.normal
-    b, best, found = bin_of(p, x, bins, D), np.inf, -1
-    weight, arm = seen.weight[count], seen.arm[count]
-    for item in range(start[b], start[b + 1]):
-        e, other = items[item], True
-        for k in range(count):
-            agree = 0.0
-            for i in range(D):
-                agree += normal[seen.element[k], i] * normal[e, i]
-            other = other and agree <= ALIKE
-        if not other or too_far(p, x, corners[e], normal[e], best):
+    best, found, top = far * far, -1, 1
+    weight, arm, stack = seen.weight[count], seen.arm[count], seen.stack
+    stack[0] = 1
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        too_far_away = square_from(p, x, tree, node, D) > best * (1.0 + TIE)
+        if too_far_away or all_agree(slots.turns, node, normal, count, seen):
             continue
-        closest(x[p], corners[e], D, weight, seen.work)
-        for i in range(D):
-            arm[i] = x[p, i]
-            for a in range(D):
-                arm[i] -= weight[a] * corners[e, a, i]
-        square, seen.along[count] = dot(arm, arm), dot(arm, normal[e])
-        if square < best * (1.0 - TIE) and is_other(p, x, e, count, elements, held, seen):
-            best, found = square, e
+        if node < leaves:
+            top = descend(p, x, tree, node, top, stack, D)
+            continue
+        for item in range(LEAF * (node - leaves), min(LEAF * (node - leaves + 1), len(order))):
+            e, other = order[item], True
+            for k in range(count):
+                agree = 0.0
+                for i in range(D):
+                    agree += normal[seen.element[k], i] * normal[e, i]
+                other = other and agree <= ALIKE
+            if not other or too_far(p, x, corners[e], normal[e], best):
+                continue
+            find_arm(p, x, corners[e], weight, arm, seen.work)
+            square, seen.along[count] = dot(arm, arm), dot(arm, normal[e])
+            if square > best * (1.0 + TIE) or (found >= 0 and square >= best * (1.0 - TIE) and e > found):
+                continue
+            if is_other(p, x, e, count, elements, slots.element, seen):
+                best, found = square, e
     if found < 0:
         return False
     seen.element[count] = found
-    closest(x[p], corners[found], D, weight, seen.work)
+    find_arm(p, x, corners[found], weight, arm, seen.work)
+    seen.along[count] = dot(arm, normal[found])
+    return True
+
+
+def all_agree(turns: Turns, node, normal, count, seen: Seen):
+    """Whether all elements below a ``node`` are of the flank of one of the first ``count`` that are seen."""
+    for k in range(count):
+        least = 0.0
+        for i in range(D):
+            n = normal[seen.element[k], i]
+            least += min(n * turns.lower[node, i], n * turns.upper[node, i])
+        if least > ALIKE:
+            return True
+    return False
+
+
+def find_arm(p, x, corners, weight, arm, work):
+    """Fill ``weight`` and ``arm``, (D,) each, of the place of an element with these ``corners`` that is
+    nearest to point p, see ``Seen``."""
+    closest(x[p], corners, D, weight, work)
     for i in range(D):
         arm[i] = x[p, i]
         for a in range(D):
-            arm[i] -= weight[a] * corners[found, a, i]
-    seen.along[count] = dot(arm, normal[found])
-    return True
+            arm[i] -= weight[a] * corners[a, i]
 
 
 def share_slots(p, count, normal, held, seen: Seen, slot):
@@ -159,60 +204,3 @@ def share_slots(p, count, normal, held, seen: Seen, slot):
                 if agree > best:
                     best, foot, place = agree, k, s
         slot[foot] = place
-
-
-def find_creased(bins: Bins, normal, creased):
-    """Which bins have elements whose normals, (m, D), may differ by more than ``ANGLE``: one of them lies
-    half of that from their mean. Fills ``creased``, (bins,)."""
-    mean = np.empty(D)
-    for b in range(len(creased)):
-        mean[:] = 0.0
-        for item in range(bins.start[b], bins.start[b + 1]):
-            for i in range(D):
-                mean[i] += normal[bins.items[item], i]
-        size, creased[b] = np.sqrt(dot(mean, mean)), False
-        for item in range(bins.start[b], bins.start[b + 1]):
-            if dot(normal[bins.items[item]], mean) < HALF_ALIKE * size or size == 0.0:
-                creased[b] = True
-
-
-class Creases:
-    """Where a ``wall``, ``WallSurfaces`` of one, may have several flanks within reach of a point. ``most``:
-    feet of a point there; ``bins``: mask of those of the wall as last placed, empty when ``most`` is 1."""
-
-    def __init__(self, wall):
-        self._wall, self.bins = wall, np.zeros(0, bool)
-        dim = wall.walls.normal.shape[1]
-        self._find = specialise(find_creased, D=dim)
-        # one that deforms may become a valley
-        self.most = dim if wall.deforms or has_creases(wall.surfaces[0], wall.far) else 1
-        self.place()
-
-    def place(self):
-        """After the wall has been placed."""
-        if self.most > 1:
-            self.bins = np.empty(len(self._wall.bins.start) - 1, bool)
-            self._find(self._wall.bins, self._wall.walls.normal, self.bins)
-
-
-def has_creases(surface, far):
-    """Whether any elements of a ``surface``, a ``wall_surfaces.Surface``, that are within ``far`` [m] of one
-    place have normals that may differ by more than ``ANGLE``, wherever points are. Space is halved until
-    those within reach of a part agree, or the part is as small as that."""
-    corners = surface.x[surface.elements]
-    lower, upper = corners.min(axis=1) - far, corners.max(axis=1) + far
-    normal = normals(surface, slice(None), corners)
-    parts = [(lower.min(axis=0), upper.max(axis=0), np.arange(len(normal)))]
-    while parts:
-        low, high, items = parts.pop()
-        items = items[((upper[items] >= low) & (lower[items] <= high)).all(axis=1)]
-        mean = normal[items].sum(axis=0)
-        size, axis = np.linalg.norm(mean), np.argmax(high - low)
-        if size > 0.0 and (normal[items] @ mean).min() >= HALF_ALIKE * size or not len(items):
-            continue
-        if (high - low)[axis] <= far:
-            return True
-        first, second = high.copy(), low.copy()
-        first[axis] = second[axis] = 0.5 * (low + high)[axis]
-        parts += (low, first, items), (second, high, items)
-    return False

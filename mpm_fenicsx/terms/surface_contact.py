@@ -28,8 +28,9 @@ from mpm_dem_direct import direct
 
 from ..compiled import specialise
 from ..points.points import surface_distances, surface_shares
-from .feet import Feet, FootBasis, Slots, ThickPoints, deform, finder, follow, foot_basis, spread, tangent
-from .flanks import Creases
+from .creases import Creases
+from .feet import Feet, FootBasis, ThickPoints, deform, finder, follow, foot_basis, spread, tangent
+from .flanks import Slots
 from .foot_memory import FootMemory
 from .penalty import STICKS
 from .springs import AHEAD, CLOSED, LEAD, STICK, Answer, Springs, respond, spend, spring_matrix
@@ -100,10 +101,11 @@ class SurfaceContact:
             if wall.follow([p.x]):
                 creases.place()
             kept = slice(first, first + (creases.most if creases.most > 1 else 0))
-            slots = Slots(wall.among(p.wall_element[:, kept]), creases.bins)
+            slots = Slots(wall.among(p.wall_element[:, kept]), creases.bins, creases.creased,
+                          creases.turns)
             feet, side = Feet.room(len(p) * creases.most, self._dim), p.wall_side[:, w].copy()
             reach = wall.far, NEAR * self._h
-            count = self._find[w](points, wall.bins, wall.walls, reach, side, slots, feet)
+            count = self._find[w](points, wall.tree, wall.walls, reach, side, slots, feet)
             p.wall_side[:, w] = side
             feet.slot[:count] += first
             feet.element[:count] = wall.number[feet.element[:count]]
@@ -128,8 +130,7 @@ class SurfaceContact:
         body, p = self._body, self._body.points
         if self.moves:
             for wall, creases in zip(self._walls, self._creases):
-                if wall.place(grid.time):
-                    creases.place()
+                creases.place() if wall.place(grid.time) else creases.shift()
         feet, number = self._find_feet()
         self._index, normal = (feet.point, feet.slot), feet.normal
         at = [feet.element[number == w] for w in range(len(self._walls))]

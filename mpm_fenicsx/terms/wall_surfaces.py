@@ -1,31 +1,18 @@
-"""Walls as surfaces of segments or triangles, and what a place is nearest to on them."""
+"""Walls as surfaces of segments or triangles, of which those near material points count."""
 from typing import NamedTuple
 
 import numpy as np
 
-from ..points.bins import Bins, bin_of, make_bins
-from ..points.closest import closest
+from ..points.bins import make_bins
+from ..points.box_tree import make_tree
 from ..points.surface import normal_areas
 from ..scene.conditions import GridWall
-from ..scene.facets import alike, same_places
 from ..scene.mesh import FACETS
 from ..scene.structures import Structure
 from .placed_surface import REACH, PlacedSurface, near_box
+from .wall_elements import WallElements, find_rim
 
-D = 2  # fixed by specialise
-# of two elements equally near, as at their common corner, the one that looks more straight at the point
-TIE = 1e-9
 AROUND = 8.0  # cells around points in which walls are looked up, until the points have left them
-
-
-class WallElements(NamedTuple):
-    """m elements of walls: ``corners`` (m, D, D) [m]; ``normal`` (m, D), to the front; ``wall`` (m,), number
-    of the wall; ``rim`` (m, D, 2), whether the wall ends at each corner, and at the edge opposite."""
-
-    corners: np.ndarray
-    normal: np.ndarray
-    wall: np.ndarray
-    rim: np.ndarray
 
 
 class Surface(NamedTuple):
@@ -46,49 +33,11 @@ class Surface(NamedTuple):
     xi: np.ndarray
 
 
-def nearest(p, x, bins: Bins, elements: WallElements, far, weight, best_weight, work):
-    """Element nearest to point p of x, shape (n, D), within ``far`` [m], or -1; its distance squared; the
-    distance along the element's normal; whether the wall ends where it is nearest. best_weight, shape (D,):
-    barycentric coordinates of that place; weight, (D,), and work, (3, D): room."""
-    start, items = bins.start, bins.items
-    corners, normal, wall, rim = elements
-    b = bin_of(p, x, bins, D)
-    best, along, element = far * far, 0.0, -1
-    for item in range(start[b] if b >= 0 else 0, start[b + 1] if b >= 0 else 0):
-        e = items[item]
-        closest(x[p], corners[e], D, weight, work)
-        square, ahead = 0.0, 0.0
-        for i in range(D):
-            r = x[p, i]
-            for a in range(D):
-                r -= weight[a] * corners[e, a, i]
-            square += r * r
-            ahead += r * normal[e, i]
-        if square > best * (1.0 + TIE) or square > far * far:
-            continue
-        if element >= 0 and square >= best * (1.0 - TIE):
-            if abs(ahead) < abs(along) * (1.0 - TIE) or (abs(ahead) <= abs(along) * (1.0 + TIE)
-                                                         and ahead < along):
-                continue
-        best, along, element = square, ahead, e
-        for a in range(D):
-            best_weight[a] = weight[a]
-    on_rim, zeros = False, 0
-    for a in range(D if element >= 0 else 0):
-        zeros += 1 if best_weight[a] == 0.0 else 0
-    for a in range(D if element >= 0 else 0):
-        if zeros == D - 1 and best_weight[a] > 0.0 and rim[element, a, 0]:
-            on_rim = True
-        if zeros == 1 and best_weight[a] == 0.0 and D == 3 and rim[element, a, 1]:
-            on_rim = True
-    return element, best, along, on_rim
-
-
 class WallSurfaces:
     """Several ``surfaces``, of the same dimension: those of their elements that are near material points, in
-    bins for places up to ``far`` [m] from them. So what a rank has follows its points, and not the walls.
+    a tree for places up to ``far`` [m] from them. So what a rank has follows its points, and not the walls.
 
-    ``bins`` and ``walls``, the ``WallElements``: as last placed; ``number`` (m,): of each of these among the
+    ``tree`` and ``walls``, the ``WallElements``: as last placed; ``number`` (m,): of each of these among the
     elements of its surface. h: size of a cell [m]; box: of the grid, in which all points are; x: of points
     now, a list of (n, D) [m]."""
 
@@ -117,7 +66,7 @@ class WallSurfaces:
 
     def follow(self, x):
         """Have all elements that are near points at the places of the list x. Returns whether ``walls`` and
-        ``bins`` are others than before."""
+        ``tree`` are others than before."""
         there = [places for places in x if len(places)] or [self._placed[0].corners_at(0.0, [0])[0]]
         lower, upper = (end([end(places, axis=0) for places in there], axis=0) for end in (np.min, np.max))
         known = self._around
@@ -131,8 +80,8 @@ class WallSurfaces:
         return self.place(self._time)
 
     def place(self, time):
-        """Take the walls to where they are at ``time`` [s]. Returns whether bins are made anew: not where all
-        have moved alike, as the bins go along."""
+        """Take the walls to where they are at ``time`` [s]. Returns whether the tree is made anew: not where
+        all have moved alike, as it goes along."""
         self._time = time
         changed = [placed.place(time) for placed in self._placed]
         if any(changed):
@@ -140,16 +89,18 @@ class WallSurfaces:
         elif self.moves:
             self.walls.corners[:] = np.concatenate([placed.corners for placed in self._placed])
         shifts = np.array([placed.shift for placed in self._placed])
-        if any(changed) or np.ptp(shifts - self._binned, axis=0).any():
-            corners = self.walls.corners
-            within = self._around[0] - self.far, self._around[1] + self.far
-            lower, upper = (np.clip(end(corners, axis=1) + side * self.far, *within)
-                            for end, side in ((np.min, -1.0), (np.max, 1.0)))
-            self._made, self._binned = make_bins(lower, upper, self.far), shifts
-            self.bins = self._made
+        if any(changed) or np.ptp(shifts - self._made_at, axis=0).any():
+            corners, self._made_at = self.walls.corners, shifts
+            self.tree = make_tree(corners.min(axis=1), corners.max(axis=1))
             return True
-        self.bins = self._made._replace(origin=self._made.origin + (shifts - self._binned)[0])
+        self.tree = self.tree._replace(shift=(shifts - self._made_at)[0])
         return False
+
+    def bins(self):
+        """``Bins`` of ``far`` [m] with the elements that reach within that of places there."""
+        corners, within = self.walls.corners, (self._around[0] - self.far, self._around[1] + self.far)
+        return make_bins(*(np.clip(end(corners, axis=1) + side * self.far, *within)
+                           for end, side in ((np.min, -1.0), (np.max, 1.0))), self.far)
 
     def _choose(self):
         """``walls`` of the elements that count now."""
@@ -174,21 +125,6 @@ def find_rim_of(surfaces, near, h):
     first = np.cumsum([0, *map(len, touching)])
     return rim[np.concatenate([start + np.searchsorted(one, chosen)
                                for one, chosen, start in zip(touching, near, first)])]
-
-
-def find_rim(x, elements, h):
-    """Whether a surface ends at each corner of its elements, and at the edge opposite, shape (m, D, 2).
-    Particles in one place are one."""
-    place = same_places(x, 1e-6 * h)[elements]
-    D = elements.shape[1]
-    facets = np.stack([np.delete(place, a, axis=1) for a in range(D)], axis=1)  # opposite each corner
-    facets.sort(axis=2)
-    order, first, count = alike(facets.reshape(-1, D - 1))
-    ends = np.empty(len(order), bool)
-    ends[order] = np.repeat(count == 1, count)
-    ends = ends.reshape(len(elements), D)
-    at_rim = np.isin(place, np.unique(facets[ends]))
-    return np.stack([at_rim, ends], axis=2)
 
 
 def find_surfaces(scene, background):

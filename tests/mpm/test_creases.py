@@ -4,7 +4,7 @@ import pytest
 
 from mpm_fenicsx import LAWS, MPM, Body, Box, Cloud, Grid, Structure, Terrain, linear
 from mpm_fenicsx.terms import springs
-from mpm_fenicsx.terms.flanks import has_creases
+from mpm_fenicsx.terms.creases import has_creases
 from mpm_fenicsx.terms.wall_surfaces import find_surfaces
 from tests.mpm.travelling import on_one_and_more
 

@@ -19,11 +19,15 @@ from mpm_fenicsx import (
     Terrain,
     mohr_coulomb,
 )
+from mpm_fenicsx.compiled import specialise
+from mpm_fenicsx.points.box_tree import make_tree
+from mpm_fenicsx.points.closest import closest
 from mpm_fenicsx.points.surface import normal_areas
 from mpm_fenicsx.scene.refine import divide
 from mpm_fenicsx.solve.step import Step
 from mpm_fenicsx.terms.behind import BEHIND, FRONT, THROUGH
-from mpm_fenicsx.terms.wall_surfaces import WallSurfaces, find_rim, find_surfaces
+from mpm_fenicsx.terms.wall_elements import WallElements, find_rim, make_room, nearest
+from mpm_fenicsx.terms.wall_surfaces import WallSurfaces, find_surfaces
 from tests.mpm.travelling import on_one_and_more
 
 SOIL = LAWS["mohr_coulomb"](2e5, 0.3, 20.0, 0.0, 0.0)
@@ -88,6 +92,39 @@ def test_a_rank_without_points_has_one_element():
     walls = WallSurfaces([whole], 0.05, 0.1, Box((-1.0,) * 3, (8.0,) * 3), [np.zeros((0, 3))])
     assert len(walls.number) < 1000 and not walls.follow([np.zeros((0, 3))])
     assert walls.follow([np.full((1, 3), 4.0)])
+
+
+def by_hand(x, corners, far):
+    """Distance of each place to the nearest of the elements, inf beyond ``far``."""
+    D = x.shape[1]
+    weight, work = np.empty(D), np.empty((3, D))
+    square = np.full(len(x), np.inf)
+    for p, place in enumerate(x):
+        for corner in corners:
+            closest(place, corner, D, weight, work)
+            square[p] = min(square[p], ((place - weight @ corner) ** 2).sum())
+    return np.where(square <= far * far, np.sqrt(square), np.inf)
+
+
+@pytest.mark.parametrize("dim, count", [(2, 1), (2, 37), (3, 4), (3, 5), (3, 200)])
+def test_the_nearest_element_is_found(dim, count):
+    """Of elements small and large, also after all have gone on by some way."""
+    random = np.random.default_rng(count)
+    size = np.where(random.random(count) < 0.1, 1.0, 0.05)[:, None, None]
+    corners = random.random((count, 1, dim)) + size * random.random((count, dim, dim))
+    x, far, way = 2.0 * random.random((60, dim)) - 0.5, 0.4, np.arange(1.0, dim + 1.0)
+    tree = make_tree(corners.min(axis=1), corners.max(axis=1))
+    assert sorted(tree.order) == list(range(count)) and (tree.lower[1] == corners.min(axis=(0, 1))).all()
+    find, weight, room = specialise(nearest, D=dim), np.empty(dim), make_room(dim)
+    wanted = by_hand(x, corners, far)
+    assert 0 < np.isfinite(wanted).sum() < 60
+    for shift in (np.zeros(dim), way):
+        elements = WallElements(corners + shift, np.ones((count, dim)), np.zeros(count, int),
+                                np.zeros((count, dim, 2), bool))
+        for p in range(len(x)):
+            e, square, _, _ = find(p, x + shift, tree._replace(shift=shift), elements, far, weight, room)
+            assert (e < 0) == np.isinf(wanted[p])
+            assert e < 0 or np.sqrt(square) == pytest.approx(wanted[p], rel=1e-9, abs=1e-12)
 
 
 def thrown(walls, velocity=(3.0, 0.0), stiffness=None):

@@ -30,10 +30,10 @@ class Newton:
     residual elsewhere since (some line searches, trust regions, quasi-Newton and accelerated methods do), it
     is evaluated once more. Collective."""
 
-    def __init__(self, active_cells, equations, tangents, nodes, doubt, kinks=False, symmetric=True,
+    def __init__(self, active_cells, equations, tangents, nodes, doubt, late=None, symmetric=True,
                  solver="auto"):
-        """nodes: ``coarse_grids.Nodes``; doubt: ``options.Doubt``; kinks: the
-        residual is piecewise linear, see ``searches``; symmetric: so is the tangent; solver: one of
+        """nodes: ``coarse_grids.Nodes``; doubt: ``options.Doubt``; late: see ``Tolerance``, of a residual
+        that is piecewise linear, see ``searches``, or None; symmetric: so is the tangent; solver: one of
         ``solvers.SOLVERS``. ValueError when that does not exist or does not suit the tangent."""
         solvers.check(solver, symmetric, nodes.regular)
         options.check()
@@ -48,8 +48,8 @@ class Newton:
         snes.setJacobian(self.tangent_wanted, active_cells.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
         compat.set_lag_jacobian(snes, tangents.lag)
-        self._searches, self._tolerance = Searches(snes, kinks), Tolerance(kinks)
-        if kinks:
+        self._searches, self._tolerance = Searches(snes, bool(late)), Tolerance(late or {})
+        if late:
             snes.setUpdate(self._iterate)
         snes.getKSP().setOperators(active_cells.matrix)
         given = PETSc.Options(PREFIX).hasName

@@ -28,6 +28,7 @@ from .equations import Equations, Known
 from .held import check_held
 from .step import Step
 from .tangents import Tangent
+from .tolerance import LATE_AT_REST
 
 WEAK = 1e-10
 TOUCH = 1e-9  # cells
@@ -123,7 +124,7 @@ class StaticEquations(Equations):
 class StaticStep(Step):
     """One load step, as often as the points stay in the active cells, see ``Step``."""
 
-    static, equations_of = True, StaticEquations
+    static, late, equations_of = True, LATE_AT_REST, StaticEquations
 
     def __init__(self, *args):
         super().__init__(*args)

@@ -16,11 +16,11 @@ from .equations import Equations, Known
 from .impulses import Forces
 from .snes import Newton
 from .tangents import Tangents
+from .tolerance import LATE
 
 
 class Step:
-    """Advances the points of a ``problem.Problem`` by one step, as often as they stay in the
-    ``active_cells``.
+    """Advances the points of a ``problem.Problem`` by one step, while they stay in the ``active_cells``.
 
     phases: seconds per phase, added to. doubt: see ``options``. facets: ``ghost.Facets`` for the ghost
     penalty on inertia, or None. After ``begin`` ``grid`` is the ``GridState`` of the step, after ``finish``
@@ -28,7 +28,7 @@ class Step:
 
     tolerance = 1e-6  # of the residual, relative to loads and inertia (-mpm_snes_atol replaces it)
     static = False  # whether it is a load step without inertia, see ``statics``
-    equations_of = Equations
+    equations_of, late = Equations, LATE  # late: see ``Tolerance``
 
     def __init__(self, background, kernels, filled, problem, phases, doubt, facets=None):
         """filled: numbers of this rank's cells that hold points."""
@@ -41,8 +41,8 @@ class Step:
             background, filled, problem.supports.fixed, symmetric, any(record.f_bar for record in records),
             facets, walls_in_reach(penalties, background),
             [pair for penalty in penalties for pair in getattr(penalty, "pairs", ())])
-        self._holder = problem.supports.holders(cells.node[:cells.owned])
-        self.active, self.mass_then = np.zeros(len(cells.node), bool), np.zeros(len(cells.node))
+        self._holder, n = problem.supports.holders(cells.node[:cells.owned]), len(cells.node)
+        self.active, self.mass_then = np.zeros(n, bool), np.zeros(n)
         self.full_mass = np.prod(background.h) * min(one.body.rho * one.thickness for one in problem.bodies)
         h = np.prod(background.h) ** (1.0 / self.dim)
         self.ghost = facets and self._make_ghost(facets, h)
@@ -51,11 +51,11 @@ class Step:
         terms = [*problem.bodies, *penalties, *([self.ghost] if facets else [])]
         self.equations = self.equations_of(cells, terms, penalties, self.tangents, self.clock)
         nodes, kinks = Nodes(background, cells.node[:cells.owned]), any(one.kinks for one in penalties)
-        self.newton = Newton(cells, self.equations, self.tangents, nodes, doubt, kinks, symmetric,
-                             problem.solver)
+        self.newton = Newton(cells, self.equations, self.tangents, nodes, doubt, self.late if kinks else None,
+                             symmetric, problem.solver)
         self.newton.bears_any_sign = self.static or (
             bool(facets) or background.basis.smooth or not problem.consistent)
-        self._nodal = np.empty((len(cells.node), 1 + 2 * self.dim))
+        self._nodal = np.empty((n, 1 + 2 * self.dim))
 
     def _make_ghost(self, facets, h):
         per_volume = self.full_mass / h**self.dim, softest(self.problem.bodies)

@@ -1,11 +1,14 @@
 """Where Newton's method stops, and how exactly its linear systems are solved."""
+from typing import Dict
+
 from petsc4py import PETSc
 
 from .options import PREFIX
 
 # Springs that stick and slide in turn, and soil at a free surface that comes apart and meets again, keep the
-# last digits from Newton's method: from these iterations on so many times the tolerance will do.
-LATE = {10: 1e2, 15: 1e4}
+# last digits from Newton's method: from these iterations on so many times the tolerance will do. Without
+# inertia there may be no equilibrium, which a tolerance as large as the second one would hide.
+LATE, LATE_AT_REST = {10: 1e2, 15: 1e4}, {10: 1e2}
 # A linear system that is solved loosely, in an iteration which would be the last one if it were solved well:
 # to so much of the residual where Newton's method stops, but no more exactly than this.
 SHARE, FINEST = 0.3, 1e-5
@@ -18,13 +21,13 @@ def stops_at(snes: PETSc.SNES) -> float:
 
 
 class Tolerance:
-    """In each solve anew. kinks: the residual is piecewise linear, see ``searches``. What the user's options
-    decide is left to them."""
+    """In each solve anew. late: iteration → how many times the tolerance will do from there on. What the
+    user's options decide is left to them."""
 
-    def __init__(self, kinks: bool) -> None:
+    def __init__(self, late: Dict[int, float]) -> None:
         given = PETSc.Options(PREFIX).hasName
         self._by_user, self._linear_by_user = given("snes_atol"), given("ksp_rtol")
-        self._loosens = kinks and not (self._by_user or given("snes_rtol"))
+        self._late = {} if self._by_user or given("snes_rtol") else late
         self._atol = self._goal = 0.0
         self._preset = self._linear = 0.0  # of the linear solver, as its preset has it and now
 
@@ -36,8 +39,8 @@ class Tolerance:
 
     def loosen(self, snes: PETSc.SNES, iteration: int) -> None:
         """At the start of an iteration."""
-        if self._loosens and iteration in LATE:
-            snes.setTolerances(atol=LATE[iteration] * self._atol)
+        if iteration in self._late:
+            snes.setTolerances(atol=self._late[iteration] * self._atol)
 
     def aim(self, snes: PETSc.SNES) -> None:
         """Before the linear system of an iteration: a residual that one iteration can bring to where the

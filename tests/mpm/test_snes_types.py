@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from mpm_fenicsx import LAWS, Box, Grid, Structure, Support, mohr_coulomb
-from mpm_fenicsx.solve import tolerance
+from mpm_fenicsx.solve.step import Step
 
 # one iteration of Newton's method as preconditioner
 NEWTON = dict(npc_snes_type="newtonls", npc_snes_max_it=1)
@@ -85,9 +85,9 @@ def resting(make_mpm):
 
 
 def test_contact_ends_with_a_looser_tolerance_late(resting, monkeypatch, options):
-    """From the iterations LATE on; not where the user has said how far to go."""
+    """From the iterations ``late`` on; not where the user has said how far to go."""
     def residuals(late, looser=100.0, **given):
-        monkeypatch.setattr(tolerance, "LATE", {late: looser})
+        monkeypatch.setattr(Step, "late", {late: looser})
         options(**given)
         solid, left = resting(), []
         solid.step.newton.snes.setMonitor(lambda snes, n, norm: left.append(snes.getTolerances()[1]))

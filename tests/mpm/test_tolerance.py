@@ -36,7 +36,7 @@ def solve(aims, **options):
     snes.getKSP().setType("cg")
     snes.getKSP().setTolerances(rtol=LOOSE)
     snes.getKSP().getPC().setType("none")
-    tolerance = Tolerance(False)
+    tolerance = Tolerance({})
     tolerance.begin(snes, 0.0)
     snes.solve(None, x)
     assert snes.getConvergedReason() > 0

@@ -8,7 +8,7 @@ from .options import PREFIX
 # Springs that stick and slide in turn, and soil at a free surface that comes apart and meets again, keep the
 # last digits from Newton's method: from these iterations on so many times the tolerance will do. Without
 # inertia there may be no equilibrium, which a tolerance as large as the second one would hide.
-LATE, LATE_AT_REST = {10: 1e2, 15: 1e4}, {10: 1e2}
+LATE, LATE_AT_REST = {10: 1e2, 20: 1e4}, {10: 1e2}
 # A linear system that is solved loosely, in an iteration which would be the last one if it were solved well:
 # to so much of the residual where Newton's method stops, but no more exactly than this.
 SHARE, FINEST = 0.3, 1e-5

@@ -2,8 +2,9 @@
 
 The points of one body: places x [m] and velocities v [m/s], shape (n, D); mass [kg]; volume now, that of a
 plane body per metre of its thickness [m^D]; rest: material volume [m^3]; shape (n,) each. A point stands for
-a square or a cube of its volume, with sides along the axes, seen from above, and is spread evenly over one
-``spread`` times as wide.
+a square or a cube of its volume, with sides along the axes, seen from above, and is spread over one
+``spread`` times as wide, whose edges are blurred over the width of the first: points that have moved apart or
+together by a part of that still add up to an even depth.
 """
 import math
 
@@ -21,6 +22,22 @@ def overlap(middle: float, half: float, low: float, high: float) -> float:
     return max(min(middle + half, high) - max(middle - half, low), 0.0) / (2.0 * half)
 
 
+@njit(forceinline=True, error_model="numpy")
+def below(t: float, wide: float, narrow: float) -> float:
+    """Part below ``t`` of an interval of width ``wide`` around zero, blurred over the width ``narrow``."""
+    t = min(max(t, -0.5 * (wide + narrow)), 0.5 * (wide + narrow))
+    outer, inner = 0.5 * (wide + narrow), 0.5 * (wide - narrow)
+    return ((t + outer) ** 2 - max(t + inner, 0.0) ** 2 - max(t - inner, 0.0) ** 2) / (2.0 * wide * narrow)
+
+
+@njit(forceinline=True, error_model="numpy")
+def blurred(middle: float, width: float, spread: float, low: float, high: float) -> float:
+    """Part between ``low`` and ``high`` of what is spread around ``middle`` over ``spread`` times ``width``,
+    with edges blurred over ``width``."""
+    wide, narrow = max(spread, 1.0) * width, min(spread, 1.0) * width
+    return below(high - middle, wide, narrow) - below(low - middle, wide, narrow)
+
+
 @compiled
 def to_raster(x: Array, v: Array, mass: Array, volume: Array, rest: Array, spread: float, cells: tuple,
               sums: Array) -> float:
@@ -30,16 +47,17 @@ def to_raster(x: Array, v: Array, mass: Array, volume: Array, rest: Array, sprea
     rows, columns, D = sums.shape[0], sums.shape[1], x.shape[1]
     inside = 0.0
     for p in range(len(x)):
-        half = 0.5 * spread * volume[p] ** (1.0 / D) / cell
-        at_x, at_y, half_y = (x[p, 0] - lower[0]) / cell, 0.5, 0.5  # in the plane one row, which is covered
-        if D == 3:
-            at_y, half_y = (x[p, 1] - lower[1]) / cell, half
+        width = volume[p] ** (1.0 / D) / cell
+        half, at_x = 0.5 * (spread + 1.0) * width, (x[p, 0] - lower[0]) / cell
         first, last = max(math.floor(at_x - half), 0), min(math.floor(at_x + half), columns - 1)
-        bottom, top = max(math.floor(at_y - half_y), 0), min(math.floor(at_y + half_y), rows - 1)
+        at_y, bottom, top = 0.5, 0, 0  # in the plane one row, which is covered
+        if D == 3:
+            at_y = (x[p, 1] - lower[1]) / cell
+            bottom, top = max(math.floor(at_y - half), 0), min(math.floor(at_y + half), rows - 1)
         for row in range(bottom, top + 1):
-            of_row = overlap(at_y, half_y, row, row + 1.0)
+            of_row = blurred(at_y, width, spread, row, row + 1.0) if D == 3 else 1.0
             for column in range(first, last + 1):
-                share = of_row * overlap(at_x, half, column, column + 1.0)
+                share = of_row * blurred(at_x, width, spread, column, column + 1.0)
                 found = sums[row, column]
                 found[0] += share * volume[p]
                 found[1] += share * mass[p]
@@ -56,12 +74,12 @@ def to_gauges(x: Array, v: Array, mass: Array, volume: Array, spread: float, pla
     + D)."""
     D = x.shape[1]
     for p in range(len(x)):
-        half = 0.5 * spread * volume[p] ** (1.0 / D)
+        width = volume[p] ** (1.0 / D)
         for g in range(len(places)):
             share = 1.0
             for i in range(D - 1):
                 at = places[g, i]
-                share *= overlap(x[p, i], half, at - half_widths[g], at + half_widths[g])
+                share *= blurred(x[p, i], width, spread, at - half_widths[g], at + half_widths[g])
             if share > 0.0:
                 sums[g, 0] += share * volume[p]
                 sums[g, 1] += share * mass[p]

@@ -87,9 +87,9 @@ class Maps:
     int in windows, None for start and end alone; gauges, lines: places that are watched in each window; dry:
     depth [m] below which a cell is not reached and its speed does not count, None for a tenth of the largest
     width of a point at the start; spread: width over which a point is spread, in cube roots of its volume, in
-    the plane square roots; with 2 a layer of two points per cell and direction is even; bodies: numbers of
-    those that flow, None for all; release: outline of the release area in the figure [m], shape (n, 2), None
-    for that of the flow at the start.
+    the plane square roots, with edges blurred over one; with 2 a layer of two points per cell and direction
+    is even; bodies: numbers of those that flow, None for all; release: outline of the release area in the
+    figure [m], shape (n, 2), None for that of the flow at the start.
 
     >>> from types import SimpleNamespace as Toy
     >>> plane = Toy(lower=(0.0, 0.0), upper=(10.0, 5.0), height=lambda xy: -0.5 * xy[:, 0])

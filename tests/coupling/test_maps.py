@@ -50,12 +50,19 @@ def read_grid(path):
 
 # ---------------------------------------------------------------- sums
 
-def slowly(x, width, raster):
-    """Share of each cell in squares of ``width`` around x, shape (points, rows, columns), by brute force."""
+def slowly(x, width, spread, raster):
+    """Share of each cell in what is spread around x, shape (points, rows, columns), by brute force: with the
+    trapezoidal rule over all kinks and edges."""
     edges = [raster.lower[i] + raster.cell * np.arange(raster.shape[1 - i] + 1) for i in (0, 1)]
-    parts = [np.clip(np.minimum(x[:, i, None] + 0.5 * width[:, None], e[1:])
-                     - np.maximum(x[:, i, None] - 0.5 * width[:, None], e[:-1]), 0, None) / width[:, None]
-             for i, e in enumerate(edges)]
+    ends = 0.5 * np.array([-spread - 1.0, 1.0 - spread, spread - 1.0, spread + 1.0])
+
+    def along(middle, w, e):
+        at = np.sort(np.append(e, middle + w * ends))
+        density = np.interp(at, middle + w * ends, np.array([0.0, 1.0, 1.0, 0.0]) / (spread * w))
+        return np.diff(np.interp(e, at, np.append(0.0, np.cumsum(0.5 * np.diff(at) * (
+            density[1:] + density[:-1])))))
+
+    parts = [np.array([along(*one, e) for one in zip(x[:, i], width)]) for i, e in enumerate(edges)]
     return parts[1][:, :, None] * parts[0][:, None, :]
 
 
@@ -67,7 +74,7 @@ def test_points_are_spread_over_their_width(spread):
     volume, rest, mass = random.uniform(1e-5, 1e-2, (3, 50))
     sums = np.zeros((*raster.shape, 5))
     inside = kernels.to_raster(x, v, mass, volume, rest, spread, (raster.lower, raster.cell), sums)
-    shares = slowly(x, spread * volume ** (1 / 3), raster)
+    shares = slowly(x, volume ** (1 / 3), spread, raster)
     for k, values in enumerate([volume, mass, *(mass * v.T)]):
         assert np.allclose(sums[..., k], np.einsum("prc,p->rc", shares, values), rtol=1e-12, atol=1e-16)
     assert inside == pytest.approx(rest @ shares.sum(axis=(1, 2)), rel=1e-13)
@@ -78,7 +85,7 @@ def test_depth_times_area_is_the_volume(far):
     """Also far from zero, as in coordinates of a country."""
     random = np.random.default_rng(2)
     raster = raster_over(Ground(plane(far + 4.0, 3.0, lower=(far, 0.0))), 0.25)
-    x = random.uniform(0.6, 2.4, (500, 3)) + [far, 0.0, 0.0]
+    x = random.uniform(0.8, 2.2, (500, 3)) + [far, 0.0, 0.0]
     volume, sums = random.uniform(0.01, 0.1, 500), np.zeros((*raster.shape, 5))
     kernels.to_raster(x, 0 * x, volume, volume, volume, 2.0, (raster.lower, raster.cell), sums)
     assert sums[..., 0].sum() == pytest.approx(volume.sum(), rel=1e-13)
@@ -91,6 +98,16 @@ def test_a_layer_of_points_is_even():
         x = np.array(np.meshgrid(line, line, line[:4])).reshape(3, -1).T
         watch = MapWatch(Maps(plane(8.0, 8.0), 0.3), solid_of(body(x, 0.0, 0.125)), None)
         assert np.allclose(watch.flow.depth[4:-4, 4:-4], 2.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize("apart, uneven", [(0.8, 0.09), (0.94, 0.04), (1.07, 0.06), (1.25, 0.2)])
+def test_a_layer_that_has_stretched_is_nearly_even(apart, uneven):
+    """Points that are farther apart or closer together than their widths."""
+    line = apart * (np.arange(20) + 0.5)
+    x = np.array(np.meshgrid(line, line, [0.5])).reshape(3, -1).T
+    watch = MapWatch(Maps(plane(12.0, 12.0), 0.13), solid_of(body(x, 0.0, 1.0)), None)
+    depth = watch.flow.depth[30:-30, 30:-30] * apart**2
+    assert abs(depth - 1.0).max() < uneven
 
 
 def test_speed_pressure_and_arrival():
@@ -111,13 +128,13 @@ def test_speed_pressure_and_arrival():
 
 
 def test_in_the_plane_thickness_does_not_count_in_the_depth():
-    strip = body([[0.25, 0.1], [0.75, 0.1]], (2.0, 0.0), 0.04, thickness=0.5)
+    strip = body([[0.25, 0.1], [0.75, 0.1]], (2.0, 0.0), 0.03, thickness=0.5)
     watch = MapWatch(Maps(plane(1.0), 0.5, gauges=[Gauge("g", 0.25)], lines=[Line("l", 0.25)], spread=1.0),
                      solid_of(strip), None)
-    assert watch.flow.depth[0] == pytest.approx([0.16, 0.16])
-    assert watch.places.now["depth_g"] == pytest.approx(0.16)
-    assert watch.places.now["discharge_l"] == pytest.approx(2.0 * 0.16 * 0.5)
-    assert watch.places.released == pytest.approx(0.08)
+    assert watch.flow.depth[0] == pytest.approx([0.12, 0.12])
+    assert watch.places.now["depth_g"] == pytest.approx(0.12)
+    assert watch.places.now["discharge_l"] == pytest.approx(2.0 * 0.12 * 0.5)
+    assert watch.places.released == pytest.approx(0.06)
 
 
 # ---------------------------------------------------------------- gauges, lines, balance

@@ -1,57 +1,27 @@
-"""Creases of a wall, where a point may touch several flanks, see ``flanks``: found once, and looked at only
-there."""
+"""Creases of a wall, where a point may touch several flanks, see ``flanks``."""
 import numpy as np
 
-from ..compiled import specialise
-from ..points.bins import Bins, make_bins
 from ..points.box_tree import bounds
-from .flanks import HALF_ALIKE, Turns, dot
+from .flanks import HALF_ALIKE, Turns
 from .placed_surface import normals
-
-D = 2  # dimensions, fixed by specialise
-
-
-def find_creased(bins: Bins, normal, creased):
-    """Which bins have elements whose normals, (m, D), may differ by more than ``ANGLE``: one of them lies
-    half of that from their mean. Fills ``creased``, (bins,)."""
-    mean = np.empty(D)
-    for b in range(len(creased)):
-        mean[:] = 0.0
-        for item in range(bins.start[b], bins.start[b + 1]):
-            for i in range(D):
-                mean[i] += normal[bins.items[item], i]
-        size, creased[b] = np.sqrt(dot(mean, mean)), False
-        for item in range(bins.start[b], bins.start[b + 1]):
-            if dot(normal[bins.items[item]], mean) < HALF_ALIKE * size or size == 0.0:
-                creased[b] = True
 
 
 class Creases:
-    """Where a ``wall``, ``WallSurfaces`` of one, may have several flanks within reach of a point. ``most``:
-    feet of a point there; ``bins`` of the wall as last placed, and ``creased``, mask of those where it may;
-    ``turns`` of its normals. Bins, mask and turns are of nothing when ``most`` is 1."""
+    """Of a ``wall``, ``WallSurfaces`` of one. ``most``: feet of a point there; ``turns`` of the wall as last
+    placed, of nothing when ``most`` is 1."""
 
     def __init__(self, wall):
         self._wall, dim = wall, wall.walls.normal.shape[1]
-        self._find = specialise(find_creased, D=dim)
         # one that deforms may become a valley
         self.most = dim if wall.deforms or has_creases(wall.surfaces[0], wall.far) else 1
-        self.bins, self.creased = make_bins(np.zeros((1, dim)), np.zeros((1, dim)), 1.0), np.zeros(0, bool)
-        self._made, self.turns = self.bins, Turns(np.zeros((0, dim)), np.zeros((0, dim)))
+        self.turns = Turns(np.zeros((0, dim)), np.zeros((0, dim)))
         self.place()
 
     def place(self):
         """After the wall has been placed and its tree made anew."""
         if self.most > 1:
-            self.bins = self._made = self._wall.bins()
-            self.creased = np.empty(len(self.bins.start) - 1, bool)
             normal = self._wall.walls.normal
-            self._find(self.bins, normal, self.creased)
             self.turns = Turns(*bounds(self._wall.tree.order, normal, normal))
-
-    def shift(self):
-        """After the wall has been placed and its tree has moved along."""
-        self.bins = self._made._replace(origin=self._made.origin + self._wall.tree.shift)
 
 
 def has_creases(surface, far):

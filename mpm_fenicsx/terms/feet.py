@@ -4,7 +4,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import specialise
-from ..points.bins import bin_of
 from ..points.box_tree import BoxTree
 from .flanks import Seen, Slots, all_agree, find_arm, is_other, next_flank, share_slots, too_far
 from .springs import CLOSED, FREE, Answer, Springs, spring_matrix
@@ -54,7 +53,7 @@ def find_feet(points: ThickPoints, tree: BoxTree, elements: WallElements, reach,
     brought up to date."""
     x, half, sunk = points
     far, near = reach
-    room, of_foot, bins = make_room(D), np.empty(S, np.int64), slots.bins
+    room, of_foot = make_room(D), np.empty(S, np.int64)
     seen = Seen(np.empty(S, np.int64), np.empty((S, D)), np.empty((S, D)), np.empty(S), room.work, room.stack)
     count = 0
     for p in range(len(x)):
@@ -76,7 +75,7 @@ def find_feet(points: ThickPoints, tree: BoxTree, elements: WallElements, reach,
         most = near  # distance of a further foot: its gap is less than near
         for i in range(D):
             most = max(most, near + WIDEST * points.half[p, i])
-        if S > 1 and square < most * most and slots.creased[bin_of(p, x, bins, D)]:
+        if S > 1 and square < most * most:
             for i in range(D):
                 seen.arm[0, i] = x[p, i]
                 for a in range(D):

@@ -21,7 +21,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import called
-from ..points.bins import Bins
 from ..points.box_tree import LEAF, BoxTree, descend, square_from
 from ..points.closest import closest
 from .wall_elements import TIE, WallElements
@@ -54,12 +53,9 @@ class Turns(NamedTuple):
 
 class Slots(NamedTuple):
     """What the S slots of n points know of one wall: ``element`` (n, S), in which each had its foot, or -1;
-    ``bins``, and the mask ``creased`` of those in which a point may have more than one; ``turns`` of the
-    wall's normals. All are empty when S is 1."""
+    ``turns`` of the wall's normals. Both are empty when S is 1."""
 
     element: np.ndarray
-    bins: Bins
-    creased: np.ndarray
     turns: Turns
 
 

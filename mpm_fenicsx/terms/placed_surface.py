@@ -11,7 +11,6 @@ from ..points.surface import normal_areas
 
 REACH = 3.0  # cells, more than contacts look for walls
 SLACK = 1.0  # cells that a surface may go until its elements near the box are looked up anew
-STILL = 0.0  # way of a surface at rest [m]
 
 
 class PlacedSurface:
@@ -22,7 +21,7 @@ class PlacedSurface:
     def __init__(self, surface, h):
         self._surface, self._h, self._box, self._chosen = surface, h, None, None
         self.near, self.shift = np.zeros(0, int), np.zeros(surface.x.shape[1])
-        self.deforms = surface.motion is not None and np.ndim(surface.motion(STILL)) == 2
+        self.deforms = surface.motion is not None and np.ndim(surface.motion(0.0)) == 2
 
     def look_between(self, lower, upper):
         """From the next placing on elements near the box between these corners [m], (D,), count."""

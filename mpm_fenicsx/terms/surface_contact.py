@@ -101,8 +101,7 @@ class SurfaceContact:
             if wall.follow([p.x]):
                 creases.place()
             kept = slice(first, first + (creases.most if creases.most > 1 else 0))
-            slots = Slots(wall.among(p.wall_element[:, kept]), creases.bins, creases.creased,
-                          creases.turns)
+            slots = Slots(wall.among(p.wall_element[:, kept]), creases.turns)
             feet, side = Feet.room(len(p) * creases.most, self._dim), p.wall_side[:, w].copy()
             reach = wall.far, NEAR * self._h
             count = self._find[w](points, wall.tree, wall.walls, reach, side, slots, feet)
@@ -130,7 +129,8 @@ class SurfaceContact:
         body, p = self._body, self._body.points
         if self.moves:
             for wall, creases in zip(self._walls, self._creases):
-                creases.place() if wall.place(grid.time) else creases.shift()
+                if wall.place(grid.time):
+                    creases.place()
         feet, number = self._find_feet()
         self._index, normal = (feet.point, feet.slot), feet.normal
         at = [feet.element[number == w] for w in range(len(self._walls))]

@@ -3,7 +3,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..points.bins import make_bins
 from ..points.box_tree import make_tree
 from ..points.surface import normal_areas
 from ..scene.conditions import GridWall
@@ -95,12 +94,6 @@ class WallSurfaces:
             return True
         self.tree = self.tree._replace(shift=(shifts - self._made_at)[0])
         return False
-
-    def bins(self):
-        """``Bins`` of ``far`` [m] with the elements that reach within that of places there."""
-        corners, within = self.walls.corners, (self._around[0] - self.far, self._around[1] + self.far)
-        return make_bins(*(np.clip(end(corners, axis=1) + side * self.far, *within)
-                           for end, side in ((np.min, -1.0), (np.max, 1.0))), self.far)
 
     def _choose(self):
         """``walls`` of the elements that count now."""

@@ -67,7 +67,7 @@ class Model(Accounts):
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin, comm)
         check_together(body.law for body in scene.bodies)
         elastic = all(body.law.state == ELASTIC_STATE for body in scene.bodies)
-        self._ladder = Ladder(comm, scene.inertia, elastic)
+        self._ladder = Ladder(comm, scene.inertia, elastic, self.basis.smooth)
         self._losses = Losses(comm, self.origin, scene.numerics.losses)
         self._count = sum(body.total for body in self._bodies)
         ways = read_ways(scene.outflow, self.dim)

@@ -198,8 +198,9 @@ class MPM(Readings):
             self._facets = Facets(self.background, self.kernels.shapes)
         problem = Problem(self._bodies, self._forces, self.loads, (*self.penalties, *self._contacts),
                           self.supports, self.gravity, self.scene.base and self.scene.frame_pull,
-                          self.scene.inertia != "lumped", self.numerics.solver,
-                          self._transfer.rule, self._losses, self._impulses, self._works, self._on_bodies)
+                          self.scene.inertia != "lumped", self._ladder.light_since is not None,
+                          self.numerics.solver, self._transfer.rule, self._losses, self._impulses,
+                          self._works, self._on_bodies)
         self.step = kind(self.background, self.kernels, filled, problem, self.phases, self._doubt,
                          self._facets if ghost else None)
         self._renew_arrays()

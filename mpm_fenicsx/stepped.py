@@ -5,6 +5,7 @@ import numpy as np
 
 import mpm_dem_checks as check
 
+from .collective import somewhere
 from .errors import MPMDivergedError
 from .output.states import while_open
 from .settling import Settling
@@ -65,7 +66,9 @@ class Stepped(Settling):
     def fall_back(self) -> str:
         """After an ``attempt`` that failed: the next rung of the ladder that changes the equations. Returns
         what it has changed, or ""."""
-        changed = self._ladder.fall_back(self.time)
+        grid = self.step.grid
+        light = somewhere(self.comm, grid is not None and bool(grid.light.any()))[0]
+        changed = self._ladder.fall_back(self.time, light)
         if changed:
             self._renew_step(self.step.filled)
         return changed

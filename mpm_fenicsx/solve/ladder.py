@@ -2,8 +2,9 @@
 
     1. attempts and solvers inside Newton's method, see ``snes``           for this step
     2. the ghost penalty on inertia, where that is consistent              from now on
-    3. the ghost penalty on stiffness, where all bodies are elastic        held for GOOD steps
-    4. shorter steps: 2, 4 or 8 in place of the one                        held for GOOD steps
+    3. the inertia of nearly empty cells, of bodies that yield, lumped     from now on
+    4. the ghost penalty on stiffness, where all bodies are elastic        held for GOOD steps
+    5. shorter steps: 2, 4 or 8 in place of the one                        held for GOOD steps
 
 The order is that of cost, and what was measured stands in docs/running.md. What helped is told once, in a
 warning, and counted for the report. A run that never fails pays nothing."""
@@ -16,6 +17,7 @@ from ..errors import MPMDivergedError
 from ..terms.scene_penalties import names_of
 
 INERTIA, STIFFNESS = "the ghost penalty on inertia", "the ghost penalty on stiffness"
+LIGHT_CELLS = "the inertia of nearly empty cells"
 PARTS = 1, 1, 2, 4, 8  # steps in place of one at each level; all but the first with ghost stiffness
 GOOD = 4  # steps without a failure at one level, before that below is tried
 SHORTER = "2, 4 or 8 shorter steps in its place"
@@ -30,14 +32,17 @@ class Means(NamedTuple):
 
 
 class Ladder:
-    """The rungs of one MPM. ``ghost_since`` and ``stiff_since``: when the ghost penalties were first needed
-    [s], or None; ``helped``: what → [time of the first step [s], number of steps]; ``means``: of the last
-    step, where it was done in parts."""
+    """The rungs of one MPM. ``ghost_since``, ``light_since`` and ``stiff_since``: when ghost inertia, that
+    of nearly empty cells (``terms.light_cells``) and ghost stiffness were first needed [s], or None;
+    ``helped``: what → [time of the first step [s], number of steps]; ``means``: of the last step, where it
+    was done in parts."""
 
-    def __init__(self, comm: Any, inertia: str, elastic: bool) -> None:
-        """inertia: "consistent", "lumped" or "ghost"; elastic: all bodies are."""
+    def __init__(self, comm: Any, inertia: str, elastic: bool, smooth: bool) -> None:
+        """inertia: "consistent", "lumped" or "ghost"; elastic: all bodies are; smooth: so is the basis."""
         self._rank, self._inertia, self._elastic = comm.rank, inertia, elastic
+        self._may_be_light = inertia == "lumped" and not elastic and not smooth
         self.ghost_since: Optional[float] = None
+        self.light_since: Optional[float] = None
         self.stiff_since: Optional[float] = None
         self.means: Optional[Means] = None
         self.helped: Dict[str, List[float]] = {}
@@ -64,12 +69,15 @@ class Ladder:
 
     # ---------------------------------------------------------------- up and down
 
-    def fall_back(self, time: float) -> str:
-        """After a step from ``time`` [s] that failed: the next rung that changes the equations. Returns what
-        it is, or "" where none is left."""
+    def fall_back(self, time: float, light: bool) -> str:
+        """After a step from ``time`` [s] that failed: the next rung that changes the equations; light:
+        whether a node has hardly any mass. Returns what it is, or "" where none is left."""
         if self._inertia == "consistent" and self.ghost_since is None:
             self.ghost_since = time
             self._news.append(INERTIA)
+        elif light and self._may_be_light and self.light_since is None:
+            self.light_since = time
+            self._news.append(LIGHT_CELLS)
         elif self._elastic and self._level == 0:
             self._level, self._good = 1, 0
             self.stiff_since = time if self.stiff_since is None else self.stiff_since
@@ -160,13 +168,15 @@ class Ladder:
 
     def get_state(self) -> Dict[str, np.ndarray]:
         """As name → array."""
-        since = [np.nan if time is None else time for time in (self.ghost_since, self.stiff_since)]
-        return {"ladder": np.array([*since, self._level, self._good], float)}
+        since = self.ghost_since, self.light_since, self.stiff_since
+        times = [np.nan if time is None else time for time in since]
+        return {"ladder": np.array([*times, self._level, self._good], float)}
 
     def set_state(self, state: Dict[str, np.ndarray]) -> bool:
-        """Go back; returns whether ``needs_facets`` has changed."""
-        before = self.needs_facets
-        *since, level, good = state["ladder"].tolist()
-        self.ghost_since, self.stiff_since = (None if np.isnan(time) else time for time in since)
+        """Go back; returns whether the equations have other terms then."""
+        before = self.needs_facets, self.light_since is None
+        *times, level, good = state["ladder"].tolist()
+        since = (None if np.isnan(time) else time for time in times)
+        self.ghost_since, self.light_since, self.stiff_since = since
         self._level, self._good, self._news = int(level), int(good), []
-        return before != self.needs_facets
+        return before != (self.needs_facets, self.light_since is None)

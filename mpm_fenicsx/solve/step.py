@@ -4,9 +4,9 @@ import numpy as np
 from ..collective import somewhere, total
 from ..errors import MPMDivergedError
 from ..grid.active_cells import ActiveCells
-from ..laws import ELASTIC_STATE
 from ..terms.ghost import Ghost
 from ..terms.grid_state import GridState, nodal_means
+from ..terms.light_cells import LightCells
 from ..terms.loads import raise_lost
 from ..terms.penalty import walls_in_reach
 from ..terms.scene_penalties import softest
@@ -35,20 +35,18 @@ class Step:
         self.comm, self.dim, self.background = background.comm, background.dim, background
         self.kernels, self.filled, self.problem = kernels, filled, problem
         self.clock, self.grid, self.finished = Clock(background.comm, phases), None, None
-        records, penalties = [body.body for body in problem.bodies], problem.penalties
-        symmetric = all(record.law.symmetric for record in records)
+        penalties, symmetric, plastic = problem.penalties, problem.symmetric, problem.plastic
         self.active_cells = cells = ActiveCells(
-            background, filled, problem.supports.fixed, symmetric, any(record.f_bar for record in records),
-            facets, walls_in_reach(penalties, background),
+            background, filled, problem.supports.fixed, symmetric,
+            any(one.body.f_bar for one in problem.bodies), facets, walls_in_reach(penalties, background),
             [pair for penalty in penalties for pair in getattr(penalty, "pairs", ())])
         self._holder, n = problem.supports.holders(cells.node[:cells.owned]), len(cells.node)
         self.active, self.mass_then = np.zeros(n, bool), np.zeros(n)
         self.full_mass = np.prod(background.h) * min(one.body.rho * one.thickness for one in problem.bodies)
-        h = np.prod(background.h) ** (1.0 / self.dim)
-        self.ghost = facets and self._make_ghost(facets, h)
-        plastic = any(record.law.state != ELASTIC_STATE for record in records)
+        self.ghost = facets and self._make_ghost(facets, np.prod(background.h) ** (1.0 / self.dim))
         self.tangents = Tangents(self.dim, plastic, watched=bool(penalties), anew=self.static)
-        terms = [*problem.bodies, *penalties, *([self.ghost] if facets else [])]
+        self._light = LightCells(cells) if problem.light_cells and not self.static else None
+        terms = [*problem.bodies, *penalties, *(term for term in (self.ghost, self._light) if term)]
         self.equations = self.equations_of(cells, terms, penalties, self.tangents, self.clock)
         nodes, kinks = Nodes(background, cells.node[:cells.owned]), any(one.kinks for one in penalties)
         self.newton = Newton(cells, self.equations, self.tangents, nodes, doubt, self.late if kinks else None,
@@ -81,6 +79,8 @@ class Step:
         if self.ghost and self.ghost.begin(grid, stiff=stiff):
             self.tangents.drop()
         lumped = self._lumped_mass()
+        if self._light:
+            self._light.begin(grid)
         known = self.problem.supports.displacement(self.active_cells.node, time, dt, grid.v, grid.a)
         fixed, massless = self.active_cells.fixed, ~self.active[:, None]
         # nodes without mass go with the points whose gradients they are in, as these lie on their cell's edge
@@ -166,10 +166,9 @@ class Step:
     def _body_load(self):
         """Body force [N], shape (nodes, D)."""
         load = np.zeros_like(self.grid.v)
-        if self.problem.bodies[0].has_body_force:
-            for body in self.problem.bodies:
-                body.begin(self.grid, load)
-            self.active_cells.accumulate(load)
+        for body in self.problem.bodies:
+            body.begin(self.grid, load)
+        self.active_cells.accumulate(load)
         return load
 
     # ---------------------------------------------------------------- phase II: solve

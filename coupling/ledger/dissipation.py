@@ -36,8 +36,8 @@ COLUMNS = {
                             "place of the mean"),
     "energy_transfers": ("J", "kinetic energy that transfers between points and grid have taken, and nodes "
                               "that supports stop"),
-    "energy_inertia": ("J", "energy that consistent inertia and ghost penalties have taken, as lumped masses "
-                            "count it"),
+    "energy_inertia": ("J", "energy that consistent inertia, ghost penalties and the inertia of nearly empty "
+                            "cells have taken, as lumped masses count it"),
     "energy_iterations": ("J", "energy that the tolerance of Newton's method has taken"),
     "energy_contact_damping": ("J", "energy that contacts of the particles have taken, by damping and "
                                     "friction, with the error of their steps"),

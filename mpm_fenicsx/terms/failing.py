@@ -49,7 +49,8 @@ def find_failing(terms: Sequence[Any], of_terms: Sequence[Any], origin: np.ndarr
 def _sentence(term: BodyTerm, trial: Any, q: int, origin: np.ndarray) -> str:
     """Point, place and state."""
     p, law = term.points, term.body.law
-    before, after = np.linalg.det(p.F[q]), np.linalg.det(trial.new.F[q])
+    with np.errstate(all="ignore"):  # it may have become as large as numbers can be
+        before, after = np.linalg.det(p.F[q]), np.linalg.det(trial.new.F[q])
     place = ", ".join(f"{x:.9g}" for x in p.x[q] + origin)
     numbers = [f"{name} = {float(p.state[name][q]):.4g}" for name in law.state.names
                if p.state[name].ndim == 1 and law.state[name].kind == "f"]

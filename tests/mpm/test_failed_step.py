@@ -8,7 +8,7 @@ from mpm_fenicsx import LAWS, MPM, Body, Box, Grid, MPMDivergedError, Support
 
 @pytest.fixture
 def column():
-    """``column()``: soil of 10 cm x 20 cm that collapses, on a basis for which only shorter steps are left."""
+    """``column()``: soil of 10 cm x 20 cm that collapses; its basis leaves only shorter steps to try."""
     opened = []
 
     def make():

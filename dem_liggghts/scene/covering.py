@@ -15,10 +15,10 @@ def choose(bare: np.ndarray, index: np.ndarray, radius: np.ndarray, most: int, w
     still bare, of equal ones the larger, then the first; until there are ``most``, the part ``wanted`` is
     covered, or no ball gains a point. So many balls never cover less than 1 - 1/e of what the best choice
     does (Nemhauser, Wolsey and Fisher, Math. Programming 14 (1978) 265-294). Gains only fall, and those in
-    the queue are bounds: only a ball that comes first is counted anew (Minoux 1978).
+    the queue are bounds, at first all points of the ball: only a ball that comes first is counted (Minoux
+    1978).
     """
-    gains = _gains(bare, index, radius)
-    queue = [(-int(gain), -float(r), n, 0) for n, (gain, r) in enumerate(zip(gains, radius))]
+    queue = [(-bound, -r, n, -1) for n, (bound, r) in enumerate(zip(_bounds(radius), radius.tolist()))]
     heapq.heapify(queue)
     chosen: List[int] = []
     whole, covered = int(bare.sum()), 0
@@ -35,12 +35,12 @@ def choose(bare: np.ndarray, index: np.ndarray, radius: np.ndarray, most: int, w
     return chosen
 
 
-@compiled
-def _gains(bare: np.ndarray, index: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    gains = np.zeros(len(radius), np.int64)
-    for n in range(len(radius)):
-        gains[n] = _visit(bare, index[n], radius[n], False)
-    return gains
+def _bounds(radius: np.ndarray) -> List[int]:
+    """Of the number of points of a grid in balls of these radii in spacings about a point of it."""
+    axis = np.arange(-int(radius.max(initial=0.0)), int(radius.max(initial=0.0)) + 1) ** 2
+    square = np.sort((axis[:, None, None] + axis[:, None] + axis).ravel())
+    rounded = 1.0 + 1e-9  # where a point lies on the sphere
+    return np.searchsorted(square, rounded * radius**2, side="right").tolist()
 
 
 @compiled

@@ -104,3 +104,33 @@ def test_books_close_and_states_know_of_it():
         solid.attempt(2e-3)
     assert np.array_equal(solid.points.x, end)  # and with it
     solid.close()
+
+
+RANKS = """
+import sys
+import numpy as np
+from test_light_cells import falling
+solid = falling()
+for n in range(40):
+    solid.attempt(2e-3)
+    if n == 29:
+        assert solid.fall_back()
+gathered = solid.comm.gather([np.concatenate([body.points.gid for body in solid.bodies]),
+                              np.concatenate([body.points.x for body in solid.bodies])])
+if solid.comm.rank == 0:
+    gid, x = (np.concatenate(parts) for parts in zip(*gathered))
+    np.save(sys.argv[1], x[np.argsort(gid)])
+solid.close()
+"""
+
+EXACT = "-mpm_snes_atol", "1e-10", "-mpm_snes_rtol", "1e-14"
+
+
+@pytest.mark.mpi
+def test_two_ranks_give_what_one_gives(tmp_path, on_ranks):
+    ends = []
+    for ranks in (1, 2):
+        done = on_ranks(ranks, RANKS, tmp_path / f"{ranks}.npy", *EXACT)
+        assert done.returncode == 0, done.stderr
+        ends.append(np.load(tmp_path / f"{ranks}.npy"))
+    assert ends[1] == pytest.approx(ends[0], rel=0, abs=1e-11)

@@ -2,6 +2,7 @@
 are PETSc's."""
 import functools
 import inspect
+import signal
 import sys
 import time
 import traceback
@@ -137,6 +138,7 @@ def run(main: typing.Callable) -> None:
     this, given = as_case(main), sys.argv[1:]
     warnings.showwarning = _show
     if "--help" in given or "-h" in given:
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # who reads it may have enough, as head has
         if MPI.COMM_WORLD.rank == 0:
             tell(manual(this))
         return

@@ -138,7 +138,7 @@ def run(main: typing.Callable) -> None:
     this, given = as_case(main), sys.argv[1:]
     warnings.showwarning = _show
     if "--help" in given or "-h" in given:
-        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # who reads it may have enough, as head has
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # as Python has it, before PETSc puts in its own
         if MPI.COMM_WORLD.rank == 0:
             tell(manual(this))
         return

@@ -27,13 +27,12 @@ def test_cases_are_listed_with_what_they_are():
     assert any(line.startswith("beam_impact") and "A steel sphere strikes" in line for line in lines)
 
 
-@pytest.mark.parametrize("words", ["mpm_dem_command.py cases", "cases/sphere_drop.py --help"])
-def test_whoever_reads_may_stop(words):
+def test_whoever_reads_the_list_may_stop():
     """As head does: the rest is not written, and nothing is said about that."""
     reading, writing = os.pipe()
     os.close(reading)
     with os.fdopen(writing, "w") as gone:
-        done = subprocess.run([sys.executable, *words.split()], stdout=gone, text=True, cwd=ROOT,
+        done = subprocess.run([sys.executable, ROOT / "mpm_dem_command.py", "cases"], stdout=gone, text=True,
                               stderr=subprocess.PIPE, timeout=300)
     assert done.returncode == -signal.SIGPIPE and done.stderr == ""
 

@@ -168,15 +168,15 @@ class Ladder:
 
     def get_state(self) -> Dict[str, np.ndarray]:
         """As name → array."""
-        since = self.ghost_since, self.light_since, self.stiff_since
-        times = [np.nan if time is None else time for time in since]
-        return {"ladder": np.array([*times, self._level, self._good], float)}
+        ghost, stiff, light = (np.nan if time is None else time for time in (
+            self.ghost_since, self.stiff_since, self.light_since))
+        return {"ladder": np.array([ghost, stiff, self._level, self._good, light], float)}
 
     def set_state(self, state: Dict[str, np.ndarray]) -> bool:
         """Go back; returns whether the equations have other terms then."""
         before = self.needs_facets, self.light_since is None
-        *times, level, good = state["ladder"].tolist()
-        since = (None if np.isnan(time) else time for time in times)
-        self.ghost_since, self.light_since, self.stiff_since = since
+        ghost, stiff, level, good, *light = state["ladder"].tolist()
+        since = (None if np.isnan(time) else time for time in (ghost, stiff, *(light or [np.nan])))
+        self.ghost_since, self.stiff_since, self.light_since = since  # the last came later than checkpoints
         self._level, self._good, self._news = int(level), int(good), []
         return before != (self.needs_facets, self.light_since is None)

@@ -10,7 +10,7 @@ before and a' after the step
 
 are forces that sum to zero over the cell, so that momentum is kept; they vanish where the cell changes its
 acceleration as a whole, and with the step. The pattern of the matrix stays, which the ghost penalty on
-inertia (``ghost``) makes larger. Nodes with RIM of a full one's mass and more are as they were.
+inertia (``ghost``) makes larger. Cells whose nodes all have RIM of a full one's mass or more are left alone.
 """
 from typing import Any
 

@@ -156,8 +156,8 @@ def test_a_closed_terminal_takes_no_report_away(start, tmp_path):
     check_what_is_left(tmp_path / "out", "KeyboardInterrupt: SIGHUP")
 
 
-@pytest.mark.parametrize("words", ["toy_case.py --help", "-m coupling.stability --help",
-                                   "-m coupling.work_precision --help"])
+@pytest.mark.parametrize("words", ["toy_case.py --help", "../../cases/sphere_drop.py --help",
+                                   "-m coupling.stability --help", "-m coupling.work_precision --help"])
 def test_a_manual_that_nobody_reads_prints_nothing_ugly(words):
     reader, writer = os.pipe()
     os.close(reader)

@@ -13,7 +13,7 @@ def column():
 
     def make():
         grid = Grid(Box((0.0, 0.0), (0.4, 0.3)), (16, 12))
-        soil = Body(Box((0.0, 0.0), (0.1, 0.2)), (8, 16), 2, LAWS["mohr_coulomb"](5e4, 0.4, 22.0), 1300.0,
+        soil = Body(Box((0.0, 0.0), (0.1, 0.2)), (8, 16), 2, LAWS["mohr_coulomb"](7e4, 0.4, 22.0), 1300.0,
                     f_bar=True)
         held = [Support(lambda x, d=d: x[:, d] < 1e-9, fix) for d, fix in ((1, "xy"), (0, "x"))]
         opened.append(MPM(grid, soil, held, gravity=(0.0, -9.81), inertia="lumped", basis="gimp"))
@@ -31,7 +31,7 @@ def test_failed_steps_are_halved(column, options):
     halved, steps = column(), []
     march(halved, Steps(4e-3, 0.048), [steps.append])
     lengths = np.array([step.dt for step in steps])
-    assert lengths.max() == 4e-3 and 4e-3 / 16 <= lengths.min() <= 2e-3
+    assert lengths.max() == 4e-3 and 4e-3 / 16 <= lengths.min() < 2e-3
     assert np.log2(4e-3 / lengths) == pytest.approx(np.round(np.log2(4e-3 / lengths)), abs=1e-12)
     assert halved.time == pytest.approx(0.048, rel=1e-12) == steps[-1].time
     assert halved.steps == len(steps) > 12 and sum(step.failed for step in steps) > 0

@@ -9,7 +9,7 @@ from .basis.smooth import Basis
 from .grid.background import Background, Choice, Needs, check_inside
 from .grid.large import come_in_blocks, make_blocks, mean_size
 from .grid.supports import Supports
-from .laws import ELASTIC_STATE, check_together
+from .laws import check_together
 from .output.matter import Matter, matter
 from .output.states import fingerprint
 from .points.ball_surface import make_surface
@@ -66,8 +66,7 @@ class Model(Accounts):
         x = np.concatenate([body.points.x for body in self._bodies])
         check_inside(scene.grid, x, "the body reaches out of the grid: a material point", self.origin, comm)
         check_together(body.law for body in scene.bodies)
-        elastic = all(body.law.state == ELASTIC_STATE for body in scene.bodies)
-        self._ladder = Ladder(comm, scene.inertia, elastic, self.basis.smooth)
+        self._ladder = Ladder(comm, scene.inertia, not self.flows, self.basis.smooth)
         self._losses = Losses(comm, self.origin, scene.numerics.losses)
         self._count = sum(body.total for body in self._bodies)
         ways = read_ways(scene.outflow, self.dim)

@@ -37,7 +37,8 @@ def choose(bare: np.ndarray, index: np.ndarray, radius: np.ndarray, most: int, w
 
 def _bounds(radius: np.ndarray) -> List[int]:
     """Of the number of points of a grid in balls of these radii in spacings about a point of it."""
-    axis = np.arange(-int(radius.max(initial=0.0)), int(radius.max(initial=0.0)) + 1) ** 2
+    reach = int(radius.max(initial=0.0))
+    axis = np.arange(-reach, reach + 1) ** 2
     square = np.sort((axis[:, None, None] + axis[:, None] + axis).ravel())
     rounded = 1.0 + 1e-9  # where a point lies on the sphere
     return np.searchsorted(square, rounded * radius**2, side="right").tolist()

@@ -177,6 +177,6 @@ class Ladder:
         before = self.needs_facets, self.light_since is None
         ghost, stiff, level, good, *light = state["ladder"].tolist()
         since = (None if np.isnan(time) else time for time in (ghost, stiff, *(light or [np.nan])))
-        self.ghost_since, self.stiff_since, self.light_since = since  # the last came later than checkpoints
+        self.ghost_since, self.stiff_since, self.light_since = since  # older checkpoints have no third one
         self._level, self._good, self._news = int(level), int(good), []
         return before != (self.needs_facets, self.light_since is None)

@@ -58,11 +58,10 @@ class LightCells:
 
     def begin(self, grid: GridState) -> None:
         """Find them. There is no load."""
-        least = np.where(grid.active, grid.mass, 0.0)[self._nodes_of_all].min(axis=1, initial=np.inf)
-        full = RIM * grid.full_mass
-        light = (least > 0.0) & (least < full)
-        self.number, self._nodes = self._all[light], self._nodes_of_all[light]
-        self.weight = full - least[light]
+        of_all = self._nodes_of_all
+        light = grid.active[of_all].all(axis=1) & grid.light[of_all].any(axis=1)
+        self.number, self._nodes = self._all[light], of_all[light]
+        self.weight = RIM * grid.full_mass - grid.mass[self._nodes].min(axis=1)
 
     def first_trial(self, grid: GridState, increment: Increment) -> Increment:
         """Nothing but the ``increment`` is needed for a tangent."""

@@ -16,6 +16,7 @@ from mpi4py import MPI
 from . import signals, words
 from .checkpoint import contradictions, found
 from .keys import REQUIRED, Key, keys_of, refuse_without_effect
+from .origin import in_program, with_line
 from .records.writing import silence, tell
 from .run import Run
 from .signals import SIGNALS
@@ -38,6 +39,7 @@ class Case:
                  counts: typing.Optional[dict] = None) -> None:
         functools.update_wrapper(self, main)
         self._main, self.presets = main, presets or {}
+        self.script = getattr(getattr(main, "__code__", None), "co_filename", "")
         self.keys, self._classes = keys_of(main)
         self._counts = dict(counts or {})
         self._may_change: typing.Dict[str, typing.Any] = {}
@@ -150,15 +152,16 @@ def _run(main: Case, given: typing.Sequence[str]) -> None:
     try:
         main.start(parse(main, given), IMPORTED)
     except UsageError as error:
-        _stop(error, 2)
+        _stop(with_line(error, main.script), 2)
     except EXPECTED as error:
-        _stop(error, 1)
+        _stop(with_line(error, main.script), 1)
     except KeyboardInterrupt:
         signals.ignore()  # a second one must not cut the end short
         _stop("interrupted; what was written so far is complete up to the last window", 130, IMPATIENT)
-    except Exception:
+    except Exception as error:
         tell(traceback.format_exc(), sys.stderr)
-        _stop("this is a bug in the program: please report the lines above", 1)
+        _stop("this is a bug in the program: please report the lines above" if in_program(error, main.script)
+              else f"{type(error).__name__}: {with_line(error, main.script)}", 1)
 
 
 def _show(message: typing.Any, category: typing.Any, filename: str, lineno: int, file: typing.Any = None,

@@ -69,7 +69,7 @@ def rocks(ground: Terrain, count: int, radius: float, seed: int) -> Spheres:
 def dam(ground: Terrain, over: float, thickness: float) -> Box:
     """A box across the valley, ``over`` [m] higher than the ground on its axis, that ends in the flanks."""
     middle = np.array([DAM, float(axis(np.array(DAM)))]) + np.array(LOWER)
-    top = float(ground.height(middle[None])[0]) + over
+    top = float(ground.height(middle)) + over
     half = np.sqrt(over / FLANK) + 3.0
     lower: Tuple[float, ...] = (middle[0], middle[1] - half, top - over - 3.0)
     return Box(lower, (middle[0] + thickness, middle[1] + half, top))

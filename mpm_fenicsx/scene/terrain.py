@@ -156,21 +156,27 @@ class Terrain:
         """Upper corner in plan [m], shape (dim - 1,)."""
         return tuple(float(v) for v in self.x[:, :-1].max(axis=0))
 
-    def _places(self, xy: Any) -> np.ndarray:
+    def height(self, xy: Any) -> np.ndarray:
+        """Of the surface at places of the plan [m], shape (n, dim - 1): (n,); of one place (dim - 1,) a
+        number. nan outside."""
+        return self._at(xy)[0]
+
+    def normal(self, xy: Any) -> np.ndarray:
+        """Upward unit normal of the surface at places of the plan [m], shape (n, dim - 1): (n, dim); of one
+        place (dim - 1,) its own, (dim,). nan outside."""
+        slope = np.asarray(self._at(xy)[1])
+        n = np.concatenate([-slope, np.ones((*slope.shape[:-1], 1))], axis=-1)
+        return np.asarray(n / np.linalg.norm(n, axis=-1, keepdims=True))
+
+    def _at(self, xy: Any) -> Tuple[np.ndarray, np.ndarray]:
+        """Heights and slopes at places of the plan, or at one."""
         given = np.asarray(xy, float)
-        if self.dim == 2 and given.ndim == 1:
-            given = given[:, None]
-        return check.shaped("places of the plan", given, ("n", self.dim - 1))
-
-    def height(self, xy: np.ndarray) -> np.ndarray:
-        """Of the surface at places of the plan [m], shape (n, dim - 1); nan outside."""
-        return self._search.at(self._places(xy))[0]  # type: ignore[attr-defined,no-any-return]
-
-    def normal(self, xy: np.ndarray) -> np.ndarray:
-        """Upward unit normal of the surface at places of the plan [m], shape (n, dim); nan outside."""
-        slope = self._search.at(self._places(xy))[1]  # type: ignore[attr-defined]
-        n = np.column_stack([-slope, np.ones(len(slope))])
-        return np.asarray(n / np.linalg.norm(n, axis=1)[:, None])
+        one = given.shape == ((2,) if self.dim == 3 else ())
+        if one or self.dim == 2 and given.ndim == 1:
+            given = given.reshape(-1, self.dim - 1)
+        places = check.shaped("places of the plan", given, ("n", self.dim - 1))
+        height, slope = self._search.at(places)  # type: ignore[attr-defined]
+        return (height[0], slope[0]) if one else (height, slope)
 
     def summary(self) -> str:
         """What it is, in two lines: a unit other than metres would show here."""

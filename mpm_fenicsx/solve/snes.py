@@ -18,6 +18,7 @@ from .rungs import RUNGS
 from .searches import Searches
 from .secants import Secants
 from .tolerance import Tolerance
+from .translations import Translations
 
 
 class Newton:
@@ -57,7 +58,8 @@ class Newton:
         self._may_bear_any_sign = symmetric and not given("pc_type") and solver not in solvers.POSITIVE
         self.bears_any_sign, self.helped = True, []
         self._secants = Secants(active_cells.comm)
-        snes.setLineSearchPreCheck(self._secants.correct)
+        translations, secants = Translations(active_cells.matrix, equations), self._secants
+        snes.setLineSearchPreCheck(lambda x, y: translations.correct(snes, y) | secants.correct(x, y))
         r.destroy()  # the SNES holds its own reference
 
     def full_steps_first(self):
@@ -65,20 +67,18 @@ class Newton:
         self._searches.exchange()
 
     def choose_solver(self):
-        """Defaults for the tangent that is in the matrix, then the user's options. Does nothing when called
-        again, unless the tangent has become too stiff for its diagonal as preconditioner."""
+        """Defaults for the tangent that is in the matrix, then the user's options. Called again, "auto" keeps
+        what it has chosen while that suits a tangent half or twice as stiff."""
         name, tangents = self._solver, self._tangents
-        stiffness = tangents.now.stiffness_over_inertia
-        outgrown = name == "auto" and self.preset == "jacobi" and stiffness > 2.0 * solvers.LIGHT
-        if self.preset and not outgrown:
-            return
         if name == "auto":
-            fresh, lumped = tangents.by_user or tangents.plastic, self._equations.known.lumped is not None
-            wide = solvers.is_wide(self.snes.getKSP().getOperators()[0])
-            name = solvers.automatic(self.u.getSize(), self._shape[1], self._symmetric, fresh, stiffness,
-                                     wide, lumped, self._nodes.regular)
-        self.preset = name
-        self._configure(self._symmetric, self.snes)
+            plastic, wide = tangents.plastic, solvers.is_wide(self.snes.getKSP().getOperators()[1])
+            soil = plastic and self._equations.known.lumped is not None
+            system = solvers.System(self.u.getSize(), self._shape[1], self._symmetric,
+                                    tangents.by_user or plastic, wide, soil, self._nodes.regular)
+            name = solvers.automatic(system, tangents.now.stiffness_over_inertia, self.preset)
+        if self.preset != name:
+            self.preset = name
+            self._configure(self._symmetric, self.snes)
 
     def choose_again(self, preset):
         """The ``preset`` that had been chosen in a state to go back to; "": it is to be chosen yet."""

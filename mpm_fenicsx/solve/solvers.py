@@ -13,15 +13,18 @@
     multigrid conjugate gradients (gmres) with geometric multigrid, on regular grids
     gamg      conjugate gradients (gmres) with algebraic multigrid that knows the rigid-body modes
     hypre     conjugate gradients (gmres) with hypre's algebraic multigrid
-    auto      direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept, FRESH_UP_TO where
-              it is made in every iteration; beyond that cg (gmres) where inertia dominates the tangent,
-              jacobi while it does by far, multigrid (gamg where the grid is not regular) where stiffness does
+    auto      direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept or stiffness
+              dominates the tangent, FRESH_UP_TO where it is made in every iteration; beyond that, and for
+              soil, cg (gmres) where inertia dominates, jacobi while it does by far, and multigrid (gamg where
+              the grid is not regular) where stiffness does
 
 Iterative ones stop at -mpm_ksp_rtol 1e-8, but jacobi, and all for a tangent that changes with the load, at
 1e-3: there Newton's method iterates anyhow (more exactly where that may end its iterations, see
 ``tolerance``). They give up after 2000 and 500 iterations (-mpm_ksp_max_it). On several ranks direct solves
 systems below REDUNDANT_UP_TO unknowns whole on each rank (-mpm_pc_type redundant). docs/solvers.md says which
 one does what."""
+from typing import NamedTuple
+
 from petsc4py import PETSc
 
 from ..grid import compat
@@ -31,15 +34,17 @@ from .coarse_grids import interpolations
 FACTORISATIONS = ("cholesky", "lu")
 POSITIVE = "cholesky", "cg"  # what these names say is for tangents that are positive
 DIRECT_UP_TO = {2: 100_000, 3: 60_000}  # unknowns: a factor that is kept pays up to here
-# and one that is made in every iteration, where inertia dominates, up to here
+# And one that is made in every iteration, where inertia dominates, up to here. That of soil, plastic with
+# lumped inertia, never does: the few iterations of gmres take less time.
 FRESH_UP_TO = {2: 20_000, 3: 3_000}
 # Entries per row from which a matrix is wide, as of a smooth basis in space (375; with the linear one 81):
 # factors then cost six times as much, incomplete ones too, and successive over-relaxation is the better
 # preconditioner.
 WIDE, WIDE_DIRECT_UP_TO, WIDE_FRESH_UP_TO = 100, 20_000, 200
 REDUNDANT_UP_TO = 4_000  # unknowns: up to here every rank solves the whole system faster than all share it
-# of plastic bodies with lumped inertia: stiffness over inertia up to which the diagonal preconditions best
-LIGHT = 0.5
+# Of soil: stiffness over inertia up to which the diagonal preconditions best. In small systems it is as good
+# as others for longer, and the same one on any number of ranks.
+LIGHT, LIGHT_IF_SMALL, SMALL = 0.5, 5.0, 3_000
 # Where iterative solvers stop and give up: one that stalls must not take minutes before a shorter step is
 # tried, PETSc's own limit is 10,000 iterations.
 EXACT, LOOSE = dict(rtol=1e-8, max_it=2000), dict(rtol=1e-3, max_it=500)
@@ -73,17 +78,37 @@ def is_wide(matrix):
     return matrix.getInfo()["nz_used"] > WIDE * matrix.getSize()[0]
 
 
-def automatic(size, dim, symmetric, fresh, stiffness, wide=False, lumped=False, regular=False):
-    """The preset that suits ``size`` unknowns in ``dim`` dimensions. fresh: the tangent is made in every
-    iteration; stiffness: how many times as much stiffness as inertia it has; wide: see ``is_wide``; lumped:
-    so is the inertia; regular: so is the grid."""
+class System(NamedTuple):
+    """What "auto" knows of a linear system: its ``size``, unknowns in ``dim`` dimensions; whether it is
+    ``symmetric``; ``fresh``: made in every iteration; ``wide``: see ``is_wide``; ``soil``: of plastic bodies
+    with lumped inertia; ``regular``: on such a grid."""
+
+    size: int
+    dim: int
+    symmetric: bool
+    fresh: bool
+    wide: bool = False
+    soil: bool = False
+    regular: bool = False
+
+
+def automatic(system, stiffness, now=""):
+    """The preset that suits a ``system`` with so many times as much stiffness as inertia; ``now``, that in
+    use, while it would suit half or twice the stiffness."""
+    suits = [_suits(system, times * stiffness) for times in (1.0, 0.5, 2.0)]
+    return now if now in suits else suits[0]
+
+
+def _suits(system, stiffness):
+    size, dim, symmetric, fresh, wide, soil, regular = system
     kept, made = (WIDE_DIRECT_UP_TO, WIDE_FRESH_UP_TO) if wide else (DIRECT_UP_TO[dim], FRESH_UP_TO[dim])
-    if size <= (made if fresh and stiffness <= STIFF else kept):
-        return "direct"
-    if fresh and lumped and not wide and stiffness <= LIGHT:
-        return "jacobi"
     if stiffness > STIFF:
-        return "multigrid" if regular else "gamg"
+        return "direct" if size <= kept else "multigrid" if regular else "gamg"
+    if soil and not wide:
+        light = stiffness <= (LIGHT_IF_SMALL if size <= SMALL else LIGHT)
+        return "jacobi" if light else "cg" if symmetric else "gmres"
+    if size <= (made if fresh else kept):
+        return "direct"
     return "cg" if symmetric else "gmres"
 
 

@@ -8,7 +8,7 @@ from typing import Literal, Optional, Tuple
 
 import pytest
 
-from coupling import cli
+from coupling import cli, origin
 
 PRESETS = {"paper": dict(cells=(62, 13), dt=5e-8), "none": {}}
 
@@ -132,9 +132,38 @@ def test_sigterm_is_an_interrupt(monkeypatch, capsys):
 
 def test_a_bug_shows_where_it_is(monkeypatch, capsys):
     with pytest.raises(SystemExit) as end:
-        run(monkeypatch, function=lambda: {}["missing"])
+        run(monkeypatch, function=lambda: cli.described(None))
     shown = capsys.readouterr().err
-    assert end.value.code == 1 and "KeyError: 'missing'" in shown and "error: this is a bug" in shown
+    assert end.value.code == 1 and "AttributeError: 'NoneType'" in shown and "error: this is a bug" in shown
+
+
+@pytest.mark.parametrize("fault, sentence", [
+    ("{}['missing']", "error: KeyError: 'missing' (line 6 of own.py)"),
+    ("np.ones(2) + np.ones(3)",
+     "error: operands could not be broadcast together with shapes (2,) (3,) (line 6 of own.py)"),
+    ("Scheme(dt=0.0, t_end=1.0)", "error: dt is 0.0 s: the window must be positive (line 6 of own.py)"),
+    ("np.ones(2).no",
+     "error: AttributeError: 'numpy.ndarray' object has no attribute 'no' (line 6 of own.py)")])
+def test_an_error_in_a_script_of_ones_own_has_its_line(run_ranks, tmp_path, fault, sentence):
+    (tmp_path / "own.py").write_text(f"""import numpy as np
+from coupling import Scheme, case
+
+@case
+def main():
+    return {fault}
+
+main.run()
+""")
+    done = run_ranks(1, tmp_path / "own.py")
+    assert done.returncode == 1 and "this is a bug" not in done.stderr
+    assert [line for line in done.stderr.splitlines() if line.startswith("error")] == [sentence]
+
+
+def test_cases_of_the_program_have_keys_and_no_lines():
+    script = str(origin.ROOT / "cases" / "beam.py")
+    with pytest.raises(ValueError) as raised:
+        exec(compile("raise ValueError('too long')", script, "exec"))
+    assert origin.with_line(raised.value, script) == "too long" and origin.in_program(raised.value, script)
 
 
 def test_a_warning_is_one_line(monkeypatch, capsys):
@@ -147,9 +176,8 @@ def test_a_warning_is_one_line(monkeypatch, capsys):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("rank, line", [("0", "error: only here"), ("1", "error on rank 1: only here"),
-                                        ("2", "error: only here")])
-def test_an_error_on_one_rank_ends_all(run_ranks, tmp_path, rank, line):
+@pytest.mark.parametrize("rank, start", [("0", "error"), ("1", "error on rank 1"), ("2", "error")])
+def test_an_error_on_one_rank_ends_all(run_ranks, tmp_path, rank, start):
     """The others wait for it: they are aborted after some seconds. Rank "2" means that all have the error."""
     (tmp_path / "case.py").write_text("""
 from coupling import cli
@@ -165,5 +193,6 @@ cli.run(main)
 """)
     done = run_ranks(2, tmp_path / "case.py", f"rank={rank}")
     assert done.returncode == 1 and "never" not in done.stdout
-    assert [shown for shown in done.stderr.splitlines() if "only here" in shown] == [line]
+    assert [shown for shown in done.stderr.splitlines() if "only here" in shown] == [
+        f"{start}: only here (line 6 of case.py)"]
     assert rank != "2" or "MPI_ABORT" not in done.stderr

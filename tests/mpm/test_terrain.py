@@ -93,6 +93,15 @@ def test_triangles_inside_out_are_turned_and_one():
     assert len(loose.x) == len(hill.x) and (loose.normal([(1.1, 1.3)])[0, 2] > 0.0)
 
 
+def test_height_and_normal_of_one_place():
+    hill, line = Terrain.function(wavy, AREA, cell=0.5), Terrain.profile([0.0, 1.0, 4.0], [2.0, 1.0, 1.0])
+    for ground, place in ((hill, (1.1, 1.3)), (line, 0.3)):
+        assert ground.height(place) == ground.height([place])[0]
+        assert np.array_equal(ground.normal(place), ground.normal([place])[0])
+    with pytest.raises(ValueError, match=r"places of the plan is \[1. 2. 3.\]: give numbers of shape"):
+        hill.height((1.0, 2.0, 3.0))
+
+
 def test_a_profile_is_a_line():
     line = Terrain.profile([0.0, 1.0, 4.0], [2.0, 1.0, 1.0])
     again = Terrain(line.x[::-1], [(0, 1), (2, 1)])

@@ -3,11 +3,10 @@
     direct    cholesky where the tangent is symmetric, else lu
     cholesky  factorisation by CHOLMOD, on several ranks by MUMPS
     lu        factorisation by UMFPACK, on several ranks by MUMPS
-    cg        conjugate gradients, incomplete Cholesky factors on each rank (with a smooth basis in space
-              successive over-relaxation)
-    gmres     the same for tangents that are not symmetric, with incomplete LU factors, or successive
-              over-relaxation where the tangent changes with the load: factors of soil that comes apart are
-              useless
+    cg        conjugate gradients, incomplete Cholesky factors on each rank; with a smooth basis in space, and
+              where the tangent changes with the load, successive over-relaxation: factors of soil that comes
+              apart are useless
+    gmres     the same for tangents that are not symmetric, with incomplete LU factors
     jacobi    conjugate gradients (gmres) with the diagonal alone: where inertia is lumped and dominates, and
               the tangent changes with the load
     multigrid conjugate gradients (gmres) with geometric multigrid, on regular grids
@@ -128,9 +127,9 @@ def configure(ksp, prefix, name, nodes, symmetric, changes=False):
             # few rows makes them all that counts in its norm, and gmres ends having done nothing for the rest
             ksp.setPCSide(PETSc.PC.Side.RIGHT if general else PETSc.PC.Side.LEFT)
         ksp.setTolerances(**(LOOSE if changes or name == "jacobi" else EXACT))
-        factors = not (changes and general)
-        simple = "bjacobi" if factors and not is_wide(ksp.getOperators()[0]) else "sor"
-        _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), nodes, factors)
+        simple = "sor" if changes or is_wide(ksp.getOperators()[1]) else "bjacobi"
+        _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), nodes,
+                      factors=not (changes and general))
 
 
 def _factorise(ksp, options, kind, symmetric):

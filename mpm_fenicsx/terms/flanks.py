@@ -27,6 +27,7 @@ from .wall_elements import TIE, WallElements
 
 ANGLE = 15.0  # [degrees]
 ALIKE = float(np.cos(np.radians(ANGLE)))
+ASIDE = float(np.tan(np.radians(ANGLE)))
 HALF_ALIKE = float(np.cos(np.radians(0.5 * ANGLE)))
 D, S = 2, 2  # dimensions, most feet of a point on one wall; fixed by specialise
 
@@ -105,19 +106,26 @@ def is_other(p, x, e, count, elements: WallElements, held, seen: Seen):
 
 def too_far(p, x, corner, normal, best):
     """Whether an element cannot look at point p, or not from nearer than the root of ``best``, by its plane
-    and the distance of its first ``corner``, (D, D): cheaper than its nearest place."""
+    and the sphere around the middle of its corners, (D, D): cheaper than its nearest place. What looks at the
+    point is seen within ``ANGLE`` of the normal, so no farther beside it than the distance allows."""
     ahead, away, size = 0.0, 0.0, 0.0
     for i in range(D):
-        r = x[p, i] - corner[0, i]
+        middle = 0.0
+        for a in range(D):
+            middle += corner[a, i] / D
+        r = x[p, i] - middle
         ahead += r * normal[i]
         away += r * r
-    for a in range(1, D):
+    for a in range(D):
         edge = 0.0
         for i in range(D):
-            edge += (corner[a, i] - corner[0, i]) ** 2
+            middle = 0.0
+            for b in range(D):
+                middle += corner[b, i] / D
+            edge += (corner[a, i] - middle) ** 2
         size = max(size, edge)
-    within = abs(ahead) / ALIKE + np.sqrt(size)
-    return ahead * ahead > best * (1.0 + TIE) or away > within * within * (1.0 + TIE)
+    within = ASIDE * abs(ahead) + np.sqrt(size)
+    return ahead * ahead > best * (1.0 + TIE) or away * (1.0 - TIE) > ahead * ahead + within * within
 
 
 def next_flank(p, x, tree: BoxTree, elements: WallElements, far, count, slots: Slots, seen: Seen):

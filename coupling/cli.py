@@ -158,7 +158,7 @@ def _run(main: Case, given: typing.Sequence[str]) -> None:
         _stop(with_line(error, main.script), 1)
     except KeyboardInterrupt:
         signals.ignore()  # a second one must not cut the end short
-        atexit.register(signals.ignore)  # nor that of the interpreter, where handlers are what they were before
+        atexit.register(signals.ignore)  # nor that of the interpreter, where handlers are those of before
         _stop("interrupted; what was written so far is complete up to the last window", 130, IMPATIENT)
     except Exception as error:
         tell(traceback.format_exc(), sys.stderr)

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..collective import somewhere, total
 from ..terms.failing import find_failing
+from ..terms.ghost import Ghost
 from ..terms.newmark import Increment
 from .tangents import Tangent
 
@@ -43,6 +44,11 @@ class Equations:
     def begin(self, grid, known):
         """A step from the state ``grid`` of the nodes."""
         self._grid, self.known = grid, known
+
+    @property
+    def lumped(self):
+        """Whether all of the inertia is: where a ghost penalty has a part in it, it is consistent."""
+        return self.known.lumped is not None and not any(isinstance(term, Ghost) for term in self.terms)
 
     def increment(self, u):
         """Of all local nodes at the displacement u, shape (owned, D) [m]."""

@@ -72,7 +72,7 @@ class Newton:
         name, tangents = self._solver, self._tangents
         if name == "auto":
             plastic, wide = tangents.plastic, solvers.is_wide(self.snes.getKSP().getOperators()[1])
-            soil = plastic and self._equations.known.lumped is not None
+            soil = plastic and self._equations.lumped
             system = solvers.System(self.u.getSize(), self._shape[1], self._symmetric,
                                     tangents.by_user or plastic, wide, soil, self._nodes.regular)
             name = solvers.automatic(system, tangents.now.stiffness_over_inertia, self.preset)

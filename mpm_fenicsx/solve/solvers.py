@@ -18,10 +18,10 @@
               the grid is not regular) where stiffness does
 
 Iterative ones stop at -mpm_ksp_rtol 1e-8, but jacobi, and all for a tangent that changes with the load, at
-1e-3: there Newton's method iterates anyhow (more exactly where that may end its iterations, see
-``tolerance``). They give up after 2000 and 500 iterations (-mpm_ksp_max_it). On several ranks direct solves
-systems below REDUNDANT_UP_TO unknowns whole on each rank (-mpm_pc_type redundant). docs/solvers.md says which
-one does what."""
+1e-3, small systems at 1e-6: there Newton's method iterates anyhow (more exactly where that may end its
+iterations, see ``tolerance``). They give up after 2000 and 500 iterations (-mpm_ksp_max_it). On several ranks
+direct solves systems below REDUNDANT_UP_TO unknowns whole on each rank (-mpm_pc_type redundant).
+docs/solvers.md says which one does what."""
 from typing import NamedTuple
 
 from petsc4py import PETSc
@@ -47,6 +47,9 @@ LIGHT, LIGHT_IF_SMALL, SMALL = 0.5, 5.0, 3_000
 # Where iterative solvers stop and give up: one that stalls must not take minutes before a shorter step is
 # tried, PETSc's own limit is 10,000 iterations.
 EXACT, LOOSE = dict(rtol=1e-8, max_it=2000), dict(rtol=1e-3, max_it=500)
+# A small system costs little more, and then springs stick and slide as with a factor: solved loosely, what is
+# at the limit does one or the other by round-off.
+LOOSE_IF_SMALL = dict(rtol=1e-6, max_it=500)
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
 # before an option's name: PETSc's own store keeps under that name what a preset has put in
 PRESET = "preset_"
@@ -126,7 +129,8 @@ def configure(ksp, prefix, name, nodes, symmetric, changes=False):
             # From the right it is the residual itself that becomes small: a preconditioner that is bad for a
             # few rows makes them all that counts in its norm, and gmres ends having done nothing for the rest
             ksp.setPCSide(PETSc.PC.Side.RIGHT if general else PETSc.PC.Side.LEFT)
-        ksp.setTolerances(**(LOOSE if changes or name == "jacobi" else EXACT))
+        loose = LOOSE_IF_SMALL if ksp.getOperators()[1].getSize()[0] <= SMALL else LOOSE
+        ksp.setTolerances(**(loose if changes or name == "jacobi" else EXACT))
         simple = "sor" if changes or is_wide(ksp.getOperators()[1]) else "bjacobi"
         _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), nodes,
                       factors=not (changes and general))

@@ -106,7 +106,7 @@ def is_other(p, x, e, count, elements: WallElements, held, seen: Seen):
 
 def too_far(p, x, corner, normal, best):
     """Whether an element cannot look at point p, or not from nearer than the root of ``best``, by its plane
-    and the sphere around the middle of its corners, (D, D): cheaper than its nearest place. What looks at the
+    and a sphere around the middle of its corners, (D, D): cheaper than its nearest place. What looks at the
     point is seen within ``ANGLE`` of the normal, so no farther beside it than the distance allows."""
     ahead, away, size = 0.0, 0.0, 0.0
     for i in range(D):
@@ -116,14 +116,8 @@ def too_far(p, x, corner, normal, best):
         r = x[p, i] - middle
         ahead += r * normal[i]
         away += r * r
-    for a in range(D):
-        edge = 0.0
-        for i in range(D):
-            middle = 0.0
-            for b in range(D):
-                middle += corner[b, i] / D
-            edge += (corner[a, i] - middle) ** 2
-        size = max(size, edge)
+        for a in range(D):
+            size += (D - 1) / D * (corner[a, i] - middle) ** 2  # no corner is farther: they add up to none
     within = ASIDE * abs(ahead) + np.sqrt(size)
     return ahead * ahead > best * (1.0 + TIE) or away * (1.0 - TIE) > ahead * ahead + within * within
 

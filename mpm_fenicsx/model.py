@@ -7,7 +7,7 @@ from mpi4py import MPI
 from .accounts import Accounts
 from .basis.smooth import Basis
 from .grid.background import Background, Choice, Needs, check_inside
-from .grid.large import come_in_blocks, make_blocks, mean_size
+from .grid.large import come_in_blocks, make_blocks
 from .grid.supports import Supports
 from .laws import check_together
 from .output.matter import Matter, matter
@@ -118,9 +118,9 @@ class Model(Accounts):
 
         def make(body: Body, first: int) -> BodyTerm:
             return self._transfer.body(body, first, self.gravity, scene.body_force, self.basis,
-                                       grid.box.size / grid.cells if self.basis.smooth else None)
+                                       grid.cell_size if self.basis.smooth else None)
 
-        feeds = Feeds(scene.inflows, self._bodies, make, mean_size(grid) if scene.inflows else None,
+        feeds = Feeds(scene.inflows, self._bodies, make, grid.cell_size if scene.inflows else None,
                       self.gravity, self.comm)
         for feed in feeds:
             feed.check_inside(grid.box, self.origin)

@@ -137,7 +137,7 @@ class Background:
         self.vertex_of = np.empty(len(self.x), np.int64)
         self.vertex_of[self.cells] = cells[self.original_cell]
         sizes = np.ptp(vertices[cells], axis=1)
-        self.h = grid.mean_size if told else sizes.mean(axis=0)
+        self.h = grid.cell_size if isinstance(grid, Columns) else sizes.mean(axis=0)
         self.origin = np.broadcast_to(np.asarray(origin, float), (self.dim,))
         self.tolerance = max(INSIDE, 8 * np.finfo(float).eps * np.abs(vertices + self.origin).max()
                              / sizes.min())

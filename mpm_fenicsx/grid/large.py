@@ -1,7 +1,6 @@
 """Which grids come in blocks, and which blocks of them are made."""
 import numpy as np
 
-from ..scene.bodies import Grid
 from ..scene.column_grid import Columns
 from .blocks import Blocks
 from .column_blocks import ColumnBlocks
@@ -28,12 +27,3 @@ def make_blocks(grid, places, scene, numbers, comm):
     stated = [scene.interface, *(load.surface for load in scene.loads)] if scene else []
     more = [np.asarray(one.x, float) for one in stated if hasattr(one, "x")]
     return kind.around(grid, [*places, *(at for at in more if at.shape[1] == grid.dim)], comm)
-
-
-def mean_size(grid):
-    """Mean extent of the cells of a grid along the axes [m], shape (D,); of columns without making them."""
-    if isinstance(grid, Columns):
-        return grid.mean_size
-    if isinstance(grid, Grid):
-        return grid.box.size / grid.cells
-    return np.ptp(grid.vertices[grid.cells], axis=1).mean(axis=0)

@@ -28,7 +28,7 @@ class Lattice(NamedTuple):
 
 def lattice_of(grid, margin):
     """``Lattice`` of a ``Grid``."""
-    return Lattice(np.asarray(grid.box.lower, float), grid.box.size / grid.cells,
+    return Lattice(np.asarray(grid.box.lower, float), grid.cell_size,
                    np.asarray(grid.cells, np.int64), cell_count((1,) * grid.dim, grid.cell), margin)
 
 

@@ -51,6 +51,11 @@ class Grid:
         """Whether only blocks of it near the material are made, where the scene permits."""
         return self.count > LARGE
 
+    @property
+    def cell_size(self) -> np.ndarray:
+        """Along the axes [m], shape (dim,)."""
+        return np.asarray(self.box.size / self.cells)
+
     def check_whole(self) -> None:
         """ValueError where its cells need more memory or time than there is."""
         check_size(self.cells, self.cell)

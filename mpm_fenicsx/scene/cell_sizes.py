@@ -5,6 +5,7 @@ from typing import Union
 import numpy as np
 
 from .bodies import Body, Grid
+from .column_grid import Columns
 from .mesh import Mesh
 
 NEAR = 1.1  # of a size: what counts as the same
@@ -13,10 +14,12 @@ NEAR = 1.1  # of a size: what counts as the same
 def cell_sizes(grid: Union[Grid, Mesh], body: Body) -> np.ndarray:
     """Sizes of the cells along the axes [m], shape (dim,): of a mesh the means of those with a middle in the
     box around the body, or of all where there are none."""
-    if isinstance(grid, Grid):
-        return grid.box.size / grid.cells
-    corners = grid.corners_in(body.box)
-    return np.ptp(corners, axis=1).mean(axis=0) if len(corners) else grid.mean_size
+    if isinstance(grid, (Grid, Columns)):
+        return grid.cell_size
+    corners = grid.vertices[grid.cells]
+    middle, box = corners.mean(axis=1), body.box
+    corners = corners[((middle >= box.lower) & (middle <= box.upper)).all(axis=1)]
+    return np.ptp(corners, axis=1).mean(axis=0) if len(corners) else grid.cell_size
 
 
 def on_grid(body: Body, grid: Union[Grid, Mesh], number: int) -> Body:

@@ -7,7 +7,7 @@ import numpy as np
 import mpm_dem_checks as check
 
 from .facets import alike
-from .mesh import BYTES_PER_CELL, CELLS, FACETS, FLAT, Box, Mesh, within
+from .mesh import BYTES_PER_CELL, CELLS, FACETS, FLAT, Box, Mesh
 
 LARGE_COLUMNS = 100_000  # cells; a smaller grid is made as a whole
 REMEDY = "take larger cells (h), or fewer (where, above)"
@@ -76,11 +76,10 @@ class Columns(Mesh):
         return Box(*zip(*ends))
 
     @property
-    def mean_size(self) -> np.ndarray:
-        """Mean extent of the cells along the axes [m], shape (dim,)."""
-        low, high = self._corners()
-        return np.append([line[1] - line[0] for line in self.lines],
-                         self.h + np.average(high - low, weights=self.down + self.up))
+    def cell_size(self) -> np.ndarray:
+        """Of all cells along the axes [m], shape (dim,): the sides of a column, and h. On a slope a cell
+        extends over more height than h, and has no more volume."""
+        return np.array([*(line[1] - line[0] for line in self.lines), self.h])
 
     @cached_property
     def affine(self) -> bool:
@@ -114,22 +113,11 @@ class Columns(Mesh):
                              self.z.ravel()[node] + self.h * (layer - self.lowest)])
         return x, cells.reshape(-1, 2**D)
 
-    def corners_in(self, box: Box) -> np.ndarray:
-        """See ``Mesh.corners_in``."""
-        near = np.ones(self.down.shape, bool)
-        for axis, line in enumerate(self.lines):
-            meets = (line[1:] >= box.lower[axis]) & (line[:-1] <= box.upper[axis])
-            near &= meets.reshape([-1 if d == axis else 1 for d in range(near.ndim)])
-        return within(*self._of(np.flatnonzero(near)), box)
-
-    def _of(self, column: np.ndarray) -> Cells:
-        down, up = self.down.ravel()[column], self.up.ravel()[column]
-        return self.cells_between(column, self.lowest - down, down + up)
-
     @cached_property
     def _whole(self) -> Cells:
         self.check_whole()
-        return self._of(np.arange(self.down.size))
+        down = self.down.ravel()
+        return self.cells_between(np.arange(down.size), self.lowest - down, down + self.up.ravel())
 
     @cached_property
     def vertices(self) -> np.ndarray:  # type: ignore[override]

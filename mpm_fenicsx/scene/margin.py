@@ -22,7 +22,7 @@ def margins_at_walls(grid: Union[Grid, Mesh],
     of cells behind a wall that gives."""
     if not isinstance(grid, Grid):
         return None
-    margin, h = np.zeros((grid.dim, 2)), grid.box.size / grid.cells
+    margin, h = np.zeros((grid.dim, 2)), grid.cell_size
     for condition in penalties:
         if isinstance(condition, GridWall):
             condition = condition.penalty(lattice(grid.box, grid.cells, grid.cell)[0])

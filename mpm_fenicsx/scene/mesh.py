@@ -151,13 +151,9 @@ class Mesh:
         return len(self.cells)
 
     @property
-    def mean_size(self) -> np.ndarray:
+    def cell_size(self) -> np.ndarray:
         """Mean extent of the cells along the axes [m], shape (dim,)."""
         return np.asarray(np.ptp(self.vertices[self.cells], axis=1).mean(axis=0))
-
-    def corners_in(self, box: Box) -> np.ndarray:
-        """Vertices of the cells whose middles are in the ``box`` [m], shape (n, nodes per cell, dim)."""
-        return within(self.vertices, self.cells, box)
 
     def part(self, group: str) -> "Mesh":
         """The cells of one named group as a mesh of its own, with what it has of the surfaces; ValueError
@@ -222,10 +218,3 @@ class Mesh:
             raise ValueError(f"the surface of the mesh is not a manifold: {count.max()} facets meet at "
                              f"{place} m: repair the mesh, or take its parts one by one")
         return facets
-
-
-def within(vertices: np.ndarray, cells: np.ndarray, box: Box) -> np.ndarray:
-    """See ``Mesh.corners_in``."""
-    corners = vertices[cells]
-    middle = corners.mean(axis=1)
-    return np.asarray(corners[((middle >= box.lower) & (middle <= box.upper)).all(axis=1)])

@@ -44,7 +44,7 @@ def _make(scene, gravity, basis, make, part):
         if body.dim == 2 and body.thickness != bodies[0].thickness:
             raise ValueError(f"body {number} is {body.thickness} m thick, body 0 {bodies[0].thickness} m: "
                              "bodies in one plane grid have the same thickness")
-    terms, count, h = [], 0, grid.box.size / grid.cells if basis.smooth else None
+    terms, count, h = [], 0, grid.cell_size if basis.smooth else None
     for body, field in zip(bodies, scene.fields):
         terms.append(make(body, count, gravity, body_force, basis, h, part=part))
         terms[-1].points.field = field

@@ -81,12 +81,14 @@ def test_cells_of_blocks_are_those_of_the_whole(in_blocks, dim):
 def test_what_is_told_of_all_cells_needs_none(in_blocks):
     for dim in (2, 3):
         grid = rough(dim).grid(H, above=0.4)
-        told = grid.count, grid.box, grid.mean_size, grid.affine
+        told = grid.count, grid.box, grid.cell_size, grid.affine
         assert not {"vertices", "cells"} & set(vars(grid))
         corners = grid.vertices[grid.cells]
         ends = tuple(grid.vertices.min(axis=0)), tuple(grid.vertices.max(axis=0))
         assert told[0] == len(grid.cells) and (told[1].lower, told[1].upper) == ends
-        np.testing.assert_allclose(told[2], np.ptp(corners, axis=1).mean(axis=0), rtol=1e-13)
+        height = corners[:, corners.shape[1] // 2, -1] - corners[:, 0, -1]
+        sizes = np.column_stack([np.ptp(corners[:, :, :-1], axis=1), height])
+        np.testing.assert_allclose(sizes, np.broadcast_to(told[2], sizes.shape), rtol=1e-12)
         assert told[3] == (dim == 2)  # in space it is twisted
 
 

@@ -9,6 +9,7 @@ REASONS = {value: name for name, value in vars(PETSc.SNES.ConvergedReason).items
 SINGULAR = -ZERO_PIVOT  # beside PETSc's reasons, of one attempt
 NOT_POSITIVE = SINGULAR, PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE  # perhaps, of the tangent
 ANY_SIGN = "a solver that bears tangents of any sign"
+FACTOR = "a factorisation in the place of an iterative solver"
 ADVICE = {
     "DIVERGED_FNORM_NAN": "the residual is not a number, take a smaller dt or a law that bears the "
                           "deformation",

@@ -13,12 +13,12 @@ def get_checkpoint(step, numbered):
     dt, idle_scale, stiffness2, ratio, excess = tangents.now
     tree = {"filled": numbered.cells(step.filled),
             "nodes": numbered.nodes(cells, active=step.active, mass_then=step.mass_then),
-            "solver": step.newton.preset, "kept": tangents.holds,
+            "solver": step.newton.linear.preset, "kept": tangents.holds,
             "tangent": {"dt": dt, "idle_scale": idle_scale, "stiffness_over_inertia": ratio, "excess": excess,
                         "stiffness2": Table({"part": np.array([stiffness2])})}}
     if tangents.holds:
         tree["matrix"] = numbered.matrix(cells)
-    step.newton.forget_factors()  # as after ``set_checkpoint``, so that both go on alike
+    step.newton.linear.forget_factors()  # as after ``set_checkpoint``, so that both go on alike
     if ghost:
         tree["ghost"] = {"facets": numbered.facets(ghost.cells, weight=ghost.weight), "of_u": ghost.of_u}
     return tree
@@ -34,6 +34,6 @@ def set_checkpoint(step, tree, numbered):
     kept, now = tree["kept"], tree["tangent"]
     if kept:
         numbered.take_matrix(step.active_cells, tree["matrix"])
-    step.newton.choose_again(tree["solver"])
+    step.newton.linear.choose_again(tree["solver"])
     step.tangents.take(Tangent(now["dt"], now["idle_scale"], float(now["stiffness2"].fields["part"].sum()),
                                now["stiffness_over_inertia"], now.get("excess", 0.0)), kept)

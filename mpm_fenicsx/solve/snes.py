@@ -11,7 +11,8 @@ from petsc4py import PETSc
 from ..collective import somewhere
 from ..errors import MPMError
 from ..grid import compat
-from . import divergence, options, solvers
+from . import divergence, solvers
+from .linear import LinearSolver
 from .options import PREFIX
 from .options import unused as unused_options  # noqa: F401 - known by this name
 from .rungs import RUNGS
@@ -24,22 +25,17 @@ from .translations import Translations
 class Newton:
     """One SNES over the active cells, for ``equations``, with tangents as the policy ``tangents`` has it.
 
-    ``preset``: name of the linear solver, "" until there is a tangent to choose it for.
-
-    It keeps the trial of the last residual with the displacement that it belongs to. A tangent is made of the
-    trial at the iterate, and a solve ends with the trial at the solution: where the SNES has evaluated the
-    residual elsewhere since (some line searches, trust regions, quasi-Newton and accelerated methods do), it
-    is evaluated once more. Collective."""
+    ``linear``: its ``LinearSolver``. It keeps the trial of the last residual with the displacement that it
+    belongs to. A tangent is made of the trial at the iterate, and a solve ends with the trial at the
+    solution: where the SNES has evaluated the residual elsewhere since (some line searches, trust regions,
+    quasi-Newton and accelerated methods do), it is evaluated once more. Collective."""
 
     def __init__(self, active_cells, equations, tangents, nodes, doubt, late=None, symmetric=True,
                  solver="auto"):
         """nodes: ``coarse_grids.Nodes``; doubt: ``options.Doubt``; late: see ``Tolerance``, of a residual
         that is piecewise linear, see ``searches``, or None; symmetric: so is the tangent; solver: one of
         ``solvers.SOLVERS``. ValueError when that does not exist or does not suit the tangent."""
-        solvers.check(solver, symmetric, nodes.regular)
-        options.check()
-        self._equations, self._tangents, self._nodes = equations, tangents, nodes
-        self._doubt = doubt
+        self._equations, self._tangents, self._doubt = equations, tangents, doubt
         self._comm, self._shape = active_cells.comm, (active_cells.owned, active_cells.dim)
         self._failure = self._trial = self._residual = self._lost = None
         self.u, r = active_cells.vector(active_cells.dim), active_cells.vector(active_cells.dim)
@@ -53,10 +49,8 @@ class Newton:
         if late:
             snes.setUpdate(self._iterate)
         snes.getKSP().setOperators(active_cells.matrix)
-        given = PETSc.Options(PREFIX).hasName
-        self._symmetric, self._solver, self.preset, self._any_sign = symmetric, solver, "", False
-        self._may_bear_any_sign = symmetric and not given("pc_type") and solver not in solvers.POSITIVE
-        self.bears_any_sign, self.helped = True, []
+        self.linear = LinearSolver(snes, equations, tangents, nodes, symmetric, solver)
+        self.helped = []
         self._secants = Secants(active_cells.comm)
         translations, secants = Translations(active_cells.matrix, equations), self._secants
         snes.setLineSearchPreCheck(lambda x, y: translations.correct(snes, y) | secants.correct(x, y))
@@ -66,58 +60,9 @@ class Newton:
         """Full Newton steps from the first attempt on, and a line search in that which would have them."""
         self._searches.exchange()
 
-    def choose_solver(self):
-        """Defaults for the tangent that is in the matrix, then the user's options. Called again, "auto" keeps
-        what it has chosen while that suits a tangent half or twice as stiff."""
-        name, tangents = self._solver, self._tangents
-        if name == "auto":
-            plastic, wide = tangents.plastic, solvers.is_wide(self.snes.getKSP().getOperators()[1])
-            soil = plastic and self._equations.lumped
-            system = solvers.System(self.u.getSize(), self._shape[1], self._symmetric,
-                                    tangents.by_user or plastic, wide, soil, self._nodes.regular)
-            name = solvers.automatic(system, tangents.now.stiffness_over_inertia, self.preset)
-        if self.preset != name:
-            self.preset = name
-            self._configure(self._symmetric, self.snes)
-
-    def choose_again(self, preset):
-        """The ``preset`` that had been chosen in a state to go back to; "": it is to be chosen yet."""
-        preset = self._solver if preset and self._solver != "auto" else preset
-        before, self.preset = self.preset, preset
-        if preset and preset != before:
-            self._configure(self._symmetric, self.snes)
-
-    def forget_factors(self):
-        """The preconditioner is made anew: it may keep more of earlier matrices, as multigrid does."""
-        if self.preset:
-            self.snes.getKSP().getPC().setType("none")
-            self._configure(self._symmetric, self.snes.getKSP())
-
-    def _configure(self, symmetric, for_options):
-        """The chosen solver for tangents that are ``symmetric``, and positive; what ``for_options`` (the SNES
-        or its KSP) are told by the user's options comes after that."""
-        try:
-            solvers.configure(self.snes.getKSP(), PREFIX, self.preset, self._nodes, symmetric,
-                              self._tangents.plastic)
-            for_options.setFromOptions()
-        except PETSc.Error as error:
-            raise MPMError(f"PETSc cannot take the options -{PREFIX}… ({divergence.first_line(error)}): "
-                           "correct them") from None
-
-    def _bear_any_sign(self, any_sign):
-        """With ``any_sign`` the chosen solver in its form for tangents that are not positive (LU for
-        Cholesky, GMRES for conjugate gradients), else as it was chosen. Returns whether it is another one
-        now."""
-        if any_sign == self._any_sign or not (self._may_bear_any_sign and self.bears_any_sign):
-            return False
-        self._any_sign = any_sign
-        self._configure(self._symmetric and not any_sign, self.snes.getKSP())
-        self._tangents.drop()  # nor does its factor stay
-        return True
-
     def describe(self):
         """The solver in use, for the report."""
-        return f"{self.snes.getType()}, {solvers.describe(self.snes.getKSP())}, {self.u.getSize()} unknowns"
+        return f"{self.snes.getType()}, {self.linear.describe()}"
 
     # ---------------------------------------------------------------- what the SNES asks
 
@@ -171,7 +116,7 @@ class Newton:
         """The tangent of ``trial`` into the matrix."""
         self._tangents.made(self._equations.tangent(trial))
         self._secants.forget()
-        self.choose_solver()
+        self.linear.choose()
 
     def _fail(self, error):
         """Keep an error until after the solve, where PETSc's vectors are unlocked. On several ranks leave the
@@ -201,15 +146,16 @@ class Newton:
                 start = rest if rung.from_rest else guess
                 reason, more = self._run(start, atol, when)
                 iterations += more
-                if reason in divergence.NOT_POSITIVE and self._bear_any_sign(True):
-                    tried.append(divergence.ANY_SIGN)
-                    self.helped = [divergence.ANY_SIGN]
+                other = self.linear.bear_any_sign() if reason in divergence.NOT_POSITIVE else ""
+                if other:
+                    tried.append(other)
+                    self.helped = [other]
                     reason, more = self._run(start, atol, when)
                     iterations += more
                 if reason >= 0:
                     break
         finally:
-            self._bear_any_sign(False)
+            self.linear.as_chosen()
             if rung is not RUNGS[0]:
                 self._go_to(RUNGS[0])
         if reason < 0:

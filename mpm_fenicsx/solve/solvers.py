@@ -12,10 +12,10 @@
     multigrid conjugate gradients (gmres) with geometric multigrid, on regular grids
     gamg      conjugate gradients (gmres) with algebraic multigrid that knows the rigid-body modes
     hypre     conjugate gradients (gmres) with hypre's algebraic multigrid
-    auto      direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept or stiffness
-              dominates the tangent, FRESH_UP_TO where it is made in every iteration; beyond that, and for
-              soil, cg (gmres) where inertia dominates, jacobi while it does by far, and multigrid (gamg where
-              the grid is not regular) where stiffness does
+    auto      direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept, FRESH_UP_TO where
+              it is made in every iteration, LONG_UP_TO where iterations are many as well; beyond that cg (gmres) where inertia dominates, and multigrid
+              (gamg where the grid is not regular) where stiffness does. Soil has cg (gmres), jacobi while
+              inertia dominates by far, in steps of any length, and the others only at rest
 
 Iterative ones stop at -mpm_ksp_rtol 1e-8, but jacobi, and all for a tangent that changes with the load, at
 1e-3, small systems at 1e-6: there Newton's method iterates anyhow (more exactly where that may end its
@@ -24,6 +24,7 @@ direct solves systems below REDUNDANT_UP_TO unknowns whole on each rank (-mpm_pc
 docs/solvers.md says which one does what."""
 from typing import NamedTuple
 
+import numpy as np
 from petsc4py import PETSc
 
 from ..grid import compat
@@ -33,9 +34,12 @@ from .coarse_grids import interpolations
 FACTORISATIONS = ("cholesky", "lu")
 POSITIVE = "cholesky", "cg"  # what these names say is for tangents that are positive
 DIRECT_UP_TO = {2: 100_000, 3: 60_000}  # unknowns: a factor that is kept pays up to here
-# And one that is made in every iteration, where inertia dominates, up to here. That of soil, plastic with
-# lumped inertia, never does: the few iterations of gmres take less time.
+# And one that is made in every iteration up to here. That of soil, plastic with lumped inertia, never does in
+# a step of time: the few iterations of gmres take less.
 FRESH_UP_TO = {2: 20_000, 3: 3_000}
+# And where stiffness dominates, up to here if the tangent is symmetric: Cholesky takes a third of the time of
+# LU, and slender bodies have cheap factors and many iterations.
+LONG_UP_TO = {2: 100_000, 3: 20_000}
 # Entries per row from which a matrix is wide, as of a smooth basis in space (375; with the linear one 81):
 # factors then cost six times as much, incomplete ones too, and successive over-relaxation is the better
 # preconditioner.
@@ -104,14 +108,21 @@ def automatic(system, stiffness, now=""):
 def _suits(system, stiffness):
     size, dim, symmetric, fresh, wide, soil, regular = system
     kept, made = (WIDE_DIRECT_UP_TO, WIDE_FRESH_UP_TO) if wide else (DIRECT_UP_TO[dim], FRESH_UP_TO[dim])
-    if stiffness > STIFF:
-        return "direct" if size <= kept else "multigrid" if regular else "gamg"
-    if soil and not wide:
-        light = stiffness <= (LIGHT_IF_SMALL if size <= SMALL else LIGHT)
-        return "jacobi" if light else "cg" if symmetric else "gmres"
-    if size <= (made if fresh else kept):
+    simple = "cg" if symmetric else "gmres"
+    if soil and not wide and np.isfinite(stiffness):
+        return "jacobi" if stiffness <= (LIGHT_IF_SMALL if size <= SMALL else LIGHT) else simple
+    if fresh:
+        kept = min(kept, LONG_UP_TO[dim]) if symmetric and stiffness > STIFF else made
+    if size <= kept:
         return "direct"
-    return "cg" if symmetric else "gmres"
+    return simple if stiffness <= STIFF else "multigrid" if regular else "gamg"
+
+
+def rescue(system, stiffness, now):
+    """The preset that may solve a ``system``, see ``automatic``, where ``now`` has stalled: "lu", or "" where
+    that takes too long, or now is direct. With inertia shorter steps help sooner."""
+    most = LONG_UP_TO if stiffness > STIFF else FRESH_UP_TO
+    return "lu" if now != "direct" and system.size <= most[system.dim] else ""
 
 
 def configure(ksp, prefix, name, nodes, symmetric, changes=False):

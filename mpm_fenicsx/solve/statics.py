@@ -134,7 +134,7 @@ class StaticStep(Step):
             self.newton.full_steps_first()  # on the way to a bent body the residual grows, as it stretches
         self._whole = None
         if any(load.follows for load in self.problem.loads):
-            self.newton.bears_any_sign = False  # its solver is GMRES already
+            self.newton.linear.bears_any_sign = False  # its solver is GMRES already
             self._whole = following.use(self.newton, self.equations, self.active_cells.matrix, h)
 
     def _make_ghost(self, facets, h):

@@ -51,7 +51,7 @@ class Step:
         nodes, kinks = Nodes(background, cells.node[:cells.owned]), any(one.kinks for one in penalties)
         self.newton = Newton(cells, self.equations, self.tangents, nodes, doubt, self.late if kinks else None,
                              symmetric, problem.solver)
-        self.newton.bears_any_sign = self.static or (
+        self.newton.linear.bears_any_sign &= self.static or (
             bool(facets) or background.basis.smooth or not problem.consistent)
         self._nodal = np.empty((n, 1 + 2 * self.dim))
 
@@ -234,7 +234,7 @@ class Step:
     def get_state(self):
         """Active cells and nodes, and the kept tangent, as name → array copy."""
         state = dict(filled=self.filled.copy(), active=self.active.copy(), mass_then=self.mass_then.copy(),
-                     solver=np.array(self.newton.preset),
+                     solver=np.array(self.newton.linear.preset),
                      **self.tangents.get_state(self.active_cells.get_values))
         if self.ghost:
             state.update(ghost=self.ghost.weight, ghost_stiffness=np.array([self.ghost.of_u]))
@@ -243,7 +243,7 @@ class Step:
     def set_state(self, state):
         """Go back; the factorisation is made again only if the tangent has changed since."""
         self.active, self.mass_then = state["active"].copy(), state["mass_then"].copy()
-        self.newton.choose_again(str(state["solver"]))
+        self.newton.linear.choose_again(str(state["solver"]))
         if self.tangents.set_state(state):
             self.active_cells.set_values(state["matrix"])
         if self.ghost:

@@ -2,7 +2,7 @@
 rank.
 
     ./dev run python tests/benchmarks/throughput.py [points=10976] [limits=1,0.2,5] [steps=10] [turns=1]
-        [dim=3] [law=plastic] [E=1e6] [against=PATH] [-mpm_... ...]
+        [dim=3] [law=plastic] [E=1e6] [solver=auto] [against=PATH] [-mpm_... ...]
 
 A quarter of a block (in the plane half of it) on a rough floor is flattened from the first step on; its sides
 and its top are free. law=plastic: dry soil, Mohr–Coulomb with F-bar, lumped inertia; law=elastic: neo-Hooke,
@@ -26,9 +26,20 @@ TREE = WORDS.get("tree", str(Path(__file__).resolve().parents[2]))
 HEIGHT, RHO, NU, START = 0.5, 1600.0, 0.3, 15
 
 
-def scene(points, E, dim=3, law="plastic"):
+def scene(points, E, dim=3, law="plastic", solver="auto"):
     """The MPM with about so many ``points``, and the explicit limit of the time step [s]."""
-    from mpm_fenicsx import MPM, Body, Box, Support, at_rest, flow_grid, level_floor, mohr_coulomb, neo_hooke
+    from mpm_fenicsx import (
+        MPM,
+        Body,
+        Box,
+        Numerics,
+        Support,
+        at_rest,
+        flow_grid,
+        level_floor,
+        mohr_coulomb,
+        neo_hooke,
+    )
 
     high = round((points / (32 if dim == 3 else 8)) ** (1 / dim))
     wide = round((points / 2**dim / high) ** (1 / (dim - 1)))
@@ -44,7 +55,7 @@ def scene(points, E, dim=3, law="plastic"):
     supports, walls = level_floor("stick", h, dim)
     supports += [Support.column(axis, 0.0, grid, axis) for axis in ways]
     solid = MPM(grid, body, supports, gravity=(0.0, -9.81, 0.0)[:dim], penalties=walls,
-                inertia="lumped" if law == "plastic" else "consistent")
+                inertia="lumped" if law == "plastic" else "consistent", numerics=Numerics(solver=solver))
     elastic = body.law.params
     return solid, h / ((elastic.lam + 2 * elastic.mu) / RHO) ** 0.5
 
@@ -65,7 +76,7 @@ def count_calls(counted, *methods):
 
 
 def measure(points, E, limits, steps, **kind):
-    """In a process of its own: a record of each of the ``limits``. kind: ``dim`` and ``law``."""
+    """In a process of its own: a record of each of the ``limits``. kind: ``dim``, ``law``, ``solver``."""
     sys.path.insert(0, TREE)
     from mpm_fenicsx.solve import clock
     from mpm_fenicsx.solve.equations import Equations
@@ -130,6 +141,7 @@ if __name__ == "__main__":
         sys.argv[1:] = OPTIONS
         measure(float(WORDS.get("points", 10976)), float(WORDS.get("E", 1e6)),
                 [float(text) for text in WORDS.get("limits", "1,0.2,5").split(",")],
-                int(WORDS.get("steps", 10)), dim=int(WORDS.get("dim", 3)), law=WORDS.get("law", "plastic"))
+                int(WORDS.get("steps", 10)), dim=int(WORDS.get("dim", 3)), law=WORDS.get("law", "plastic"),
+                solver=WORDS.get("solver", "auto"))
     else:
         main()

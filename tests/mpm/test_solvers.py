@@ -5,10 +5,11 @@ import pytest
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from mpm_fenicsx import SOLVERS, Numerics, drucker_prager
+from mpm_fenicsx import SOLVERS, MPMDivergedError, Numerics, drucker_prager
 from mpm_fenicsx.grid import compat
 from mpm_fenicsx.solve import solvers
 from mpm_fenicsx.solve.coarse_grids import interpolations
+from mpm_fenicsx.solve.divergence import FACTOR
 
 # By what the PETSc at hand was built with: wheels have no SuiteSparse and no hypre.
 CHOLESKY, LU = (f"preonly, {kind} ({package if compat.factorises(package, kind) else 'mumps'})"
@@ -16,6 +17,7 @@ CHOLESKY, LU = (f"preonly, {kind} ({package if compat.factorises(package, kind) 
 HYPRE = pytest.mark.skipif(not PETSc.Sys.hasExternalPackage("hypre"), reason="this PETSc has no hypre")
 BLOCK = dict(h=0.25, margin=1, gravity=(0.0, -1.0), velocity=(0.0, -0.1))
 SOIL = dict(law=drucker_prager(1e3, 0.3, friction_angle=30.0, cohesion=1e9), inertia="lumped")
+SHEARED = {**BLOCK, **SOIL, "velocity": lambda x: 0.1 * x[:, ::-1]}
 
 SHARED = """
 import sys
@@ -73,9 +75,9 @@ def test_a_tangent_that_is_not_symmetric(make_mpm, options, solver, described):
 
 def test_what_is_chosen_follows_the_stiffness_of_soil(make_mpm):
     """And stays while it would suit half or twice the stiffness."""
-    solid = make_mpm(**{**BLOCK, **SOIL, "velocity": lambda x: 0.1 * x[:, ::-1]})
+    solid = make_mpm(**SHEARED)
     for dt, described in ((1e-3, "gmres, jacobi"), (0.025, "gmres, jacobi"), (0.04, "gmres, sor"),
-                          (0.025, "gmres, sor"), (0.16, LU), (1e-3, "gmres, jacobi")):
+                          (0.025, "gmres, sor"), (0.16, "gmres, sor"), (1e-3, "gmres, jacobi")):
         motion(solid, dt=dt, steps=1)
         assert described in solid.step.newton.describe()
 
@@ -86,8 +88,45 @@ def test_what_is_chosen_follows_the_stiffness_of_soil(make_mpm):
 def test_the_automatic_choice_for_soil(size, light, dim):
     soil = dict(symmetric=False, fresh=True, soil=True)
     found = [chosen(size, dim, stiffness=stiffness, **soil)
-             for stiffness in (light, 1.01 * light, solvers.STIFF, 1.01 * solvers.STIFF)]
-    assert found == ["jacobi", "gmres", "gmres", "direct"]
+             for stiffness in (light, 1.01 * light, 100.0 * solvers.STIFF)]
+    assert found == ["jacobi", "gmres", "gmres"]
+
+
+@pytest.mark.parametrize("soil", [True, False])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_automatic_choice_at_rest(soil, dim):
+    """Cholesky's factors pay for longer than those of LU."""
+    for symmetric, most in ((False, solvers.FRESH_UP_TO[dim]), (True, solvers.LONG_UP_TO[dim])):
+        found = [chosen(size, dim, symmetric, fresh=True, soil=soil, stiffness=np.inf, regular=regular)
+                 for size, regular in ((most, True), (most + 1, True), (most + 1, False))]
+        assert found == ["direct", "multigrid", "gamg"]
+
+
+def test_a_factorisation_where_an_iterative_solver_stalls(make_mpm, options):
+    """In this step only: the next one begins with the iterative one again."""
+    expected = motion(make_mpm(**SHEARED, numerics=Numerics("lu")), dt=0.04)
+    options(ksp_max_it=1)
+    solid = make_mpm(**SHEARED)
+    with pytest.warns(UserWarning, match=f"it succeeds with {FACTOR}"):
+        found = motion(solid, dt=0.04)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+    assert list(solid.helped) == [FACTOR] and solid.helped[FACTOR][1] == 3
+    assert "gmres" in solid.step.newton.describe()
+
+
+def test_what_the_user_has_chosen_stays_where_it_stalls(make_mpm, options):
+    options(ksp_max_it=1)
+    solid = make_mpm(**SHEARED, numerics=Numerics("gmres"))
+    with pytest.raises(MPMDivergedError, match="the linear solver failed, try solver=lu"):
+        motion(solid, dt=0.04)
+
+
+def test_the_systems_that_a_factorisation_may_rescue():
+    system = solvers.System(3_001, 3, symmetric=False, fresh=True)
+    assert [solvers.rescue(system, stiffness, "gmres") for stiffness in (1.0, 1e3)] == ["", "lu"]
+    assert solvers.rescue(system._replace(size=3_000), 1.0, "gmres") == "lu"
+    assert solvers.rescue(system._replace(size=20_001), np.inf, "gamg") == ""
+    assert solvers.rescue(system, 1e3, "direct") == ""
 
 
 @pytest.mark.parametrize("solver", ["jacobi", "gmres", "gamg", "multigrid"])
@@ -180,7 +219,7 @@ def test_the_automatic_choice():
     assert chosen(60_001, 3, stiffness=1e3, **kept) == "gamg"
     assert chosen(60_001, 3, stiffness=1e3, regular=True, **kept) == "multigrid"
     assert [chosen(n, 3, stiffness=1.0, **fresh) for n in (3_000, 3_001)] == ["direct", "cg"]
-    assert chosen(3_001, 3, stiffness=1e3, **fresh) == "direct"
+    assert [chosen(n, 3, stiffness=1e3, **fresh) for n in (20_000, 20_001)] == ["direct", "gamg"]
     assert chosen(30_000, 2, symmetric=False, fresh=True, stiffness=1.0) == "gmres"
     assert chosen(30_000, 3, symmetric=False, fresh=True, stiffness=0.5) == "gmres"
     assert [chosen(60_001, 3, stiffness=stiffness, now="gamg", **kept) for stiffness in (15.1, 14.9)] == [

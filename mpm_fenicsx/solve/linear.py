@@ -1,5 +1,5 @@
-"""The linear solver of one SNES: the preset that is chosen for its tangents, and what takes its place where that
-fails."""
+"""The linear solver of one SNES: the preset that is chosen for its tangents, and what takes its place where
+that fails."""
 from petsc4py import PETSc
 
 from ..errors import MPMError
@@ -8,8 +8,8 @@ from .options import PREFIX
 
 
 class LinearSolver:
-    """The solver of an ``snes``, which has its matrix, for tangents of ``equations`` as the policy ``tangents``
-    has them. ``preset``: the name of what is chosen, "" until there is a tangent to choose it for;
+    """The solver of an ``snes``, which has its matrix, for tangents of ``equations`` as the policy
+    ``tangents`` has them. ``preset``: the name of what is chosen, "" until there is a tangent to choose it for;
     ``bears_any_sign``: whether another one may take its place where it fails. Collective."""
 
     def __init__(self, snes, equations, tangents, nodes, symmetric=True, solver="auto"):

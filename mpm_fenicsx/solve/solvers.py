@@ -13,9 +13,10 @@
     gamg      conjugate gradients (gmres) with algebraic multigrid that knows the rigid-body modes
     hypre     conjugate gradients (gmres) with hypre's algebraic multigrid
     auto      direct while that pays: up to DIRECT_UP_TO unknowns where the factor is kept, FRESH_UP_TO where
-              it is made in every iteration, LONG_UP_TO where iterations are many as well; beyond that cg (gmres) where inertia dominates, and multigrid
-              (gamg where the grid is not regular) where stiffness does. Soil has cg (gmres), jacobi while
-              inertia dominates by far, in steps of any length, and the others only at rest
+              it is made in every iteration, LONG_UP_TO where iterations are many as well; beyond that cg
+              (gmres) where inertia dominates, and multigrid (gamg where the grid is not regular) where
+              stiffness does. Soil has cg (gmres), jacobi while inertia dominates by far, in steps of any
+              length, and the others only at rest
 
 Iterative ones stop at -mpm_ksp_rtol 1e-8, but jacobi, and all for a tangent that changes with the load, at
 1e-3, small systems at 1e-6: there Newton's method iterates anyhow (more exactly where that may end its

@@ -9,8 +9,8 @@ from .options import PREFIX
 
 class LinearSolver:
     """The solver of an ``snes``, which has its matrix, for tangents of ``equations`` as the policy
-    ``tangents`` has them. ``preset``: the name of what is chosen, "" until there is a tangent to choose it for;
-    ``bears_any_sign``: whether another one may take its place where it fails. Collective."""
+    ``tangents`` has them. ``preset``: the name of what is chosen, "" until there is a tangent to choose it
+    for; ``bears_any_sign``: whether another one may take its place where it fails. Collective."""
 
     def __init__(self, snes, equations, tangents, nodes, symmetric=True, solver="auto"):
         """nodes: ``coarse_grids.Nodes``; symmetric: so is the tangent; solver: one of ``solvers.SOLVERS``.

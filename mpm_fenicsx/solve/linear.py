@@ -3,7 +3,7 @@ that fails."""
 from petsc4py import PETSc
 
 from ..errors import MPMError
-from . import divergence, options, solvers
+from . import divergence, solvers
 from .options import PREFIX
 
 
@@ -13,10 +13,8 @@ class LinearSolver:
     for; ``bears_any_sign``: whether another one may take its place where it fails. Collective."""
 
     def __init__(self, snes, equations, tangents, nodes, symmetric=True, solver="auto"):
-        """nodes: ``coarse_grids.Nodes``; symmetric: so is the tangent; solver: one of ``solvers.SOLVERS``.
-        ValueError when that does not exist or does not suit the tangent."""
-        solvers.check(solver, symmetric, nodes.regular)
-        options.check()
+        """nodes: ``coarse_grids.Nodes``; symmetric: so is the tangent; solver: one of ``solvers.SOLVERS``
+        that suits it, see ``solvers.check``."""
         self._snes, self._equations, self._tangents, self._nodes = snes, equations, tangents, nodes
         self._symmetric, self._solver, self.preset = symmetric, solver, ""
         given = PETSc.Options(PREFIX).hasName("pc_type")

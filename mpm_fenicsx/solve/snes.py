@@ -11,7 +11,7 @@ from petsc4py import PETSc
 from ..collective import somewhere
 from ..errors import MPMError
 from ..grid import compat
-from . import divergence, solvers
+from . import divergence, options, solvers
 from .linear import LinearSolver
 from .options import PREFIX
 from .options import unused as unused_options  # noqa: F401 - known by this name
@@ -35,6 +35,8 @@ class Newton:
         """nodes: ``coarse_grids.Nodes``; doubt: ``options.Doubt``; late: see ``Tolerance``, of a residual
         that is piecewise linear, see ``searches``, or None; symmetric: so is the tangent; solver: one of
         ``solvers.SOLVERS``. ValueError when that does not exist or does not suit the tangent."""
+        solvers.check(solver, symmetric, nodes.regular)  # before there is an SNES, which would stay
+        options.check()
         self._equations, self._tangents, self._doubt = equations, tangents, doubt
         self._comm, self._shape = active_cells.comm, (active_cells.owned, active_cells.dim)
         self._failure = self._trial = self._residual = self._lost = None

@@ -52,8 +52,8 @@ LIGHT, LIGHT_IF_SMALL, SMALL = 0.5, 5.0, 3_000
 # Where iterative solvers stop and give up: one that stalls must not take minutes before a shorter step is
 # tried, PETSc's own limit is 10,000 iterations.
 EXACT, LOOSE = dict(rtol=1e-8, max_it=2000), dict(rtol=1e-3, max_it=500)
-# A small system costs little more, and then springs stick and slide as with a factor: solved loosely, what is
-# at the limit does one or the other by round-off.
+# A small system costs little more, and what springs at their limit do, stick or slide, then depends less on
+# round-off.
 LOOSE_IF_SMALL = dict(LOOSE, rtol=1e-6)
 STIFF = 30.0  # stiffness over inertia in the tangent from which simple preconditioners need many iterations
 # before an option's name: PETSc's own store keeps under that name what a preset has put in

@@ -20,15 +20,17 @@ FAR = 1024.0  # distance from zero over the size of the scene, from which on the
 def find_origin(scene: SceneData) -> np.ndarray:
     """Origin [m], shape (3,), of the frame for ``scene``: zero along axes on which the scene is near zero.
 
-    A multiple of a power of two that is larger than the scene, so that the differences to it are exact.
+    Elsewhere the multiple of 1, 10, 100, ... m, larger than the scene, that is next to its lowest corner:
+    users move a scene to a map by such numbers, and in the frame it is then where it was. Differences to
+    anything so near are exact.
     """
     low, high = _box(scene)
     size = (high - low).max()
     if not size > 0.0:
         return np.zeros(3)
     near = np.where(low > 0.0, low, np.where(high < 0.0, high, 0.0))
-    step = 2.0 ** np.ceil(np.log2(size))
-    return np.where(np.abs(near) >= FAR * size, np.trunc(near / step) * step, 0.0)
+    step = 10.0 ** np.ceil(np.log10(size))
+    return np.where(np.abs(near) >= FAR * size, np.floor(low / step + 0.5) * step, 0.0)
 
 
 def _box(scene: SceneData) -> Tuple[np.ndarray, np.ndarray]:

@@ -30,13 +30,15 @@ def find_origin(box: Box) -> np.ndarray:
     """Origin [m], shape (dim,), of the frame for a grid with this ``box``: zero along axes on which it is
     near zero.
 
-    A multiple of a power of two that is larger than the grid, so that the differences to it are exact.
+    Elsewhere the multiple of 1, 10, 100, ... m, larger than the grid, that is next to its lower corner:
+    users move a scene to a map by such numbers, and in the frame it is then where it was. Differences to
+    anything so near are exact.
     """
     lower, upper = np.asarray(box.lower, float), np.asarray(box.upper, float)
     near = np.where(lower > 0.0, lower, np.where(upper < 0.0, upper, 0.0))
     size = box.size.max()
-    step = 2.0 ** np.ceil(np.log2(size))
-    return np.where(np.abs(near) >= FAR * size, np.trunc(near / step) * step, 0.0)
+    step = 10.0 ** np.ceil(np.log10(size))
+    return np.where(np.abs(near) >= FAR * size, np.floor(lower / step + 0.5) * step, 0.0)
 
 
 class Frame:

@@ -35,11 +35,18 @@ class Equations:
     """Over the ``active_cells``, of ``terms`` with the methods of ``terms.grid_state``, of which ``watched``
     may switch branches. Rows of idle unknowns say that their displacement is the known one. Collective."""
 
+    has_inertia = True
+
     def __init__(self, active_cells, terms, watched, tangents, clock):
         self._active_cells, self._comm, self.terms = active_cells, active_cells.comm, terms
         self._watched = [n for n, term in enumerate(terms) if term in watched]
         self._tangents, self._clock = tangents, clock
         self._R = np.empty((len(active_cells.node), active_cells.dim))
+        self.remember(np.zeros(len(active_cells.node)))
+
+    def remember(self, mass):
+        """The tangent is that of nodes with this ``mass`` [kg], shape (nodes,), in ``mass_then``."""
+        self.mass_then = mass
 
     def begin(self, grid, known):
         """A step from the state ``grid`` of the nodes."""
@@ -49,6 +56,13 @@ class Equations:
     def lumped(self):
         """Whether all of the inertia is: where a ghost penalty has a part in it, it is consistent."""
         return self.known.lumped is not None and not any(isinstance(term, Ghost) for term in self.terms)
+
+    def gained_inertia(self):
+        """What the rows of this rank's nodes [N/m], shape (owned,), have gained since the tangent was made:
+        alpha times mass, which inertia adds up to in each column, lumped or not."""
+        grid, n = self._grid, self._active_cells.owned
+        alpha = grid.rule.alpha(grid.dt) if self.has_inertia else 0.0
+        return alpha * (grid.mass - self.mass_then)[:n]
 
     def increment(self, u):
         """Of all local nodes at the displacement u, shape (owned, D) [m]."""
@@ -92,6 +106,7 @@ class Equations:
         ``Tangent``."""
         self._clock.lap("solve")
         cells, grid, n = self._active_cells, self._grid, self._active_cells.owned
+        self.remember(grid.mass.copy())
         cells.clear()
         for term, of_term in zip(self.terms, trial.of_terms):
             term.tangent(grid, of_term)

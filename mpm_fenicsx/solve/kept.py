@@ -12,7 +12,7 @@ def get_checkpoint(step, numbered):
     tangents, cells, ghost = step.tangents, step.active_cells, step.ghost
     dt, idle_scale, stiffness2, ratio, excess = tangents.now
     tree = {"filled": numbered.cells(step.filled),
-            "nodes": numbered.nodes(cells, active=step.active, mass_then=step.mass_then),
+            "nodes": numbered.nodes(cells, active=step.active, mass_then=step.equations.mass_then),
             "solver": step.newton.linear.preset, "kept": tangents.holds,
             "tangent": {"dt": dt, "idle_scale": idle_scale, "stiffness_over_inertia": ratio, "excess": excess,
                         "stiffness2": Table({"part": np.array([stiffness2])})}}
@@ -27,7 +27,8 @@ def get_checkpoint(step, numbered):
 def set_checkpoint(step, tree, numbered):
     """Go back to what ``get_checkpoint`` gave; the ``step`` is on the same cells. Collective."""
     nodes = numbered.take_nodes(step.active_cells, tree["nodes"])
-    step.active, step.mass_then = nodes["active"][:, 0] > 0.0, nodes["mass_then"][:, 0].copy()
+    step.active = nodes["active"][:, 0] > 0.0
+    step.equations.remember(nodes["mass_then"][:, 0].copy())
     if step.ghost:
         weight = numbered.take_facets(step.ghost.cells, tree["ghost"]["facets"])["weight"]
         step.ghost.weight, step.ghost.of_u = weight, tree["ghost"]["of_u"]

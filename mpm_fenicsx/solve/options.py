@@ -14,7 +14,7 @@ PREFIX = "mpm_"
 BELOW_ONE, FINITE = ("snes_rtol", "snes_stol", "ksp_rtol"), ("snes_atol", "ksp_atol")
 UNCHECKED = {("snes_type", "ksponly"), ("snes_convergence_test", "skip")}
 DECIDE = (*BELOW_ONE, *FINITE, *(name for name, _ in UNCHECKED), "snes_max_it", "snes_force_iteration")
-LARGE = 1e4  # residual over that of the program's own tolerance from which a step counts as not solved
+LARGE = 1e-2  # residual over loads and inertia from which a step counts as not solved
 
 
 def given():
@@ -70,12 +70,12 @@ class Doubt:
         self._told = False
         self._names = tuple(name for name in DECIDE if PETSc.Options(PREFIX).hasName(name))
 
-    def __call__(self, residual, own, when):
-        """One warning when a step is accepted with a ``residual`` far beyond the program's ``own`` tolerance
-        [N]."""
-        if self._names and residual > LARGE * own and not self._told:
+    def __call__(self, residual, forces, when):
+        """One warning when a step is accepted with a ``residual`` that is much of the ``forces``, loads and
+        inertia [N]."""
+        if self._names and residual > LARGE * forces and not self._told:
             self._told = True
             names = ", ".join(f"-{PREFIX}{name}" for name in self._names)
-            warnings.warn(f"{when} was accepted with a residual of {residual:.3g} N, {residual / own:.1e} "
-                          f"times the usual tolerance of {own:.3g} N: the step is not solved, correct "
-                          f"{names}", stacklevel=2)
+            warnings.warn(f"{when} was accepted with a residual of {residual:.3g} N, {residual / forces:.1e} "
+                          f"of loads and inertia, {forces:.3g} N: the step is not solved, correct {names}",
+                          stacklevel=2)

@@ -47,14 +47,16 @@ class Newton:
         snes.setJacobian(self.tangent_wanted, active_cells.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
         compat.set_lag_jacobian(snes, tangents.lag)
-        self._searches, self._tolerance = Searches(snes, bool(late)), Tolerance(late or {})
+        self._searches, self._tolerance = Searches(snes, bool(late)), Tolerance(late or {}, tangents.plastic)
         if late:
             snes.setUpdate(self._iterate)
         snes.getKSP().setOperators(active_cells.matrix)
         self.linear = LinearSolver(snes, equations, tangents, nodes, symmetric, solver)
         self.helped = []
         self._secants = Secants(active_cells.comm)
-        translations, secants = Translations(active_cells.matrix, equations), self._secants
+        translations = Translations(active_cells.matrix, equations,
+                                     of_factors=tangents.plastic and equations.has_inertia)
+        secants = self._secants
         snes.setLineSearchPreCheck(lambda x, y: translations.correct(snes, y) | secants.correct(x, y))
         r.destroy()  # the SNES holds its own reference
 
@@ -130,13 +132,13 @@ class Newton:
 
     # ---------------------------------------------------------------- one solve
 
-    def solve(self, guess, rest, atol, when):
+    def solve(self, guess, rest, norms, when):
         """Solve from ``guess``, shape (owned, D); returns the trial at the solution and the number of
         iterations.
 
-        rest: the displacement that only moves supported nodes; atol: residual norm to stop at [N]; when: a
-        text for the message, such as "step 3, t = 1e-6 s". Raises MPMDivergedError with PETSc's reason in
-        words and the option to try."""
+        rest: the displacement that only moves supported nodes; norms: ``tolerance.Norms``; when: a text for
+        the message, such as "step 3, t = 1e-6 s". Raises MPMDivergedError with PETSc's reason in words and
+        the option to try."""
         self._trial, self._lost, iterations, tried, self.helped = None, None, 0, [], []
         try:
             for rung in RUNGS:
@@ -146,13 +148,13 @@ class Newton:
                     searches = rung.full_steps and self._searches.full_steps_first
                     tried.append("a line search" if searches else rung.news)
                 start = rest if rung.from_rest else guess
-                reason, more = self._run(start, atol, when)
+                reason, more = self._run(start, norms, when)
                 iterations += more
                 other = self.linear.bear_any_sign() if reason in divergence.NOT_POSITIVE else ""
                 if other:
                     tried.append(other)
                     self.helped = [other]
-                    reason, more = self._run(start, atol, when)
+                    reason, more = self._run(start, norms, when)
                     iterations += more
                 if reason >= 0:
                     break
@@ -163,7 +165,7 @@ class Newton:
         if reason < 0:
             lost = min((lost for lost in self._comm.allgather(self._lost) if lost), default=None)
             raise divergence.diverged(reason, when, iterations, tried, self.snes.getFunctionNorm(), lost)
-        self._doubt(self.snes.getFunctionNorm(), atol, when)
+        self._doubt(self.snes.getFunctionNorm(), norms.forces, when)
         return self._trial_at(self.u), iterations
 
     def _go_to(self, rung):
@@ -176,11 +178,11 @@ class Newton:
         anew = self._tangents.kept_one and not self._tangents.by_user
         return {1: anew, 3: not self._searches.by_user}.get(RUNGS.index(rung), True)
 
-    def _run(self, guess, atol, when):
+    def _run(self, guess, norms, when):
         """Reason and number of iterations of one attempt."""
         self.u.array_w[:] = guess.ravel()
         self._secants.forget()
-        self._tolerance.begin(self.snes, atol)
+        self._tolerance.begin(self.snes, norms)
         self._searches.begin()
         try:
             self.snes.solve(None, self.u)

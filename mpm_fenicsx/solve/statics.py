@@ -28,7 +28,7 @@ from .equations import Equations, Known
 from .held import check_held
 from .step import Step
 from .tangents import Tangent
-from .tolerance import LATE_AT_REST
+from .tolerance import LATE_AT_REST, Norms
 
 WEAK = 1e-10
 TOUCH = 1e-9  # cells
@@ -54,7 +54,7 @@ class LoadStep(NamedTuple):
 class StaticEquations(Equations):
     """Equations of a load step. ``stiffness``: of a cell [N/m], to be set before they are used."""
 
-    stiffness = 0.0
+    stiffness, has_inertia = 0.0, False
 
     def begin_load(self, grid, known, following, factors):
         """A ``LoadStep`` from the state ``grid``; known: with the loads that do not follow, whole;
@@ -174,7 +174,7 @@ class StaticStep(Step):
                 following.use_gmres(self.newton)
         if look:
             self.check_held()
-        trial, iterations = self.newton.solve(guess, guess, self._atol(guess), when)
+        trial, iterations = self.newton.solve(guess, guess, self._norms(), when)
         self.clock.lap("solve")
         return trial, iterations
 
@@ -197,13 +197,13 @@ class StaticStep(Step):
         n = self.active_cells.owned
         return float(total(self.comm, [np.sum(self.equations.known.load[:n] * increment.u[:n])])[0])
 
-    def _atol(self, u):
-        """Norm of the residual [N] to stop at: ``tolerance`` times the loads, but not below what is
-        round-off."""
+    def _norms(self):
+        """Of the loads, with round-off as that of a step."""
         n, eps = self.active_cells.owned, np.finfo(float).eps
-        norm2 = total(self.comm, [np.sum(self.equations.known.load[:n] ** 2),
-                                  self.tangents.now.stiffness2 * self.background.h.max() ** 2])
-        return max(self.tolerance * np.sqrt(norm2[0]), 4 * eps * np.sqrt(norm2[1]))
+        loads, stiff = np.sqrt(total(self.comm, [
+            np.sum(self.equations.known.load[:n] ** 2),
+            self.tangents.now.stiffness2 * self.background.h.max() ** 2]))
+        return Norms(loads, 0.0, 4 * eps * stiff)
 
     def destroy(self):
         """Free matrices and solver."""

@@ -16,7 +16,7 @@ from .equations import Equations, Known
 from .impulses import Forces
 from .snes import Newton
 from .tangents import Tangents
-from .tolerance import LATE
+from .tolerance import LATE, Norms
 
 
 class Step:
@@ -26,7 +26,6 @@ class Step:
     penalty on inertia, or None. After ``begin`` ``grid`` is the ``GridState`` of the step, after ``finish``
     ``finished`` are this and the ``Increment`` of its nodes (None before). Collective."""
 
-    tolerance = 1e-6  # of the residual, relative to loads and inertia (-mpm_snes_atol replaces it)
     static = False  # whether it is a load step without inertia, see ``statics``
     equations_of, late = Equations, LATE  # late: see ``Tolerance``
 
@@ -41,7 +40,7 @@ class Step:
             any(one.body.f_bar for one in problem.bodies), facets, walls_in_reach(penalties, background),
             [pair for penalty in penalties for pair in getattr(penalty, "pairs", ())])
         self._holder, n = problem.supports.holders(cells.node[:cells.owned]), len(cells.node)
-        self.active, self.mass_then = np.zeros(n, bool), np.zeros(n)
+        self.active = np.zeros(n, bool)
         self.full_mass = np.prod(background.h) * min(one.body.rho * one.thickness for one in problem.bodies)
         self.ghost = facets and self._make_ghost(facets, np.prod(background.h) ** (1.0 / self.dim))
         self.tangents = Tangents(self.dim, plastic, watched=bool(penalties), anew=self.static)
@@ -113,12 +112,10 @@ class Step:
         changed, grown, some_lost = somewhere(
             self.comm, not np.array_equal(grid.active, self.active), grid.smooth and self._outgrown(),
             max(lost) >= 0)
-        if grown:
-            self.mass_then = grid.mass.copy()
-            self.tangents.drop()
         if changed:
             problem.supports.check(grid.active, self.active_cells, grid.time)
             self.active = grid.active
+        if changed or grown:
             self.tangents.drop()
         if some_lost:
             raise_lost(on_boundary, lost, grid, self.background.origin)
@@ -126,7 +123,7 @@ class Step:
     def _outgrown(self):
         """Whether a node has more than twice or less than half the mass that it had in the kept tangent. With
         a smooth basis nodes at the rim come up from nothing, their stiffness with them."""
-        now, then = self.grid.mass, self.mass_then
+        now, then = self.grid.mass, self.equations.mass_then
         return bool(((now > 2.0 * then) | (now < 0.5 * then)).any())
 
     def _lumped_mass(self):
@@ -182,7 +179,7 @@ class Step:
         if self.tangents.start(grid.dt):
             self.newton.make_tangent(self.equations.first_trial(guess))
         try:
-            trial, iterations = self.newton.solve(guess, np.where(idle, guess, 0.0), self._atol(guess), when)
+            trial, iterations = self.newton.solve(guess, np.where(idle, guess, 0.0), self._norms(guess), when)
         except MPMDivergedError as error:
             remains = ', or inertia="lumped"' if self.problem.consistent else ""
             raise MPMDivergedError(error.what, error.advice + remains) from None
@@ -190,17 +187,16 @@ class Step:
         self.clock.lap("solve")
         return trial, iterations
 
-    def _atol(self, u):
-        """Norm of the residual [N] to stop at: ``tolerance`` times loads and inertia of the step, but not
-        below what is round-off: an error of eps * h in the displacement times the stiffness, and of eps in
-        the inertia."""
+    def _norms(self, u):
+        """Of loads and inertia, at the guess ``u`` [m], shape (owned, D). Round-off is an error of eps * h in
+        the displacement times the stiffness, and of eps in the inertia."""
         grid, n, eps = self.grid, self.active_cells.owned, np.finfo(float).eps
         mass = grid.mass[:n, None]
-        norm2 = total(self.comm, [
+        loads, inertia, stopped, stiff = np.sqrt(total(self.comm, [
             np.sum(self.equations.known.load[:n] ** 2), np.sum((mass * grid.a[:n]) ** 2),
             np.sum((grid.rule.alpha(grid.dt) * mass * u) ** 2),
-            self.tangents.now.stiffness2 * self.background.h.max() ** 2])
-        return max(self.tolerance * np.sqrt(norm2[:2].max()), 4 * eps * np.sqrt(norm2[2:].sum()))
+            self.tangents.now.stiffness2 * self.background.h.max() ** 2]))
+        return Norms(loads, inertia, 4 * eps * np.hypot(stopped, stiff))
 
     # ---------------------------------------------------------------- phase III: back to the points
 
@@ -233,8 +229,8 @@ class Step:
 
     def get_state(self):
         """Active cells and nodes, and the kept tangent, as name → array copy."""
-        state = dict(filled=self.filled.copy(), active=self.active.copy(), mass_then=self.mass_then.copy(),
-                     solver=np.array(self.newton.linear.preset),
+        state = dict(filled=self.filled.copy(), active=self.active.copy(),
+                     mass_then=self.equations.mass_then.copy(), solver=np.array(self.newton.linear.preset),
                      **self.tangents.get_state(self.active_cells.get_values))
         if self.ghost:
             state.update(ghost=self.ghost.weight, ghost_stiffness=np.array([self.ghost.of_u]))
@@ -242,7 +238,8 @@ class Step:
 
     def set_state(self, state):
         """Go back; the factorisation is made again only if the tangent has changed since."""
-        self.active, self.mass_then = state["active"].copy(), state["mass_then"].copy()
+        self.active = state["active"].copy()
+        self.equations.remember(state["mass_then"].copy())
         self.newton.linear.choose_again(str(state["solver"]))
         if self.tangents.set_state(state):
             self.active_cells.set_values(state["matrix"])

@@ -1,14 +1,17 @@
 """Where Newton's method stops, and how exactly its linear systems are solved."""
-from typing import Dict
+from typing import Dict, NamedTuple
 
 from petsc4py import PETSc
 
 from .options import PREFIX
 
+# Of loads and inertia the residual may be so much. Of soil in motion it may be more of its inertia: what this
+# leaves is a hundredth of what the length of the step does, see docs/tangents.md. At rest that is nothing.
+TO_FORCES, TO_INERTIA_OF_SOIL = 1e-6, 1e-4
 # Springs that stick and slide in turn, and soil at a free surface that comes apart and meets again, keep the
-# last digits from Newton's method: from these iterations on so many times the tolerance will do. Without
-# inertia there may be no equilibrium, which a tolerance as large as the second one would hide.
-LATE, LATE_AT_REST = {10: 1e2, 20: 1e4}, {10: 1e2}
+# last digits from Newton's method: from these iterations on so much of loads and inertia will do. Without
+# inertia there may be no equilibrium, which as much as the second one would hide.
+LATE, LATE_AT_REST = {10: 1e-4, 20: 1e-2}, {10: 1e-4}
 # A linear system that is solved loosely, in an iteration which would be the last one if it were solved well:
 # to so much of the residual where Newton's method stops, but no more exactly than this.
 SHARE, FINEST = 0.3, 1e-5
@@ -20,27 +23,46 @@ def stops_at(snes: PETSc.SNES) -> float:
     return float(max(atol, rtol * snes.getFunctionNorm()))
 
 
-class Tolerance:
-    """In each solve anew. late: iteration → how many times the tolerance will do from there on. What the
-    user's options decide is left to them."""
+class Norms(NamedTuple):
+    """Of the forces in a step, over all nodes [N]: ``loads``, ``inertia``, and what ``round_off`` makes of
+    them."""
 
-    def __init__(self, late: Dict[int, float]) -> None:
-        given = PETSc.Options(PREFIX).hasName
-        self._by_user, self._linear_by_user = given("snes_atol"), given("ksp_rtol")
-        self._late = {} if self._by_user or given("snes_rtol") else late
-        self._atol = self._goal = 0.0
+    loads: float
+    inertia: float
+    round_off: float
+
+    @property
+    def forces(self) -> float:
+        """The larger of loads and inertia, where it is more than round-off."""
+        return max(self.loads, self.inertia, self.round_off / TO_FORCES)
+
+
+class Tolerance:
+    """In each solve anew. late: iteration → how much of loads and inertia will do from there on; soil: it
+    is soil that moves. What the user's options decide is left to them; -mpm_snes_rtol holds of loads and
+    inertia, too, where it is smaller."""
+
+    def __init__(self, late: Dict[int, float], soil: bool = False) -> None:
+        options = PETSc.Options(PREFIX)
+        relative = options.getReal("snes_rtol", 1.0)
+        self._to_loads = min(TO_FORCES, relative)
+        self._to_inertia = min(TO_INERTIA_OF_SOIL if soil else TO_FORCES, relative)
+        self._by_user, self._linear_by_user = options.hasName("snes_atol"), options.hasName("ksp_rtol")
+        self._late = {} if self._by_user or options.hasName("snes_rtol") else late
+        self._norms, self._goal = Norms(0.0, 0.0, 0.0), 0.0
         self._preset = self._linear = 0.0  # of the linear solver, as its preset has it and now
 
-    def begin(self, snes: PETSc.SNES, atol: float) -> None:
-        """A solve that is to end at the norm ``atol`` [N]."""
-        self._atol = atol
+    def begin(self, snes: PETSc.SNES, norms: Norms) -> None:
+        """A solve in which the forces are of that size."""
+        self._norms = norms
         if not self._by_user:
-            snes.setTolerances(atol=atol)
+            snes.setTolerances(atol=max(self._to_loads * norms.loads, self._to_inertia * norms.inertia,
+                                        norms.round_off))
 
     def loosen(self, snes: PETSc.SNES, iteration: int) -> None:
         """At the start of an iteration."""
         if iteration in self._late:
-            snes.setTolerances(atol=self._late[iteration] * self._atol)
+            snes.setTolerances(atol=max(snes.getTolerances()[1], self._late[iteration] * self._norms.forces))
 
     def aim(self, snes: PETSc.SNES) -> None:
         """Before the linear system of an iteration: a residual that one iteration can bring to where the

@@ -35,7 +35,7 @@ def test_pinned_numbers(collapse, tmp_path, capsys):
     history = collapse()
     shown = capsys.readouterr()
     assert shown.out.count("\n") == 6 and shown.err == ""
-    assert len(history) == 100 and history["newton"].sum() == pytest.approx(219, abs=8)
+    assert len(history) == 100 and history["newton"].sum() == pytest.approx(181, abs=8)
     for name, value in PINNED.items():
         assert history[name][-1] == pytest.approx(value, rel=1e-4), name
     assert (history["retries"] == 0).all() and (np.diff(history["energy"]) < 0).all()

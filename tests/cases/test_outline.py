@@ -166,7 +166,7 @@ if solid.comm.rank == 0:
 def test_two_ranks_give_what_one_gives(on_ranks, liggghts, tmp_path):
     found = []
     for ranks in (1, 2):
-        done = on_ranks(ranks, RANKS, tmp_path / f"{ranks}.npz", "liggghts")
+        done = on_ranks(ranks, RANKS, tmp_path / f"{ranks}.npz", "liggghts", "-mpm_snes_rtol", "1e-8")
         assert done.returncode == 0, done.stderr[-2000:]
         found.append(np.load(tmp_path / f"{ranks}.npz"))
     one, two = found

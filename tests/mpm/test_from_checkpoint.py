@@ -19,7 +19,6 @@ from mpm_fenicsx import (
     mohr_coulomb,
     softened,
 )
-from mpm_fenicsx.solve.step import Step
 
 SOIL = mohr_coulomb(1e6, 0.3, friction_angle=30.0, cohesion=50.0)
 COLUMN, ROOM = Box((0.0, 0.0), (0.4, 0.6)), Grid(Box((0.0, 0.0), (1.0, 0.8)), (10, 8))
@@ -68,10 +67,9 @@ def test_a_settled_column_stays_behind_its_gate_and_falls_without(settled):
 
 
 @pytest.mark.parametrize("basis", ["linear", "gimp"])
-def test_with_places_and_velocities_it_goes_on_as_the_other_scene(tmp_path, basis, monkeypatch, options):
+def test_with_places_and_velocities_it_goes_on_as_the_other_scene(tmp_path, basis, options):
     """To round-off, with equations that are solved to that: points are all that an MPM without walls
     remembers, but for the tangent that it has."""
-    monkeypatch.setattr(Step, "tolerance", 1e-14)
     options(snes_rtol=1e-14)
     solid = scene(gate=False, basis=basis)
     for _ in range(10):

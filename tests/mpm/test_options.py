@@ -60,16 +60,16 @@ def test_solvers_that_check_nothing_are_warned_of(give, name, text):
 def test_a_step_that_is_not_solved_is_warned_of_once(give):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        options.Doubt()(1.0, 1e-6, "step 1")  # the user has decided nothing
+        options.Doubt()(1.0, 1.0, "step 1")  # the user has decided nothing
         give("snes_atol", "1e3")
         doubt = options.Doubt()
-        doubt(1e-3, 1e-6, "step 1")
-    with pytest.warns(UserWarning, match="step 2 was accepted with a residual of 1 N, .* the usual .*, "
-                      "correct -mpm_snes_a"):
-        doubt(1.0, 1e-6, "step 2")
+        doubt(1e-3, 1.0, "step 1")
+    with pytest.warns(UserWarning, match="step 2 was accepted with a residual of 1 N, 3.3e-01 of loads "
+                      "and inertia, 3 N.*, correct -mpm_snes_a"):
+        doubt(1.0, 3.0, "step 2")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        doubt(1.0, 1e-6, "step 3")
+        doubt(1.0, 1.0, "step 3")
 
 
 def test_options_are_known_wherever_they_come_from(tmp_path):

@@ -4,7 +4,6 @@ import warnings
 
 import numpy as np
 import pytest
-from petsc4py import PETSc
 
 from mpm_fenicsx import (
     LAWS,
@@ -24,7 +23,6 @@ from mpm_fenicsx.points.box_tree import make_tree
 from mpm_fenicsx.points.closest import closest
 from mpm_fenicsx.points.surface import normal_areas
 from mpm_fenicsx.scene.refine import divide
-from mpm_fenicsx.solve.step import Step
 from mpm_fenicsx.terms.behind import BEHIND, FRONT, THROUGH
 from mpm_fenicsx.terms.wall_elements import WallElements, find_rim, make_room, nearest
 from mpm_fenicsx.terms.wall_surfaces import WallSurfaces, find_surfaces
@@ -168,21 +166,11 @@ def test_what_goes_through_is_counted_and_named_once():
     assert set(solid.points.side) <= {BEHIND, 0, FRONT, THROUGH}
 
 
-@pytest.fixture
-def to_the_end(monkeypatch):
-    """Newton's method goes on to round-off: by default it leaves 1e-6 of a step's forces, which is 1e-9 m/s
-    here."""
-    options = PETSc.Options("mpm_")
-    monkeypatch.setattr(Step, "tolerance", 1e-12)
-    options["snes_rtol"] = 1e-12
-    yield
-    options.delValue("snes_rtol")
-
-
 @pytest.mark.parametrize("wall", ["nodes", "line"])
-def test_a_mirror_image_gives_the_mirror_image(wall, to_the_end):
-    """Soil that comes to the wall from the left and from the right: to round-off. Nodes of the wall in cells
-    that no point has come to yet are held on both sides."""
+def test_a_mirror_image_gives_the_mirror_image(wall, options):
+    """Soil that comes to the wall from the left and from the right: to round-off, as Newton's method goes.
+    Nodes of the wall in cells that no point has come to yet are held on both sides."""
+    options(snes_rtol=1e-12)
     ends = []
     for sign in (-1.0, 1.0):
         if wall == "nodes":

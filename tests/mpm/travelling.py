@@ -2,7 +2,6 @@
 import numpy as np
 
 from mpm_fenicsx import MPM, Numerics
-from mpm_fenicsx.solve.step import Step
 
 
 def travel(path, make, steps, dt=2.5e-3, look=None, **numerics):
@@ -10,7 +9,7 @@ def travel(path, make, steps, dt=2.5e-3, look=None, **numerics):
     the grid whenever one rank has 5 % more points than the mean. Into the file at ``path``: ``x`` and ``v``
     of the points at the end in their order, ``looks``: what ``look(solid)`` gave after each step, ``parts``:
     number of new distributions, and ``ranks``. Collective."""
-    Step.tolerance, MPM.rebalance_every = 1e-12, 5
+    MPM.rebalance_every = 5
     solid, looks = make(), []
     solid.numerics = Numerics(rebalance=1.05, **numerics)
     for _ in range(steps):

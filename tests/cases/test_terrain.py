@@ -55,6 +55,16 @@ def test_sand_slides_down_the_flume_and_strikes_the_cube(flume, tmp_path):
     assert errors["solid_peak_jet"] > 0.0 < history["impulse_cube_1_x"][last]
 
 
+@pytest.mark.validation
+def test_soft_sand_pushes_with_the_momentum_that_comes(flume, tmp_path):
+    """It piles up and gives the cube what comes to its face, rho v^2 h w, where stiff sand pushes with 1.5
+    times as much, see docs/flume.md: the impulse, and with cells of 20 cm (20 minutes) the peak, to 15 %."""
+    flume.main(h=0.4, E=1e6, t_end=6, blocks=False, out=tmp_path)
+    errors = json.loads((tmp_path / "report.json").read_text())["errors"]
+    assert errors["solid_impulse_jet"] == pytest.approx(1.0, abs=0.15)
+    assert abs(errors["solid_peak_jet"]) < 0.3
+
+
 def test_the_flow_that_comes_to_the_cube_is_brought_there(flume):
     """Of a stream with the same speed and thrust all the time nothing but the time of travel changes; means
     keep the impulse."""

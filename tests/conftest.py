@@ -16,6 +16,7 @@ from tests.standing_ranks import StandingRanks
 
 OPEN_MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",  # as ./dev sets them
             "OMPI_MCA_rmaps_base_oversubscribe": "1",  # Open MPI 4
+            "OMPI_MCA_pml": "ob1",  # one computer needs no look for fast networks, which takes 0.2 s
             # Open MPI 5; other MPIs know none of these
             "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe"}
 # A shell lets what it starts in the background ignore interrupts, and so would all runs that tests interrupt.

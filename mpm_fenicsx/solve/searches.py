@@ -18,46 +18,51 @@ from .options import PREFIX
 STALLED, LEFT = 4, 0.5
 
 
+CRITICAL, BACKTRACKING, FULL = ("cp", 2, 0.1), ("bt",), ("basic",)
+STIFF = 0.5  # stiffness over inertia from which soil has the first of these, see docs/tangents.md
+
+
 class Searches:
     """Of the ``snes``. kinks: the residual is piecewise linear, as of springs that open, stick and slide.
     They have a potential: line search cp finds its minimum along a line, where bt gets stuck on the
-    residual's norm. What the user's options decide is left to them."""
+    residual's norm. So it does with soil in steps that make it stiff. What the user's options decide is left
+    to them."""
 
-    def __init__(self, snes: PETSc.SNES, kinks: bool) -> None:
-        self._snes = snes
+    def __init__(self, snes: PETSc.SNES, kinks: bool, soil: bool) -> None:
+        self._snes, self._kinks, self._soil = snes, kinks, soil
         self.by_user = PETSc.Options(PREFIX).hasName("snes_linesearch_type")
-        self._first: Tuple = ("cp", 2, 0.1) if kinks else ("bt",)
-        self._other: Tuple = ("basic",)
-        self._wanted, self._now = self._first, ()
+        self.full_steps_first = self._other = False  # whether attempts begin with full steps, or not as usual
+        self._search: Tuple = CRITICAL if kinks else BACKTRACKING
+        self._now: Tuple = ()
         self._least: List[float] = []
-        self._use(self._first)
+        self._use(self._search)
 
     @property
-    def full_steps_first(self) -> bool:
-        """Whether attempts begin with full steps."""
-        return self._first == ("basic",)
+    def follows(self) -> bool:
+        """Whether ``follow`` is of use."""
+        return self._kinks or self._soil
 
     def exchange(self) -> None:
         """Full Newton steps from the first attempt on, and a line search where that had them."""
-        self._first, self._other = self._other, self._first
-        self.want(False)
+        self.full_steps_first = not self.full_steps_first
 
     def want(self, other: bool) -> None:
         """Coming attempts begin with the ``other`` one, or with the first."""
-        self._wanted = self._other if other else self._first
+        self._other = other
 
-    def begin(self) -> None:
+    def begin(self, stiffness_over_inertia: float) -> None:
         """An attempt begins."""
-        self._least = []
-        self._use(self._wanted)
+        stiff = self._soil and stiffness_over_inertia > STIFF
+        self._search, self._least = CRITICAL if self._kinks or stiff else BACKTRACKING, []
+        self._use(FULL if self._other != self.full_steps_first else self._search)
 
     def follow(self, iteration: int) -> None:
-        """At the start of an iteration, where the residual has kinks: the search of those to come."""
+        """At the start of an iteration, where it ``follows``: the search of those to come."""
         norm = self._snes.getFunctionNorm()
         self._least.append(min([norm, *self._least[-1:]]))
         if len(self._least) > STALLED and self._least[-1] > LEFT * self._least[-1 - STALLED]:
             self._least = [norm]
-            self._use(self._other if self._now == self._first else self._first)
+            self._use(self._search if self._now == FULL else FULL)
 
     def _use(self, search: Tuple) -> None:
         if not self.by_user and search != self._now:

@@ -47,15 +47,15 @@ class Newton:
         snes.setJacobian(self.tangent_wanted, active_cells.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
         compat.set_lag_jacobian(snes, tangents.lag)
-        self._searches, self._tolerance = Searches(snes, bool(late)), Tolerance(late or {}, tangents.plastic)
-        if late:
+        soil = tangents.plastic and equations.has_inertia
+        self._searches, self._tolerance = Searches(snes, bool(late), soil), Tolerance(late or {}, soil)
+        if self._searches.follows:
             snes.setUpdate(self._iterate)
         snes.getKSP().setOperators(active_cells.matrix)
         self.linear = LinearSolver(snes, equations, tangents, nodes, symmetric, solver)
         self.helped = []
         self._secants = Secants(active_cells.comm)
-        translations = Translations(active_cells.matrix, equations,
-                                     of_factors=tangents.plastic and equations.has_inertia)
+        self._translations = translations = Translations(active_cells.matrix, equations, of_factors=soil)
         secants = self._secants
         snes.setLineSearchPreCheck(lambda x, y: translations.correct(snes, y) | secants.correct(x, y))
         r.destroy()  # the SNES holds its own reference
@@ -182,8 +182,9 @@ class Newton:
         """Reason and number of iterations of one attempt."""
         self.u.array_w[:] = guess.ravel()
         self._secants.forget()
+        self._translations.begin()
         self._tolerance.begin(self.snes, norms)
-        self._searches.begin()
+        self._searches.begin(self._tangents.now.stiffness_over_inertia)
         try:
             self.snes.solve(None, self.u)
         except PETSc.Error as error:

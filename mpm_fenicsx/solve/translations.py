@@ -25,6 +25,11 @@ class Translations:
         self._matrix, self._equations, self._comm = matrix, equations, matrix.comm.tompi4py()
         self._of_factors = of_factors
         self._values = None  # PETSc's number of the values in the matrix, of which the sums are
+        self._sums_now = None
+
+    def begin(self):
+        """A solve begins, with the masses of its step."""
+        self._sums_now = None
 
     def correct(self, snes, y):
         """What the linear solver of the ``snes`` has made of its residual, in ``y`` = -g; returns whether it
@@ -34,21 +39,18 @@ class Translations:
         if exact or operator.handle != matrix.handle:
             return False
         if self._values != matrix.stateGet():
-            self._values = matrix.stateGet()
+            self._values, self._sums_now = matrix.stateGet(), None
             self._read((~self._equations.known.idle).astype(float))
+        if self._sums_now is None:
+            self._follow_masses()
         residual, step = (vector.array_r for vector in (snes.getFunction()[0], y))
-        gained = self._free * self._equations.gained_inertia()[:, None]
-        left = self._over_free(residual) - self._sums @ step - self._over_free(gained * step.reshape(
-            gained.shape))
-        left, changed = total(self._comm, [left, gained.sum(axis=0)])
-        # nothing along axes where nothing is free
-        move = np.linalg.pinv(self._changes + np.diag(changed), rcond=1e-12) @ left
-        y.array_w.reshape(self._free.shape)[:] += move * self._free
+        left = total(self._comm, self._over_free(residual) - self._sums_now @ step)
+        y.array_w.reshape(self._free.shape)[:] += (self._inverse @ left) * self._free
         return True
 
     def _read(self, free):
         """The matrix is another one, with these rows ``free``, 1.0 or 0.0, (owned, dim). Its sums over those
-        of each direction, (dim, owned * dim), and what they change with a translation."""
+        of each direction, (dim, owned * dim)."""
         rows, sums = self._matrix.createVecs()
         self._free, self._sums = free, np.empty((free.shape[1], free.size))
         for axis, of_axis in enumerate(self._sums):
@@ -57,9 +59,15 @@ class Translations:
             of_axis[:] = sums.array_r
         rows.destroy()
         sums.destroy()
-        self._changes = total(self._comm, [self._over_free(row) for row in self._sums])
+
+    def _follow_masses(self):
+        """The sums with the masses as they are, and the inverse of what they change with a translation."""
+        self._sums_now, gained = self._sums.copy(), self._equations.gained_inertia()
+        for axis, of_axis in enumerate(self._sums_now):
+            of_axis.reshape(self._free.shape)[:, axis] += self._free[:, axis] * gained
+        changes = total(self._comm, [self._over_free(row) for row in self._sums_now])
+        self._inverse = np.linalg.pinv(changes, rcond=1e-12)  # nothing along axes where nothing is free
 
     def _over_free(self, values):
-        """Sums of the ``values`` (owned * dim,) or (owned, dim) over the free rows of each direction, on this
-        rank."""
+        """Sums of the ``values`` (owned * dim,) over the free rows of each direction, on this rank."""
         return np.einsum("nd,nd->d", self._free, values.reshape(self._free.shape))

@@ -3,6 +3,8 @@ import numpy as np
 import pytest
 from petsc4py import PETSc
 
+from mpm_fenicsx.grid import compat
+from mpm_fenicsx.solve import searches as rules
 from mpm_fenicsx.solve.searches import STALLED, Searches
 
 SOFT, STIFF, SPRINGS = 0.1, 100.0, 40
@@ -27,10 +29,10 @@ def close_springs(follows):
     snes.setJacobian(tangent, matrix)
     snes.setTolerances(rtol=0.0, atol=1e-9, stol=0.0, max_it=25)
     snes.getKSP().getPC().setType("jacobi")
-    searches = Searches(snes, kinks=True)
+    searches = Searches(snes, kinks=True, soil=False)
     if follows:
         snes.setUpdate(lambda snes, iteration: searches.follow(iteration))
-    searches.begin()
+    searches.begin(0.0)
     snes.solve(None, x)
     converged, count = snes.getConvergedReason() > 0, snes.getIterationNumber()
     if converged:
@@ -63,12 +65,12 @@ def go_to_and_fro(follows):
     snes.setFunction(residual, out)
     snes.setJacobian(tangent, matrix)
     snes.setTolerances(rtol=0.0, atol=1e-6, stol=0.0, max_it=25)
-    searches = Searches(snes, kinks=False)
+    searches = Searches(snes, kinks=False, soil=False)
     searches.exchange()
     assert searches.full_steps_first
     if follows:
         snes.setUpdate(lambda snes, iteration: searches.follow(iteration))
-    searches.begin()
+    searches.begin(0.0)
     snes.solve(None, x)
     converged, count = snes.getConvergedReason() > 0, snes.getIterationNumber()
     snes.destroy()
@@ -77,3 +79,22 @@ def go_to_and_fro(follows):
 
 def test_full_steps_to_and_fro_end_in_a_search():
     assert go_to_and_fro(False) is None and STALLED < go_to_and_fro(True) < 25
+
+
+@pytest.mark.parametrize("kinks, soil, stiffness_over_inertia, search", [
+    (True, False, 0.0, "cp"), (False, True, 2.0 * rules.STIFF, "cp"), (False, True, 0.5 * rules.STIFF, "bt"),
+    (False, False, 2.0 * rules.STIFF, "bt")])
+def test_contact_and_stiff_soil_look_for_the_minimum_along_the_line(kinks, soil, stiffness_over_inertia,
+                                                                    search, monkeypatch):
+    snes, used = PETSc.SNES().create(PETSc.COMM_SELF), []
+    monkeypatch.setattr(compat, "set_line_search", lambda snes, *search: used.append(search[0]))
+    searches = Searches(snes, kinks, soil)
+    searches.begin(stiffness_over_inertia)
+    assert used[-1] == search and searches.follows == (kinks or soil)
+    searches.want(True)
+    searches.begin(stiffness_over_inertia)
+    assert used[-1] == "basic"
+    searches.exchange()
+    searches.begin(stiffness_over_inertia)
+    assert used[-1] == search
+    snes.destroy()

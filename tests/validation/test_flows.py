@@ -143,6 +143,7 @@ def test_viscous_current_in_its_similar_range():
         assert above == pytest.approx(0.0, abs=most)
 
 
+@pytest.mark.validation
 def test_lubrication_comes_to_the_similar_solution():
     """Late, the front is 1.411 (g q^3 / (3 nu))^(1/5) t^(1/5), q the area of the half (Huppert 1982, doi
     10.1017/S0022112082001797). From this block the power between 5 and 10 s is still 0.19."""

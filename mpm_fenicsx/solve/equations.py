@@ -35,8 +35,6 @@ class Equations:
     """Over the ``active_cells``, of ``terms`` with the methods of ``terms.grid_state``, of which ``watched``
     may switch branches. Rows of idle unknowns say that their displacement is the known one. Collective."""
 
-    has_inertia = True
-
     def __init__(self, active_cells, terms, watched, tangents, clock):
         self._active_cells, self._comm, self.terms = active_cells, active_cells.comm, terms
         self._watched = [n for n, term in enumerate(terms) if term in watched]
@@ -61,7 +59,7 @@ class Equations:
         """What the rows of this rank's nodes [N/m], shape (owned,), have gained since the tangent was made:
         alpha times mass, which inertia adds up to in each column, lumped or not."""
         grid, n = self._grid, self._active_cells.owned
-        alpha = grid.rule.alpha(grid.dt) if self.has_inertia else 0.0
+        alpha = grid.rule.alpha(grid.dt) if grid.dt > 0.0 else 0.0  # none in load steps
         return alpha * (grid.mass - self.mass_then)[:n]
 
     def increment(self, u):

@@ -43,6 +43,12 @@ class Problem(NamedTuple):
         return any(body.body.law.state != ELASTIC_STATE for body in self.bodies)
 
     @property
+    def flows(self) -> bool:
+        """Whether it is plastic and keeps its strength: where soil softens, a step may have several
+        solutions, and little decides which one is found."""
+        return self.plastic and all(body.body.law.by_cell is None for body in self.bodies)
+
+    @property
     def symmetric(self) -> bool:
         """Whether the tangents of all laws are."""
         return all(body.body.law.symmetric for body in self.bodies)

@@ -25,11 +25,12 @@ STIFF = 0.5  # stiffness over inertia from which soil has the first of these, se
 class Searches:
     """Of the ``snes``. kinks: the residual is piecewise linear, as of springs that open, stick and slide.
     They have a potential: line search cp finds its minimum along a line, where bt gets stuck on the
-    residual's norm. So it does with soil in steps that make it stiff. What the user's options decide is left
+    residual's norm. So it does with soil that ``flows``
+    in steps that make it stiff. What the user's options decide is left
     to them."""
 
-    def __init__(self, snes: PETSc.SNES, kinks: bool, soil: bool) -> None:
-        self._snes, self._kinks, self._soil = snes, kinks, soil
+    def __init__(self, snes: PETSc.SNES, kinks: bool, flows: bool) -> None:
+        self._snes, self._kinks, self._flows = snes, kinks, flows
         self.by_user = PETSc.Options(PREFIX).hasName("snes_linesearch_type")
         self.full_steps_first = self._other = False  # whether attempts begin with full steps, or not as usual
         self._search: Tuple = CRITICAL if kinks else BACKTRACKING
@@ -40,7 +41,7 @@ class Searches:
     @property
     def follows(self) -> bool:
         """Whether ``follow`` is of use."""
-        return self._kinks or self._soil
+        return self._kinks or self._flows
 
     def exchange(self) -> None:
         """Full Newton steps from the first attempt on, and a line search where that had them."""
@@ -52,7 +53,7 @@ class Searches:
 
     def begin(self, stiffness_over_inertia: float) -> None:
         """An attempt begins."""
-        stiff = self._soil and stiffness_over_inertia > STIFF
+        stiff = self._flows and stiffness_over_inertia > STIFF
         self._search, self._least = CRITICAL if self._kinks or stiff else BACKTRACKING, []
         self._use(FULL if self._other != self.full_steps_first else self._search)
 

@@ -18,8 +18,10 @@ from .options import unused as unused_options  # noqa: F401 - known by this name
 from .rungs import RUNGS
 from .searches import Searches
 from .secants import Secants
-from .tolerance import Tolerance
+from .tolerance import Kind, Tolerance
 from .translations import Translations
+
+KIND = Kind()  # neither contact nor soil that flows
 
 
 class Newton:
@@ -30,11 +32,11 @@ class Newton:
     solution: where the SNES has evaluated the residual elsewhere since (some line searches, trust regions,
     quasi-Newton and accelerated methods do), it is evaluated once more. Collective."""
 
-    def __init__(self, active_cells, equations, tangents, nodes, doubt, late=None, symmetric=True,
+    def __init__(self, active_cells, equations, tangents, nodes, doubt, kind=KIND, symmetric=True,
                  solver="auto"):
-        """nodes: ``coarse_grids.Nodes``; doubt: ``options.Doubt``; late: see ``Tolerance``, of a residual
-        that is piecewise linear, see ``searches``, or None; symmetric: so is the tangent; solver: one of
-        ``solvers.SOLVERS``. ValueError when that does not exist or does not suit the tangent."""
+        """nodes: ``coarse_grids.Nodes``; doubt: ``options.Doubt``; kind: ``tolerance.Kind`` of the residual;
+        symmetric: so is the tangent; solver: one of ``solvers.SOLVERS``. ValueError when that does not exist
+        or does not suit the tangent."""
         solvers.check(solver, symmetric, nodes.regular)  # before there is an SNES, which would stay
         options.check()
         self._equations, self._tangents, self._doubt = equations, tangents, doubt
@@ -47,15 +49,14 @@ class Newton:
         snes.setJacobian(self.tangent_wanted, active_cells.matrix)
         snes.setTolerances(rtol=1e-6, atol=0.0, stol=0.0, max_it=25)
         compat.set_lag_jacobian(snes, tangents.lag)
-        soil = tangents.plastic and equations.has_inertia
-        self._searches, self._tolerance = Searches(snes, bool(late), soil), Tolerance(late or {}, soil)
+        self._searches, self._tolerance = Searches(snes, bool(kind.late), kind.flows), Tolerance(kind)
         if self._searches.follows:
             snes.setUpdate(self._iterate)
         snes.getKSP().setOperators(active_cells.matrix)
         self.linear = LinearSolver(snes, equations, tangents, nodes, symmetric, solver)
         self.helped = []
         self._secants = Secants(active_cells.comm)
-        self._translations = translations = Translations(active_cells.matrix, equations, of_factors=soil)
+        self._translations = translations = Translations(active_cells.matrix, equations, kind.flows)
         secants = self._secants
         snes.setLineSearchPreCheck(lambda x, y: translations.correct(snes, y) | secants.correct(x, y))
         r.destroy()  # the SNES holds its own reference

@@ -54,7 +54,7 @@ class LoadStep(NamedTuple):
 class StaticEquations(Equations):
     """Equations of a load step. ``stiffness``: of a cell [N/m], to be set before they are used."""
 
-    stiffness, has_inertia = 0.0, False
+    stiffness = 0.0
 
     def begin_load(self, grid, known, following, factors):
         """A ``LoadStep`` from the state ``grid``; known: with the loads that do not follow, whole;

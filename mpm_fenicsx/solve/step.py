@@ -16,7 +16,7 @@ from .equations import Equations, Known
 from .impulses import Forces
 from .snes import Newton
 from .tangents import Tangents
-from .tolerance import LATE, Norms
+from .tolerance import LATE, Kind, Norms
 
 
 class Step:
@@ -48,8 +48,9 @@ class Step:
         terms = [*problem.bodies, *penalties, *(term for term in (self.ghost, self._light) if term)]
         self.equations = self.equations_of(cells, terms, penalties, self.tangents, self.clock)
         nodes, kinks = Nodes(background, cells.node[:cells.owned]), any(one.kinks for one in penalties)
-        self.newton = Newton(cells, self.equations, self.tangents, nodes, doubt, self.late if kinks else None,
-                             symmetric, problem.solver)
+        kind = Kind(self.late if kinks else {}, problem.flows and not self.static)
+        self.newton = Newton(cells, self.equations, self.tangents, nodes, doubt, kind, symmetric,
+                             problem.solver)
         self.newton.linear.bears_any_sign &= self.static or (
             bool(facets) or background.basis.smooth or not problem.consistent)
         self._nodal = np.empty((n, 1 + 2 * self.dim))

@@ -23,6 +23,15 @@ def stops_at(snes: PETSc.SNES) -> float:
     return float(max(atol, rtol * snes.getFunctionNorm()))
 
 
+class Kind(NamedTuple):
+    """Of residuals. ``late``: iteration → how much of loads and inertia will do from there on, of one that is
+    piecewise linear, see ``searches``, otherwise empty; ``flows``: it is that of soil which moves, see
+    ``problem.Problem``."""
+
+    late: Dict[int, float] = {}
+    flows: bool = False
+
+
 class Norms(NamedTuple):
     """Of the forces in a step, over all nodes [N]: ``loads``, ``inertia``, and what ``round_off`` makes of
     them."""
@@ -38,17 +47,16 @@ class Norms(NamedTuple):
 
 
 class Tolerance:
-    """In each solve anew. late: iteration → how much of loads and inertia will do from there on; soil: it
-    is soil that moves. What the user's options decide is left to them; -mpm_snes_rtol holds of loads and
-    inertia, too, where it is smaller."""
+    """In each solve anew, of residuals of a ``kind``. What the user's options decide is left to them;
+    -mpm_snes_rtol holds of loads and inertia, too, where it is smaller."""
 
-    def __init__(self, late: Dict[int, float], soil: bool = False) -> None:
+    def __init__(self, kind: Kind) -> None:
         options = PETSc.Options(PREFIX)
         relative = options.getReal("snes_rtol", 1.0)
         self._to_loads = min(TO_FORCES, relative)
-        self._to_inertia = min(TO_INERTIA_OF_SOIL if soil else TO_FORCES, relative)
+        self._to_inertia = min(TO_INERTIA_OF_SOIL if kind.flows else TO_FORCES, relative)
         self._by_user, self._linear_by_user = options.hasName("snes_atol"), options.hasName("ksp_rtol")
-        self._late = {} if self._by_user or options.hasName("snes_rtol") else late
+        self._late = {} if self._by_user or options.hasName("snes_rtol") else kind.late
         self._norms, self._goal = Norms(0.0, 0.0, 0.0), 0.0
         self._preset = self._linear = 0.0  # of the linear solver, as its preset has it and now
 

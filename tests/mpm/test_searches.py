@@ -29,7 +29,7 @@ def close_springs(follows):
     snes.setJacobian(tangent, matrix)
     snes.setTolerances(rtol=0.0, atol=1e-9, stol=0.0, max_it=25)
     snes.getKSP().getPC().setType("jacobi")
-    searches = Searches(snes, kinks=True, soil=False)
+    searches = Searches(snes, kinks=True, flows=False)
     if follows:
         snes.setUpdate(lambda snes, iteration: searches.follow(iteration))
     searches.begin(0.0)
@@ -65,7 +65,7 @@ def go_to_and_fro(follows):
     snes.setFunction(residual, out)
     snes.setJacobian(tangent, matrix)
     snes.setTolerances(rtol=0.0, atol=1e-6, stol=0.0, max_it=25)
-    searches = Searches(snes, kinks=False, soil=False)
+    searches = Searches(snes, kinks=False, flows=False)
     searches.exchange()
     assert searches.full_steps_first
     if follows:

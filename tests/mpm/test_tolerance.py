@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from petsc4py import PETSc
 
-from mpm_fenicsx.solve.tolerance import LATE, Norms, Tolerance
+from mpm_fenicsx.solve.tolerance import LATE, Kind, Norms, Tolerance
 
 UNKNOWNS, LOOSE, GOAL = 200, 1e-3, 3e-7
 
@@ -36,7 +36,7 @@ def solve(aims, **options):
     snes.getKSP().setType("cg")
     snes.getKSP().setTolerances(rtol=LOOSE)
     snes.getKSP().getPC().setType("none")
-    tolerance = Tolerance({})
+    tolerance = Tolerance(Kind())
     tolerance.begin(snes, Norms(0.0, 0.0, 0.0))
     snes.solve(None, x)
     assert snes.getConvergedReason() > 0
@@ -65,19 +65,19 @@ def test_what_is_out_of_reach_is_solved_loosely(monkeypatch, reach):
     assert (solve(True)[0] == LOOSE) == (reach > 1.0)
 
 
-@pytest.mark.parametrize("soil, given, end, late", [
+@pytest.mark.parametrize("flows, given, end, late", [
     (False, {}, 1e-6 * 50.0, 1e-4 * 50.0),
     (True, {}, 1e-4 * 30.0, 1e-4 * 50.0),
     (True, {"snes_rtol": 1e-9}, 1e-9 * 50.0, 1e-9 * 50.0),
     (True, {"snes_rtol": 1e-2}, 1e-4 * 30.0, 1e-4 * 30.0),
     (True, {"snes_atol": 7.0}, 7.0, 7.0)], ids=str)
-def test_newton_s_method_ends_at_a_part_of_loads_and_inertia(options, soil, given, end, late):
+def test_newton_s_method_ends_at_a_part_of_loads_and_inertia(options, flows, given, end, late):
     """Of soil that moves, at more of its inertia; after ten iterations with contact at more; the user's
     options win, and one for the first residual holds of loads and inertia where it is smaller."""
     options(**given)
     snes = PETSc.SNES().create(PETSc.COMM_SELF)
     snes.setTolerances(atol=given.get("snes_atol", 0.0))
-    tolerance = Tolerance(LATE, soil)
+    tolerance = Tolerance(Kind(LATE, flows))
     tolerance.begin(snes, Norms(50.0, 30.0, 1e-12))
     assert snes.getTolerances()[1] == pytest.approx(end)
     tolerance.loosen(snes, 10)

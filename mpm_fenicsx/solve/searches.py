@@ -16,8 +16,6 @@ from .options import PREFIX
 # An attempt stalls where so many iterations leave more than this of the least residual before them: the
 # search goes a tenth of the way each time, or full steps go to and fro.
 STALLED, LEFT = 4, 0.5
-
-
 CRITICAL, BACKTRACKING, FULL = ("cp", 2, 0.1), ("bt",), ("basic",)
 STIFF = 0.5  # stiffness over inertia from which soil has the first of these, see docs/tangents.md
 
@@ -25,9 +23,8 @@ STIFF = 0.5  # stiffness over inertia from which soil has the first of these, se
 class Searches:
     """Of the ``snes``. kinks: the residual is piecewise linear, as of springs that open, stick and slide.
     They have a potential: line search cp finds its minimum along a line, where bt gets stuck on the
-    residual's norm. So it does with soil that ``flows``
-    in steps that make it stiff. What the user's options decide is left
-    to them."""
+    residual's norm. flows: it is that of soil which moves and keeps its strength; where a step makes that
+    stiff, cp is better, too. What the user's options decide is left to them."""
 
     def __init__(self, snes: PETSc.SNES, kinks: bool, flows: bool) -> None:
         self._snes, self._kinks, self._flows = snes, kinks, flows

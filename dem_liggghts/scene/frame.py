@@ -20,7 +20,7 @@ FAR = 1024.0  # distance from zero over the size of the scene, from which on the
 def find_origin(scene: SceneData) -> np.ndarray:
     """Origin [m], shape (3,), of the frame for ``scene``: zero along axes on which the scene is near zero.
 
-    Elsewhere the multiple of 1, 10, 100, ... m, larger than the scene, that is next to its lowest corner:
+    Elsewhere the multiple of a power of ten, larger than the scene, that is next to its lowest corner:
     users move a scene to a map by such numbers, and in the frame it is then where it was. Differences to
     anything so near are exact.
     """

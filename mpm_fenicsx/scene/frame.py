@@ -30,7 +30,7 @@ def find_origin(box: Box) -> np.ndarray:
     """Origin [m], shape (dim,), of the frame for a grid with this ``box``: zero along axes on which it is
     near zero.
 
-    Elsewhere the multiple of 1, 10, 100, ... m, larger than the grid, that is next to its lower corner:
+    Elsewhere the multiple of a power of ten, larger than the grid, that is next to its lower corner:
     users move a scene to a map by such numbers, and in the frame it is then where it was. Differences to
     anything so near are exact.
     """

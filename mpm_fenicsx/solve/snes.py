@@ -18,10 +18,8 @@ from .options import unused as unused_options  # noqa: F401 - known by this name
 from .rungs import RUNGS
 from .searches import Searches
 from .secants import Secants
-from .tolerance import Kind, Tolerance
+from .tolerance import Tolerance
 from .translations import Translations
-
-KIND = Kind()  # neither contact nor soil that flows
 
 
 class Newton:
@@ -32,7 +30,7 @@ class Newton:
     solution: where the SNES has evaluated the residual elsewhere since (some line searches, trust regions,
     quasi-Newton and accelerated methods do), it is evaluated once more. Collective."""
 
-    def __init__(self, active_cells, equations, tangents, nodes, doubt, kind=KIND, symmetric=True,
+    def __init__(self, active_cells, equations, tangents, nodes, doubt, kind, symmetric=True,
                  solver="auto"):
         """nodes: ``coarse_grids.Nodes``; doubt: ``options.Doubt``; kind: ``tolerance.Kind`` of the residual;
         symmetric: so is the tangent; solver: one of ``solvers.SOLVERS``. ValueError when that does not exist

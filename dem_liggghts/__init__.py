@@ -4,6 +4,7 @@ from typing import Any
 
 import mpm_dem_cache  # noqa: F401 - before anything is compiled
 import mpm_dem_checks as check
+import mpm_dem_loading  # noqa: F401 - the same
 
 from . import quaternion
 from .common.checks import check_start

@@ -24,6 +24,7 @@ for option, value in PETSC_DEFAULTS.items():
         PETSc.Options()[option] = value
 
 import mpm_dem_cache  # noqa: E402, F401 - before anything is compiled
+import mpm_dem_loading  # noqa: E402, F401 - the same
 
 from .errors import MPMDivergedError, MPMError  # noqa: E402
 from .grid.given import from_dolfinx  # noqa: E402

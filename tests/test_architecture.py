@@ -11,8 +11,8 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("mpm_fenicsx", "dem_liggghts", "coupling")
 # which all may import, as they import none of them; the command is for the user, none of them imports it
 LEAVES = ("mpm_dem_checks", "mpm_dem_cache", "mpm_dem_direct", "mpm_dem_store", "mpm_dem_tree",
-          "mpm_dem_series", "mpm_dem_mpi", "mpm_dem_command")
-LEAF, CACHE, DIRECT, STORE, TREE, SERIES, OF_MPI, COMMAND = LEAVES
+          "mpm_dem_series", "mpm_dem_mpi", "mpm_dem_loading", "mpm_dem_command")
+LEAF, CACHE, DIRECT, STORE, TREE, SERIES, OF_MPI, LOADING, COMMAND = LEAVES
 FORBIDDEN = {  # packages and libraries that a package must not import, nor anything inside them
     "mpm_fenicsx": {"coupling", "dem_liggghts", "cases"},
     "dem_liggghts": {"coupling", "mpm_fenicsx", "cases", "dolfinx", "petsc4py"},
@@ -64,6 +64,7 @@ def test_the_leaves_import_nothing_of_ours():
     assert imports(ROOT / f"{CACHE}.py") <= {"os", "pathlib", "stat", "sys", "tempfile"}
     assert imports(ROOT / f"{DIRECT}.py") <= {"typing"}
     assert imports(ROOT / f"{OF_MPI}.py") <= {"os", "re", "typing"}
+    assert imports(ROOT / f"{LOADING}.py") <= {"gc", "typing", "numba", "llvmlite"}
     assert imports(ROOT / f"{LEAF}.py") <= {"contextlib", "math", "os", "pathlib", "typing", "numpy"}
     # it runs where numpy is missing, and imports MPI only to tell an error
     assert imports(ROOT / f"{COMMAND}.py") <= {"ast", "concurrent", "json", "pathlib", "re", "runpy",

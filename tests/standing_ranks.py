@@ -147,6 +147,8 @@ def work(job):
 def main(folder):
     from mpi4py import MPI
     comm, count, parent = MPI.COMM_WORLD, 0, os.getppid()
+    state()  # loads the project
+    gc.freeze()  # it stays: only what jobs leave is looked through after each
     while True:
         asked = Path(folder, f"{count}.json")
         for _ in pauses():

@@ -158,6 +158,22 @@ def on_ranks(standing, tmp_path_factory, request):
     return run
 
 
+AS_SCRIPT = """
+import os, runpy, sys, warnings
+del sys.argv[0]
+sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
+with warnings.catch_warnings():  # a case shows them in its own way
+    runpy.run_path(sys.argv[0], run_name="__main__")
+"""
+
+
+@pytest.fixture
+def script_on_ranks(on_ranks):
+    """``script_on_ranks(n, script, *words)``: as ``run_ranks``, on ranks that stay; for what does not ask how
+    a program begins and ends."""
+    return lambda n, *words, **keys: on_ranks(n, AS_SCRIPT, *words, **keys)
+
+
 @pytest.fixture
 def disk(tmp_path):
     """``disk("256k")``: a folder that is a disk of that size. Where the user may not mount one, the test is

@@ -157,10 +157,10 @@ def test_points_drop_out_without_a_force():
 
 
 @pytest.mark.mpi
-def test_bytes_follow_the_points_that_are_near(run_ranks, tmp_path):
+def test_bytes_follow_the_points_that_are_near(script_on_ranks, tmp_path):
     """On two ranks, layers with four times as many points at the same places near a sphere exchange as
     much."""
-    done = run_ranks(2, __file__, "bytes", str(tmp_path))
+    done = script_on_ranks(2, __file__, "bytes", str(tmp_path))
     assert done.returncode == 0, done.stderr
     found = json.loads((tmp_path / "found.json").read_text())
     short, long = found["bytes"]

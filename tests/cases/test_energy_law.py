@@ -51,16 +51,16 @@ def test_one_rank_compiles_for_all(run_ranks, monkeypatch, tmp_path):
 
 
 @pytest.mark.mpi
-def test_it_goes_on_from_a_checkpoint_on_other_ranks(run_ranks, tmp_path):
+def test_it_goes_on_from_a_checkpoint_on_other_ranks(script_on_ranks, tmp_path):
     """To the last bit on as many ranks, to round-off on others."""
     first = tmp_path / "first"
-    done = run_ranks(2, FILE, "t_end=0.1", "checkpoint=40", f"out={first}")
+    done = script_on_ranks(2, FILE, "t_end=0.1", "checkpoint=40", f"out={first}")
     assert done.returncode == 0, done.stderr
     for n in (2, 1):
         again = tmp_path / f"ranks{n}"
         shutil.copytree(first, again)
         (again / "checkpoint.h5").unlink()
-        done = run_ranks(n, FILE, f"restart={again}")
+        done = script_on_ranks(n, FILE, f"restart={again}")
         assert done.returncode == 0, done.stderr
         old, new = (read(folder / "history.csv") for folder in (first, again))
         for name in ("speed", "strain"):

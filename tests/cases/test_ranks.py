@@ -24,11 +24,12 @@ def summary(said):
 
 
 @pytest.fixture
-def beam(run_ranks, words, tmp_path):
+def beam(script_on_ranks, words, tmp_path):
     """``beam(ranks, more)``: folder of a run of the coarse beam with windows of 1e-6 s."""
     def start(ranks, more):
         folder = tmp_path / f"ranks{ranks}"
-        done = run_ranks(ranks, SCRIPT, *words(f"dt=1e-6 substeps=20 points=2 out={folder} {more}"))
+        done = script_on_ranks(ranks, SCRIPT,
+                               *words(f"dt=1e-6 substeps=20 points=2 out={folder} {more}"))
         assert done.returncode == 0 and len(summary(done.stdout)) == 6, done.stderr
         return folder
 

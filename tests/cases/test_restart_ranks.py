@@ -13,10 +13,10 @@ NEAR = 1e-10  # of the largest value
 
 
 @pytest.fixture
-def go(run_ranks):
+def go(script_on_ranks):
     """``go(ranks, case, words)``: a run, which must succeed."""
     def start(ranks, case, *words):
-        done = run_ranks(ranks, CASES / f"{case}.py", *words)
+        done = script_on_ranks(ranks, CASES / f"{case}.py", *words)
         assert done.returncode == 0, done.stderr
 
     return start

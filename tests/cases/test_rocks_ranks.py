@@ -67,10 +67,10 @@ def go(folder, backend, restart=None):
 
 
 @pytest.fixture
-def start(run_ranks):
+def start(script_on_ranks):
     """``start(ranks, folder, backend, *more)``: a run, which must succeed; returns what ``go`` has left."""
     def run(ranks, folder, backend, *more):
-        done = run_ranks(ranks, __file__, str(folder), backend, *more)
+        done = script_on_ranks(ranks, __file__, str(folder), backend, *more)
         assert done.returncode == 0, done.stderr
         with np.load(folder / "end.npz") as end:
             return dict(end)

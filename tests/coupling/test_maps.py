@@ -384,12 +384,12 @@ def test_a_run_that_dies_leaves_what_was_until_then(tmp_path):
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.validation)])
-def test_on_any_ranks_maps_are_the_same(run_ranks, tmp_path, ranks):
+def test_on_any_ranks_maps_are_the_same(script_on_ranks, tmp_path, ranks):
     """A cell that two ranks have points in has the depth of both together."""
     folders = tmp_path / "alone", tmp_path / "shared"
     for n, folder in zip((1, ranks), folders):
         folder.mkdir()
-        done = run_ranks(n, CASE.with_name("map_ranks.py"), folder)
+        done = script_on_ranks(n, CASE.with_name("map_ranks.py"), folder)
         assert not done.returncode, done.stderr
     for path in folders[0].glob("*.asc"):
         one, other = (read_grid(folder / path.name)[1] for folder in folders)

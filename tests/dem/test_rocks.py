@@ -1,5 +1,6 @@
 """Rocks from surfaces, and places for them: the solid against closed forms, the spheres, motion on both back
 ends."""
+import functools
 from types import SimpleNamespace
 
 import meshio
@@ -217,14 +218,20 @@ def test_files_that_hold_no_surface(tmp_path):
         Cluster.read(tmp_path / "c.stl", RHO)
 
 
+@functools.lru_cache(maxsize=None)
+def rolling_rock():
+    """Filled once for all tests that move it."""
+    return Cluster.from_surface(*irregular(), RHO, (0, 0, 0), spheres=12, size=0.3)
+
+
 def floor(away=0.0):
     x = np.array([[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], float) + away
     return Wall(x, [[0, 1, 2], [0, 2, 3]])
 
 
 def on_floor(friction, away=0.0):
-    rock = Cluster.from_surface(*irregular(), RHO, np.array([0.0, 0.0, 0.2]) + away, spheres=12, size=0.3,
-                                v=(1.5, 0.2, 0.0), omega=(0.0, 5.0, 2.0))
+    rock = rolling_rock().changed(x=np.array([0.0, 0.0, 0.2]) + away, v=(1.5, 0.2, 0.0),
+                                  omega=(0.0, 5.0, 2.0))
     meet = Interaction(0.1, friction)
     return Scene(wall=floor(away), clusters=[rock], material=STONE, wall_material=STONE, at_wall=meet,
                  gravity=(0, 0, -G))
@@ -270,11 +277,9 @@ def test_far_from_the_origin_it_falls_alike(dem):
 
 def test_a_free_rock_spins_on(dem):
     """About its middle axis, which is not stable: energy and angular momentum stay."""
-    rock = Cluster.from_surface(*irregular(), RHO, (0, 0, 0), spheres=12, size=0.3)
-    moments, turn = rock.principal()
+    moments, turn = rolling_rock().principal()
     axes = quaternion.matrix(turn)
-    rock = Cluster.from_surface(*irregular(), RHO, (0, 0, 0), spheres=12, size=0.3,
-                                omega=axes @ [0.02, 20.0, 0.0])
+    rock = rolling_rock().changed(omega=axes @ [0.02, 20.0, 0.0])
     assert moments[0] < 0.9 * moments[1] and moments[1] < 0.95 * moments[2]
     spin = dem(Scene(clusters=[rock], material=STONE), 1e-5)
     momentum = []

@@ -104,8 +104,8 @@ def test_three_ranks_find_what_one_finds(run_ranks, monkeypatch):
 
 
 def test_table_of_two_scenes(tmp_path, capsys, monkeypatch):
-    for name in ("bar", "step"):
-        monkeypatch.setattr(importlib.import_module(f"studies.crossing.{name}"), "SWEEP", 2 * [dict(h=1.0)])
+    for name, given in (("bar", dict(h=1.0, periods=1)), ("step", dict(h=1.0))):
+        monkeypatch.setattr(importlib.import_module(f"studies.crossing.{name}"), "SWEEP", 2 * [given])
     page = tmp_path / "page.md"
     page.write_text("before\n<!-- crossing: made -->\nold\n<!-- end of crossing -->\nafter\n")
     assert table.main(["step", "bar", "basis=linear", f"out={tmp_path / 'out'}", f"into={page}"]) == 0
@@ -113,7 +113,7 @@ def test_table_of_two_scenes(tmp_path, capsys, monkeypatch):
     assert text.startswith("before\n<!-- crossing: made -->\n\n**Step wave**") and text.endswith("after\n")
     assert text.count("| linear |") == 4 and "old" not in text
     assert (tmp_path / "page.png").stat().st_size > 1e4
-    assert "bar linear h=1.0: energy" in capsys.readouterr().out
+    assert "bar linear h=1.0 periods=1: energy" in capsys.readouterr().out
     with open(tmp_path / "out/crossing.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     plateau, _ = (row for row in rows if row["given"] == "h=1.0" and row["name"] == "plateau")

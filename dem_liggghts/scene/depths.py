@@ -63,7 +63,15 @@ def blocks(corners: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
 @compiled
 def depths(x: np.ndarray, corners: np.ndarray, centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
     """Distance from each of the points x [m], (n, 3), to the nearest triangle of ``blocks`` [m], (n,)."""
-    out = np.empty(len(x))
+    out, middles, sizes = np.empty(len(x)), np.empty((len(corners), 3)), np.zeros(len(corners))
+    for t in range(len(corners)):  # a sphere around each
+        for k in range(3):
+            middles[t, k] = (corners[t, 0, k] + corners[t, 1, k] + corners[t, 2, k]) / 3.0
+        for m in range(3):
+            away = 0.0
+            for k in range(3):
+                away += (corners[t, m, k] - middles[t, k])**2
+            sizes[t] = max(sizes[t], np.sqrt(away))
     nearest = 0  # the triangle nearest to one point is a good guess for the next one: most others are further
     for n in range(len(x)):
         squared = squared_distance(x[n], corners[nearest])
@@ -75,6 +83,11 @@ def depths(x: np.ndarray, corners: np.ndarray, centres: np.ndarray, radii: np.nd
             if away > reach * reach:
                 continue
             for t in range(b * BLOCK, min(len(corners), (b + 1) * BLOCK)):
+                reach, away = distance + sizes[t], 0.0
+                for k in range(3):
+                    away += (x[n, k] - middles[t, k])**2
+                if away > reach * reach:
+                    continue
                 found = squared_distance(x[n], corners[t])
                 if found < squared:
                     squared, distance, nearest = found, np.sqrt(found), t

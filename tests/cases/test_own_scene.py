@@ -37,8 +37,8 @@ def test_it_runs_in_an_empty_folder(tmp_path):
     script = tmp_path / "scene.py"
     script.write_text(SCENE.read_text())
     env = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
-    done = subprocess.run([sys.executable, script, "t_end=0.22", "animation=55"], cwd=tmp_path, env=env, capture_output=True,
-                          text=True, timeout=300)
+    done = subprocess.run([sys.executable, script, "t_end=0.22", "animation=55"], cwd=tmp_path, env=env,
+                          capture_output=True, text=True, timeout=300)
     assert done.returncode == 0 and done.stderr == "" and done.stdout.count("\n") == 6, done.stderr
     out = tmp_path / "out/own_scene"
     assert {path.name for path in out.iterdir()} == {"history.csv", "report.json", "manifest.txt",

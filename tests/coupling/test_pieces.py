@@ -1,4 +1,5 @@
 """What the ParaView series show of rocks, walls and forces is where it is."""
+import functools
 import shutil
 from types import SimpleNamespace
 
@@ -19,12 +20,17 @@ TRIANGLES = [t for a, b, c, d in SIDES for t in ((a, b, c), (a, c, d))]
 SOLID, STEP = SimpleNamespace(time=0.0), 1e-5
 
 
+@functools.lru_cache(maxsize=None)
+def brick():
+    """At zero; filled once for all tests."""
+    return Cluster.from_surface(BRICK, TRIANGLES, 2600.0, (0.0, 0.0, 0.0), spheres=40)
+
+
 def scene(spheres=None, **more):
     """Two bricks that spin, a sphere, a floor that is no interface."""
     turn = quaternion.of_angle(0.5)
-    bricks = [Cluster.from_surface(BRICK, TRIANGLES, 2600.0, (0.0, 0.0, 0.1), spheres=40, quaternion=turn,
-                                   omega=(0.0, 0.0, 20.0)),
-              Cluster.from_surface(BRICK, TRIANGLES, 2600.0, (0.5, 0.0, 0.1), spheres=40, v=(0.0, 1.0, 0.0))]
+    bricks = [brick().changed(x=(0.0, 0.0, 0.1), quaternion=turn, omega=(0.0, 0.0, 20.0)),
+              brick().changed(x=(0.5, 0.0, 0.1), v=(0.0, 1.0, 0.0))]
     around = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
     floor = Wall(around, [(0, 1, 2), (0, 2, 3)], material="floor")
     stone = Material(1e7, 0.3)
@@ -114,8 +120,8 @@ def test_a_rock_that_lies_on_a_structure_weighs_on_its_cell(dem):
     """What it loses of the momentum that gravity gives it, the force cell under it takes."""
     table = Structure.box("table", Box((-0.1, -0.1, -0.1), (0.5, 0.0, 0.1)), cells=(2, 1, 1))
     stone = Material(1e7, 0.3)
-    brick = Cluster.from_surface(BRICK, TRIANGLES, 2600.0, (0.35, 0.0101, 0.0), spheres=40)
-    grains = dem(Scene(None, Wall.none(3), stone, gravity=(0.0, -9.81, 0.0), clusters=[brick],
+    lying = brick().changed(x=(0.35, 0.0101, 0.0))
+    grains = dem(Scene(None, Wall.none(3), stone, gravity=(0.0, -9.81, 0.0), clusters=[lying],
                        structures=[table], materials={"table": stone},
                        interactions={("spheres", "table"): Interaction(0.2, 0.5)}), 1e-5)
     pieces = Pieces(SOLID, grains)
@@ -153,8 +159,8 @@ def strike(out, backend):
     solid = MPM(Grid(room, (8, 10, 8)), block, [], top, gravity=(0.0, -9.81, 0.0), inertia="lumped",
                 structures=[sill.moving((0.0, 0.1, 0.0))])
     stone = Material(1e6, 0.3)
-    brick = Cluster.from_surface(BRICK, TRIANGLES, 2600.0, (0.05, 0.075, 0.05), spheres=40)
-    grains = Scene(None, Wall(top.x, top.elements), stone, stone, gravity=(0.0, -9.81, 0.0), clusters=[brick])
+    falling = [brick().changed(x=(0.05, 0.075, 0.05))]
+    grains = Scene(None, Wall(top.x, top.elements), stone, stone, gravity=(0.0, -9.81, 0.0), clusters=falling)
     scheme = Scheme(dt=1e-3, t_end=0.06, substeps=50, dem=backend)
     return Run("strike", solid, grains, scheme, Output(out, 10, 1.0, 10, checkpoint="25"))
 

@@ -135,7 +135,7 @@ def reference(p, c, x, maps: CellMaps, found: ReferencePoint):
 def shapes(cell, x, maps: CellMaps, N, G):
     """Values and gradients of the K basis functions at each point.
 
-    cell: (n,) cell of each point; x: (n, D) positions [m]; fills N: (n, K) and G: (n, K, D) [1/m].
+    cell: (n,) cell of each point; x: (n, D) positions [m]; fills N: (n, K) and G: (n, D, K) [1/m].
     """
     found = ReferencePoint(np.empty(D), np.empty((D, D)), np.empty(K), np.empty((K, D)), np.empty((D, D)))
     _, to_xi, value, gradient, _ = found
@@ -147,7 +147,7 @@ def shapes(cell, x, maps: CellMaps, N, G):
                 s = 0.0
                 for j in range(D):
                     s += gradient[a, j] * to_xi[j, i]
-                G[p, a, i] = s
+                G[p, i, a] = s
 
 
 def cell_maps(x, cells):

@@ -131,7 +131,7 @@ def shapes(cell, x, domain, F, grid: StencilGrid, element, N, G):
     cell: (n,) cell of each point; x: (n, D) positions [m]; domain: (n, D) half-widths at rest [m]; F: (n, D,
     D), by which they follow with FOLLOWS: a domain then has the second moments along the axes of the deformed
     one, l_i^2 = sum_j (F_ij l_j)^2, and at most h/2. Fills element: (n,) number of the nearest node; N: (n,
-    3^D); G: (n, 3^D, D) [1/m].
+    3^D); G: (n, D, 3^D) [1/m].
     """
     h, corner, nodes = grid.h, grid.corner, grid.nodes
     value, slope = np.empty((D, 3)), np.empty((D, 3))
@@ -152,7 +152,7 @@ def shapes(cell, x, domain, F, grid: StencilGrid, element, N, G):
             if D == 3:
                 v2 = value[D - 1, a // 9]
             N[p, a] = v0 * v1 * v2
-            G[p, a, 0] = slope[0, first] * v1 * v2 / h[0]
-            G[p, a, 1] = v0 * slope[1, second] * v2 / h[1]
+            G[p, 0, a] = slope[0, first] * v1 * v2 / h[0]
+            G[p, 1, a] = v0 * slope[1, second] * v2 / h[1]
             if D == 3:
-                G[p, a, D - 1] = v0 * v1 * slope[D - 1, a // 9] / h[D - 1]
+                G[p, D - 1, a] = v0 * v1 * slope[D - 1, a // 9] / h[D - 1]

@@ -97,7 +97,7 @@ def to_grid(element, nodes, N, places, x, mass, field, nodal):
 
 
 def deform(element, nodes, G, u, F_old, F):
-    """Deformation gradients (I + du/dx) F_old into F, both (n, D, D); G: (n, K, D) [1/m]; u: displacement of
+    """Deformation gradients (I + du/dx) F_old into F, both (n, D, D); G: (n, D, K) [1/m]; u: displacement of
     the nodes, shape (nodes, D) [m]."""
     H = np.empty((D, D))
     for p in range(len(element)):
@@ -108,7 +108,7 @@ def deform(element, nodes, G, u, F_old, F):
             node = nodes[element[p], q]
             for i in range(D):
                 for j in range(D):
-                    H[i, j] += u[node, i] * G[p, q, j]
+                    H[i, j] += u[node, i] * G[p, j, q]
         _product(H, F_old[p], D, F[p])
 
 
@@ -117,7 +117,7 @@ def to_points(element, nodes, N, G, places, increment, C, B):
     the step, see ``midpoint``, at their places then.
 
     One of the two is taken from the moved grid: with APIC B = sum N_I v_I (x_I + u_I - x_p)^T and C = B
-    D_p^-1, else C = (sum v_I grad N_I^T)(I + du/dx)^-1 and B = C D_p. G: (n, K, D) gradients on the grid at
+    D_p^-1, else C = (sum v_I grad N_I^T)(I + du/dx)^-1 and B = C D_p. G: (n, D, K) gradients on the grid at
     rest [1/m].
     """
     dt, u, a = increment.dt, increment.u, increment.a
@@ -144,9 +144,9 @@ def to_points(element, nodes, N, G, places, increment, C, B):
                 v = u[node, i] / dt + 0.5 * dt * a[node, i]
                 for j in range(D):
                     S[i, j] += N[p, q] * r[i] * r[j]
-                    T[i, j] += v * (N[p, q] * r[j] if APIC else G[p, q, j])
+                    T[i, j] += v * (N[p, q] * r[j] if APIC else G[p, j, q])
                     if not APIC:
-                        F[i, j] += u[node, i] * G[p, q, j]
+                        F[i, j] += u[node, i] * G[p, j, q]
         if APIC:
             B[p] = T
             invert_spread(S, D, inverse)

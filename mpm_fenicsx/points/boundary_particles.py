@@ -149,7 +149,8 @@ def near_mass(background, active_cells, bodies, kernels):
             mine = rank == comm.rank
             cell = np.ascontiguousarray(search.local(number[mine]), np.int32)
             at = np.ascontiguousarray(x[mine])
-            N, G = np.empty((len(at), active.shape[1])), np.empty((len(at), *active.shape[1:], x.shape[1]))
+            (n, D), K = at.shape, active.shape[1]
+            N, G = np.empty((n, K)), np.empty((n, D, K))
             kernels.shapes(cell, at, background.maps, N, G)
             found[mine] |= (N * active[cell]).sum(axis=1) > REACHES
         return somewhere(comm, *found)

@@ -80,12 +80,13 @@ class BodyTerm(BodyReadings):
         self._elements = active_cells.elements
         n, (patches, M), D = len(self.points), active_cells.nodes_of_patch.shape, active_cells.dim
         K = self._elements.nodes.shape[1]
-        in_turn = active_cells.patch_matrices is None and active_cells.node_rows is None
-        self._patches = Patches(np.zeros((patches, 2)), np.zeros((patches, M, D)), np.zeros((patches, 2)),
-                                *(np.zeros((1 if in_turn else patches, M, D)) for _ in range(2)))
+        self._in_turn = active_cells.patch_matrices is None and active_cells.node_rows is None
+        of_nodes = 1 if self._in_turn else patches, D, M
+        self._patches = Patches(np.zeros((patches, 2)), np.zeros(of_nodes), np.zeros((patches, 2)),
+                                np.zeros(of_nodes), np.zeros(of_nodes))
         own = slice(active_cells.own_patches)
         self._own_patches = active_cells.nodes_of_patch[own], Patches(*(sums[own] for sums in self._patches))
-        self._N, self._G = np.empty((n, K)), np.empty((n, K, D))
+        self._N, self._G = np.empty((n, K)), np.empty((n, D, K))
         self._element, self._order = np.empty(n, np.int32), np.empty(n, np.int32)
         self._new = Deformation(np.empty((n, D, D)), np.empty(n), self.points.state.copy())
         self._consistent_mass = self.points.mass  # that of the points with consistent inertia
@@ -122,6 +123,7 @@ class BodyTerm(BodyReadings):
         else:
             self._element = p.cell
             shapes(p.cell, p.x, background.maps, self._N, self._G)
+        put_in_order(self._element, len(self._elements.nodes), self._order)
 
     def to_grid(self, nodal):
         """Add the points' share to ``nodal``, see ``transfer.to_grid``."""
@@ -186,10 +188,11 @@ class BodyTerm(BodyReadings):
         points, old, patches = self._quadrature(), self._deformation(), self._patches
         if self.body.f_bar:
             patches.volume[:], patches.gradient[:], patches.bulk[:] = 0.0, 0.0, 0.0
-            self._kernels.mean_changes(points, self._elements, old, increment.u, patches)
-            grid.active_cells.share(patches.volume, patches.gradient)
+            if not self._in_turn:
+                self._kernels.mean_changes(points, self._elements, old, increment.u, patches)
+                grid.active_cells.share(patches.volume, patches.gradient)
         self._kernels.residual(points, self._elements, old, self._new, patches, self._params, increment, R)
-        if self.body.f_bar:
+        if self.body.f_bar and not self._in_turn:
             grid.active_cells.share(patches.bulk[:, :1])
             self._kernels.add_pressure(*self._own_patches, R)
         return BodyTrial(increment, self._new, patches)
@@ -207,7 +210,6 @@ class BodyTerm(BodyReadings):
         """Add to the matrix of the active cells, see ``weakform.tangent`` and ``f_bar.couple``."""
         increment, new, patches = trial
         patches.bulk[:, 1], patches.push[:], patches.pull[:] = 0.0, 0.0, 0.0
-        put_in_order(self._element, len(self._elements.nodes), self._order)
         points, cells = self._stiffness_points(increment), grid.active_cells
         self._kernels.tangent(points, self._elements, self._deformation(), new, patches, self._params,
                               increment, cells.node_rows if grid.smooth else cells.rows)

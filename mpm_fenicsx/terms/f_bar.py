@@ -32,7 +32,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..basis.shape import invert
 from ..compiled import inlined
 from ..grid.elements import PointElements
 from ..laws.algebra import cofactor, determinant
@@ -48,10 +47,10 @@ def displacement_gradient(c, q, cells, G, u, D, K, H):
         h0 = h1 = h2 = 0.0
         for b in range(K):
             d = u[cells[c, b], i]
-            h0 += d * G[q, b, 0]
-            h1 += d * G[q, b, 1]
+            h0 += d * G[q, 0, b]
+            h1 += d * G[q, 1, b]
             if D == 3:
-                h2 += d * G[q, b, D - 1]
+                h2 += d * G[q, D - 1, b]
         H[i, 0], H[i, 1] = h0, h1
         if D == 3:
             H[i, D - 1] = h2
@@ -67,61 +66,30 @@ def volume_change(H, D):
             + H[0, D - 1] * (H[1, 0] * H[D - 1, 1] - b * H[D - 1, 0]))
 
 
-@inlined
-def deviatoric_force(P, F, H, weight, D, T):
-    """T = weight dev(tau) f^-T, which works on d(du/dx); adds 1 to H = du/dx. Returns weight tr(tau) / D."""
-    pressure = 0.0
-    for i in range(D):
-        H[i, i] += 1.0
-        for k in range(D):
-            pressure += P[i * D + k] * F[i, k] / D
-            T[i, k] = 0.0
-    j = determinant(H, D)
-    for i in range(D):
-        for m in range(D):
-            tau = -pressure if i == m else 0.0
-            for k in range(D):
-                tau += P[i * D + k] * F[m, k]
-            for k in range(D):
-                T[i, k] += weight * tau * cofactor(H, m, k, D) / j
-    return weight * pressure
-
-
 class StepGradients(NamedTuple):
-    """At one point: ``f`` (D, D), deformation over the step, its ``inverse``, and ``g`` (D K,), gradients of
-    the basis by the deformed places, one direction after the other [1/m]."""
+    """At one point: ``turned`` (D, D), the transposed deformation over the step, f^T, and its ``inverse``;
+    ``g`` (D K,), gradients of the basis by the deformed places, one direction after the other [1/m]."""
 
-    f: np.ndarray
+    turned: np.ndarray
     inverse: np.ndarray
     g: np.ndarray
 
 
 @inlined
-def deformed_gradients(c, q, cells, G, u, D, K, found):
-    """Fill ``found``, with g = G f^-1. Returns det f."""
-    f, f_inverse, g = found
-    displacement_gradient(c, q, cells, G, u, D, K, f)
-    for i in range(D):
-        f[i, i] += 1.0
-    invert(f, D, f_inverse)
-    for b in range(K):
-        for j in range(D):
-            s = G[q, b, 0] * f_inverse[0, j] + G[q, b, 1] * f_inverse[1, j]
-            if D == 3:
-                s += G[q, b, D - 1] * f_inverse[D - 1, j]
-            g[j * K + b] = s
-    return determinant(f, D)
+def new_gradients(D, K):
+    """Arrays for one point."""
+    return StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))
 
 
 @inlined
 def spread(S, g, place, D, K, forces):
-    """Add S g to the ``forces`` of a patch, shape (M, D)."""
-    for e in range(K):
-        for i in range(D):
+    """Add S g to the ``forces`` of a patch, shape (D, M)."""
+    for i in range(D):
+        for e in range(K):
             s = S[i, 0] * g[e] + S[i, 1] * g[K + e]
             if D == 3:
                 s += S[i, D - 1] * g[(D - 1) * K + e]
-            forces[place[e], i] += s
+            forces[i, place[e]] += s
 
 
 @inlined
@@ -176,10 +144,10 @@ def mean_changes(points: Quadrature, elements: PointElements, old: Deformation, 
                 C[i, k] = V_old * cofactor(H, i, k, D)  # derivative of V_old j by du_i/dx_k
         for b in range(K):
             for i in range(D):
-                s = C[i, 0] * G[q, b, 0] + C[i, 1] * G[q, b, 1]
+                s = C[i, 0] * G[q, 0, b] + C[i, 1] * G[q, 1, b]
                 if D == 3:
-                    s += C[i, D - 1] * G[q, b, D - 1]
-                gradient[row, place[c, b], i] += s
+                    s += C[i, D - 1] * G[q, D - 1, b]
+                gradient[row, i, place[c, b]] += s
 
 
 def add_pressure(nodes, patches: Patches, R):
@@ -191,32 +159,27 @@ def add_pressure(nodes, patches: Patches, R):
             pressure = bulk[row, 0] / volume[row, 0]
             for e in range(nodes.shape[1]):
                 for i in range(D):
-                    R[nodes[row, e], i] += pressure * gradient[row, e, i]
+                    R[nodes[row, e], i] += pressure * gradient[row, i, e]
 
 
 @inlined
-def couple_patch(patches, row, at, D, M, work, E):
-    """Add to the matrix E (M, D, D, M) of one patch what comes of the change of j_mean. at: row of its push
-    and pull; work: (2, D, M)."""
-    volume, gradient, bulk, push, pull = patches
-    pushed, changed = work[0], work[1]  # in the order of the matrix
-    share = 1.0 / volume[row, 0]
-    for i in range(D):
-        for e in range(M):
-            pushed[i, e], changed[i, e] = push[at, e, i], gradient[row, e, i]
+def couple_patch(patches, row, at, volume, D, M, E):
+    """Add to the matrix E (M, D, D, M) of one patch what comes of the change of j_mean. at: row of its
+    gradient, push and pull; volume: that of the points, as they count in the gradient [m^3]."""
+    _, gradient, bulk, push, pull = patches
+    share = 1.0 / volume
     for b in range(M):
         for k in range(D):
-            change = share * gradient[row, b, k]
-            back = share * (pull[at, b, k] + bulk[row, 1] * change)
+            change = share * gradient[at, k, b]
+            back = share * (pull[at, k, b] + bulk[row, 1] * change)
             for i in range(D):
                 for e in range(M):
-                    E[b, k, i, e] += pushed[i, e] * change + changed[i, e] * back
+                    E[b, k, i, e] += push[at, i, e] * change + gradient[at, i, e] * back
 
 
 def couple(nodes, patches: Patches, Kp):
     """``couple_patch`` for all patches, into Kp [N/m], shape (patches, M, D, D, M). nodes: (patches, M) of
     the patches, which have rows of their own here."""
-    work = np.empty((2, D, nodes.shape[1]))
     for row in range(len(nodes)):
         if patches.volume[row, 0] > 0.0:
-            couple_patch(patches, row, row, D, nodes.shape[1], work, Kp[row])
+            couple_patch(patches, row, row, patches.volume[row, 0], D, nodes.shape[1], Kp[row])

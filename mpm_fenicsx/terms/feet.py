@@ -154,14 +154,14 @@ class FootBasis(NamedTuple):
 
 
 def foot_basis(feet: Feet, deforming, N, G, across, along):
-    """Fill both, see ``FootBasis``, from values N (n, K) and gradients G (n, K, D) at the points; deforming:
+    """Fill both, see ``FootBasis``, from values N (n, K) and gradients G (n, D, K) at the points; deforming:
     length that takes part in the strain across the wall [m], (m,)."""
     point, normal, reach = feet.point, feet.normal, feet.reach
     for q in range(len(point)):
         for a in range(K):
             s = 0.0
             for i in range(D):
-                s += normal[q, i] * G[point[q], a, i]
+                s += normal[q, i] * G[point[q], i, a]
             across[q, a] = N[point[q], a] - deforming[q] * s
             along[q, a] = N[point[q], a] - reach[q] * s
 

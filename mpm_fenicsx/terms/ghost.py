@@ -113,14 +113,14 @@ class Facets:
         b, n = self._background, len(self.cells)
         K, D = b.cells.shape[1], b.dim
         M = self.nodes.shape[1]
-        matrix, N, G = np.zeros((n, M, M)), np.empty((n, K)), np.empty((n, K, D))
+        matrix, N, G = np.zeros((n, M, M)), np.empty((n, K)), np.empty((n, D, K))
         points, normal = self._points()
         for x in points:
             jump = np.zeros(self.nodes.shape)
             for side, sign in ((0, 1.0), (1, -1.0)):
                 cell = self.cells[:, side].astype(np.int32)
                 self._shapes(cell, np.ascontiguousarray(x), b.maps, N, G)
-                np.add.at(jump, (np.arange(n)[:, None], place[:, side]), sign * np.einsum("nki,ni->nk", G,
+                np.add.at(jump, (np.arange(n)[:, None], place[:, side]), sign * np.einsum("nik,ni->nk", G,
                                                                                           normal))
             matrix += jump[:, :, None] * jump[:, None, :]
         return matrix

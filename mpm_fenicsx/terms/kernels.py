@@ -9,7 +9,7 @@ from ..basis import shape, smooth
 from ..compiled import specialise
 from ..laws.batches import batch_functions
 from ..points import transfer
-from . import f_bar, stencil_form, weakform
+from . import f_bar, groups, stencil_form, weakform
 
 
 class GridKernels(NamedTuple):
@@ -92,12 +92,15 @@ def compile_body_kernels(body, background, consistent):
     if not basis.smooth:
         patches["CELLS_ARE_PATCHES"] = body.f_bar and background.patch is None
         tangent, couple = weakform.tangent, specialise(f_bar.couple, D=D)
+    strain, load = (specialise(part, **form, **patches) for part in (groups.strain, groups.load))
+    gradients = specialise(groups.deformed_gradients, **size)
     return BodyKernels(
         mean_changes=direct(specialise(f_bar.mean_changes, **size)),
-        residual=direct(specialise(weakform.residual, **form, batch_stress=batch.stress,
-                                   new_work=batch.work)),
+        residual=direct(specialise(weakform.residual, **size, strain=strain, load=load,
+                                   batch_stress=batch.stress, new_work=batch.work)),
         add_pressure=direct(specialise(f_bar.add_pressure, D=D)),
-        tangent=direct(specialise(tangent, **form, **patches, batch_tangent=batch.tangent,
+        tangent=direct(specialise(tangent, **form, **patches, deformed_gradients=gradients,
+                                  batch_tangent=batch.tangent,
                                   new_tangent_work=batch.tangent_work)),
         couple=direct(couple),
         energies=direct(specialise(weakform.energies, D=D, strain_energy=laws.bound(law, law.energy, D))),

@@ -32,7 +32,7 @@ class PointForces:
     def attach(self, active_cells):
         """Work arrays; needed whenever the number of particles on this rank changes."""
         n, K = len(self.points), active_cells.cells.shape[1]
-        self._N, self._G = np.empty((n, K)), np.empty((n, K, active_cells.dim))
+        self._N, self._G = np.empty((n, K)), np.empty((n, active_cells.dim, K))
 
     def locate(self, grid):
         """Basis at the particles, on nodes that bear them only (eq. 14). Returns the first particle that has
@@ -151,7 +151,8 @@ class PointForces:
             return np.full(len(x), np.inf)
         cells = grid.active_cells
         nodes = cells.cells[cell]
-        N, G = np.empty(nodes.shape), np.empty((*nodes.shape, cells.dim))
+        (n, K), D = nodes.shape, cells.dim
+        N, G = np.empty((n, K)), np.empty((n, D, K))
         grid.shapes(cell, np.ascontiguousarray(x), N, G)
         N = np.where(grid.active[nodes], N, 0.0)
         N /= np.maximum(N.sum(axis=1, keepdims=True), 1e-300)

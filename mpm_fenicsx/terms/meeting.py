@@ -60,7 +60,7 @@ def outward(points: NearPoints, V, cells, number, nodal):
             node = number[cells[points.cell[p], a]]
             if node >= 0:
                 for i in range(D):
-                    nodal[node, i] += V[p] * points.G[p, a, i]
+                    nodal[node, i] += V[p] * points.G[p, i, a]
 
 
 def reach_out(points: NearPoints, cells, sign, sides: Sides):
@@ -122,7 +122,7 @@ def meet(points: NearPoints, row, pairs, sides: Sides, meetings: Meetings):
             if node >= 0 and other >= 0:
                 w = points.N[p, a]
                 for i in range(D):
-                    w -= half * n[i] * points.G[p, a, i]  # at the foot
+                    w -= half * n[i] * points.G[p, i, a]  # at the foot
                 w = max(w, 0.0)
                 distance = -reach[other, 0]
                 for i in range(D):

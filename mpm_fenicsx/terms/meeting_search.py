@@ -58,7 +58,7 @@ class MeetingSearch:
         p, cells = body.points, grid.active_cells.cells
         index = np.flatnonzero(((number[cells] >= 0) & (cells >= 0)).any(axis=1)[p.cell])
         cell, x, n, K = p.cell[index], p.x[index], len(index), cells.shape[1]
-        N, G = np.empty((n, K)), np.empty((n, K, self._dim))
+        N, G = np.empty((n, K)), np.empty((n, self._dim, K))
         grid.shapes(cell, x, N, G)
         return index, NearPoints(cell, x, p.half[index], N, G), p.V0[index]
 

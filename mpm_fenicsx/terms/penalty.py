@@ -110,7 +110,7 @@ class Penalties:
         index = np.flatnonzero(cells.row[p.cell] >= 0)
         self._cell, share = p.cell[index], np.empty(len(index))
         n, K = len(index), cells.cells.shape[1]
-        self._N, G = np.empty((n, K)), np.empty((n, K, self._dim))
+        self._N, G = np.empty((n, K)), np.empty((n, self._dim, K))
         grid.shapes(self._cell, p.x[index], self._N, G)
         self._weigh(self._cell, cells.cells, grid.mass > LIGHT * grid.full_mass, self._N, share)
         self._index, self._on = index, share > 0.0 if self.follows else share >= HALF

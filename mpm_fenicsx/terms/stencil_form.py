@@ -12,14 +12,15 @@ from ..compiled import inlined
 from ..grid.elements import PointElements
 from ..laws.algebra import determinant
 from ..laws.batches import SIZE
-from .f_bar import StepGradients, by_mean_volume, deformed_gradients
+from .f_bar import by_mean_volume, new_gradients
 from .fields import Deformation, Patches, Quadrature
+from .groups import gather
 from .newmark import Increment
 from .weakform import time_of_law
 
 D, K = 2, 9
 CONSISTENT, FBAR = True, False
-batch_tangent = new_tangent_work = None
+deformed_gradients = batch_tangent = new_tangent_work = None
 
 
 class Present(NamedTuple):
@@ -64,13 +65,13 @@ def find_present(N, g, of_element, offset, D, K, present):
 
 @inlined
 def spread(S, count, present, D, forces):
-    """Add S g to the ``forces`` of a patch, shape (K, D)."""
+    """Add S g to the ``forces`` of a patch, shape (D, K)."""
     for n in range(count):
         for i in range(D):
             s = 0.0
             for j in range(D):
                 s += S[i, j] * present.gradient[n, j]
-            forces[present.index[n], i] += s
+            forces[i, present.index[n]] += s
 
 
 @inlined
@@ -121,7 +122,8 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     dt, alpha, u = time_of_law(increment.dt), increment.alpha, increment.u
     P, moduli, work = np.empty((SIZE, D * D + 1)), np.empty((SIZE, D, D, D, D)), new_tangent_work()
     y = np.empty((D, D * D))
-    forth, back, g = found = StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))
+    forth, back, g = found = new_gradients(D, K)
+    own = np.empty((K, D))
     present = Present(np.empty(K, np.int64), np.empty(K), np.empty((K, D)), np.empty(K, np.uint64),
                       np.empty(K, np.uint64))
     offset, flat = np.empty(K, np.int64), rows.reshape(rows.size)
@@ -131,7 +133,9 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
         if at == 0:
             batch_tangent(params, dt, old, new, order[n:n + SIZE], V0, work, (P, moduli))
         c, B = element[q], moduli[at]
-        grown = V0[q] * deformed_gradients(c, q, nodes, G, u, D, K, found)
+        if n == 0 or element[order[n - 1]] != c:
+            gather(u, nodes[c], D, K, own)
+        grown = V0[q] * deformed_gradients(own, G, q, found)
         if FBAR:
             grown *= determinant(old.F[q], D) * old.F33[q]
             shared = grown * bulk[c, 0] / volume[c, 0]
@@ -170,7 +174,7 @@ def couple(nodes, patches: Patches, rows):
             continue
         count = 0
         for e in range(K):
-            if gradient[row, e, 0] != 0.0 or gradient[row, e, 1] != 0.0 or gradient[row, e, D - 1] != 0.0:
+            if gradient[row, 0, e] != 0.0 or gradient[row, 1, e] != 0.0 or gradient[row, D - 1, e] != 0.0:
                 present[count] = e
                 place[count] = (5**D * nodes[row, e] + (5**D - 1) // 2 - offset[e]) * D * D
                 shift[count] = offset[e] * D * D
@@ -178,8 +182,8 @@ def couple(nodes, patches: Patches, rows):
         share = 1.0 / volume[row, 0]
         for b in range(count):
             for k in range(D):
-                forth[k] = share * gradient[row, present[b], k]
-                back[k] = share * (pull_sums[row, present[b], k] + bulk[row, 1] * forth[k])
+                forth[k] = share * gradient[row, k, present[b]]
+                back[k] = share * (pull_sums[row, k, present[b]] + bulk[row, 1] * forth[k])
             for e in range(count):
                 node, start = present[e], place[e] + shift[b]
-                add_pair(push[row, node], gradient[row, node], forth, back, D, flat[start:start + size])
+                add_pair(push[row, :, node], gradient[row, :, node], forth, back, D, flat[start:start + size])

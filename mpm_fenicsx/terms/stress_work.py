@@ -34,7 +34,8 @@ class Stresses(NamedTuple):
 
 def work(points: Quadrature, elements: PointElements, old: Deformation, stresses: Stresses, u, sums):
     """The two sums above [J], of displacements u (nodes, D) [m], with FBAR of deviators. Adds to sums
-    (patches, 3) what patches need: V_old tr H [m^3], and V0 tr(tau) / D before and after [J]."""
+    (patches, 4) what patches need: V_old tr H and V_old j tr(H f^-1) [m^3], which are the changes of volume, and
+    V0 tr(tau) / D before and after [J]."""
     element, G, V0, cells, patch = points.element, points.G, points.V0, elements.nodes, elements.patch
     before, after = stresses
     H, f, inverse = np.empty((D, D)), np.empty((D, D)), np.empty((D, D))
@@ -48,15 +49,19 @@ def work(points: Quadrature, elements: PointElements, old: Deformation, stresses
         invert(f, D, inverse)
         mean = mean_after = 0.0
         if FBAR:
-            grown = 0.0
+            grown = grown_after = 0.0
             for i in range(D):
                 grown += H[i, i]
+                for k in range(D):
+                    grown_after += H[i, k] * inverse[k, i]
                 mean += before[q, i] / D
                 mean_after += after[q, i] / D
+            V_old = V0[q] * determinant(old.F[q], D) * old.F33[q]
             row = sums[patch[c]]
-            row[0] += V0[q] * determinant(old.F[q], D) * old.F33[q] * grown
-            row[1] += V0[q] * mean
-            row[2] += V0[q] * mean_after
+            row[0] += V_old * grown
+            row[1] += V_old * determinant(f, D) * grown_after
+            row[2] += V0[q] * mean
+            row[3] += V0[q] * mean_after
         for i in range(D):
             for j in range(D):
                 at_end = 0.0
@@ -78,15 +83,13 @@ def make_stress_work(body: Any, background: Any) -> Callable[..., Tuple[float, f
     def stress_work(cells: Any, points: Any, elements: Any, old: Any, stresses: Stresses,
                     trial: Any) -> Tuple[float, float]:
         u, volume = trial.increment.u, trial.patches.volume
-        sums = np.zeros((len(volume), 3))
+        sums = np.zeros((len(volume), 4))
         first, last = kernel(points, elements, old, stresses, u, sums)
         if not body.f_bar:
             return first, last
-        cells.share(sums[:, :1])
-        gradient = trial.patches.gradient
-        grown = np.einsum("pmi,pmi->p", gradient, u[cells.nodes_of_patch])
+        cells.share(sums[:, :2])
         there = np.maximum(volume, 1e-300)  # of patches without points nothing is asked
-        return (first + float(sums[:, 1] @ (sums[:, 0] / there[:, 1])),
-                last + float(sums[:, 2] @ (grown / there[:, 0])))
+        return (first + float(sums[:, 2] @ (sums[:, 0] / there[:, 1])),
+                last + float(sums[:, 3] @ (sums[:, 1] / there[:, 0])))
 
     return stress_work

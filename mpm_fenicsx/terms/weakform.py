@@ -21,23 +21,14 @@ from ..grid.elements import PointElements
 from ..grid.entries import Rows, add_element
 from ..laws.algebra import determinant
 from ..laws.batches import SIZE
-from .f_bar import (
-    StepGradients,
-    by_mean_volume,
-    couple_patch,
-    deformed_gradients,
-    deviatoric_force,
-    displacement_gradient,
-    spread,
-    volume_change,
-)
+from .f_bar import by_mean_volume, couple_patch, new_gradients, spread
 from .fields import Deformation, Patches, Quadrature
+from .groups import end_of_group, gather, most_points, new_group
 from .newmark import Increment
 
 D, K = 2, 4
-DD = 4  # D * D, of ``pull``
 CONSISTENT, FBAR, CELLS_ARE_PATCHES = True, False, False
-batch_stress = batch_tangent = new_work = new_tangent_work = strain_energy = stress = None
+strain = load = deformed_gradients = batch_stress = batch_tangent = new_work = new_tangent_work = strain_energy = stress = None
 
 
 @inlined
@@ -46,67 +37,21 @@ def time_of_law(dt):
     return dt if dt > 0.0 else np.inf
 
 
-@inlined
-def deform(H, F_old, r, D, F):
-    """F = r (1 + H) F_old."""
-    for i in range(D):
-        for j in range(D):
-            f = F_old[i, j]
-            for k in range(D):
-                f += H[i, k] * F_old[k, j]
-            F[i, j] = r * f
-
-
-@inlined
-def inner_force(P, F_old, weight, D, T):
-    """T = weight P F_old^T."""
-    for i in range(D):
-        for j in range(D):
-            t = 0.0
-            for k in range(D):
-                t += P[i * D + k] * F_old[j, k]
-            T[i, j] = weight * t
-
-
 def residual(points: Quadrature, elements: PointElements, old: Deformation, new: Deformation,
              patches: Patches, params, increment: Increment, R):
-    """Add internal and inertia forces [N] to R, shape (nodes, D), with FBAR all but the mean pressure's, for
-    which bulk[:, 0] is added to; fills ``new``."""
-    element, N, G, mass, V0, _ = points
-    cells, patch, volume, bulk = elements.nodes, elements.patch, patches.volume, patches.bulk
-    F_old, F, u, a = old.F, new.F, increment.u, increment.a
-    dt = time_of_law(increment.dt)
-    H, P, work = np.empty((SIZE, D, D)), np.empty((SIZE, D * D + 1)), new_work()
-    T, numbers = np.empty((D, D)), np.empty(SIZE, np.int32)
-    for first in range(0, len(element), SIZE):
-        count = min(SIZE, len(element) - first)
-        for q in range(first, first + count):
-            numbers[q - first] = q
-            c, h = element[q], H[q - first]
-            displacement_gradient(c, q, cells, G, u, D, K, h)
-            r = 1.0
-            if FBAR:
-                r = (volume[patch[c], 0] / volume[patch[c], 1] / volume_change(h, D)) ** (1.0 / D)
-            deform(h, F_old[q], r, D, F[q])
-        batch_stress(params, dt, old, new, numbers[:count], work, P)
-        for q in range(first, first + count):
-            c = element[q]
-            if FBAR:
-                bulk[patch[c], 0] += deviatoric_force(P[q - first], F[q], H[q - first], V0[q], D, T)
-            else:
-                inner_force(P[q - first], F_old[q], V0[q], D, T)
-            for i in range(D):
-                inertia = 0.0
-                if CONSISTENT:
-                    for b in range(K):
-                        inertia += N[q, b] * a[cells[c, b], i]
-                    inertia *= mass[q]
-                t0, t1, t2 = T[i, 0], T[i, 1], T[i, D - 1]
-                for b in range(K):
-                    force = inertia * N[q, b] + t0 * G[q, b, 0] + t1 * G[q, b, 1]
-                    if D == 3:
-                        force += t2 * G[q, b, D - 1]
-                    R[cells[c, b], i] += force
+    """Add internal and inertia forces [N] to R, shape (nodes, D); fills ``new``. With FBAR adds to bulk[:, 0],
+    and where cells are patches to ``volume``; where they are not, that is known, and the forces of the mean
+    pressure are to follow, see ``f_bar.add_pressure``."""
+    element, order, dt, first = points.element, points.order, time_of_law(increment.dt), 0
+    group, work = new_group(most_points(element, order), D, K), new_work()
+    while first < len(order):
+        end = end_of_group(element, order, first)
+        strain(points, elements, old, new, patches, increment.u, order[first:end], group)
+        for n in range(first, end, SIZE):
+            to = n - first
+            batch_stress(params, dt, old, new, order[n:min(n + SIZE, end)], work, group.P[to:to + SIZE])
+        load(points, elements, old, new, patches, increment.a, order[first:end], group, R)
+        first = end
 
 
 def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: Deformation, patches: Patches,
@@ -119,25 +64,34 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     node b in direction k."""
     element, N, G, mass, V0, order = points
     cells, row, patch, place = elements
-    volume, _, bulk, push, pull_sums = patches
+    volume, gradient, bulk, push, pull_sums = patches
     dt, alpha, u = time_of_law(increment.dt), increment.alpha, increment.u
     P, moduli, work = np.empty((SIZE, D * D + 1)), np.empty((SIZE, D, D, D, D)), new_tangent_work()
-    forth, back, g = found = StepGradients(np.empty((D, D)), np.empty((D, D)), np.empty(D * K))
-    y, w, E, of_patch = np.empty(D * K), np.empty(K), np.zeros((K, D, D, K)), np.empty((2, D, K))
+    forth, back, g = found = new_gradients(D, K)
+    of_cell = 0.0  # volume of its points
+    y, w, E, own = np.empty(D * K), np.empty(K), np.zeros((K, D, D, K)), np.empty((K, D))
     for n in range(len(order)):
         q, at = order[n], n % SIZE
         if at == 0:
             batch_tangent(params, dt, old, new, order[n:n + SIZE], V0, work, (P, moduli))
         c, B = element[q], moduli[at]
-        grown = V0[q] * deformed_gradients(c, q, cells, G, u, D, K, found)
+        if n == 0 or element[order[n - 1]] != c:
+            gather(u, cells[c], D, K, own)
+        grown = V0[q] * deformed_gradients(own, G, q, found)
         if FBAR:
-            own = patch[c]
+            at = patch[c]
             grown *= determinant(old.F[q], D) * old.F33[q]
-            shared = grown * bulk[own, 0] / volume[own, 0]
-            bulk[own, 1] += by_mean_volume(B, P[at], new.F[q], V0[q], shared, D, forth, back)
-            at = 0 if CELLS_ARE_PATCHES else own
-            spread(forth, g, place[c], D, K, push[at])
-            spread(back, g, place[c], D, K, pull_sums[at])
+            shared = grown * bulk[at, 0] / volume[at, 0]
+            bulk[at, 1] += by_mean_volume(B, P[n % SIZE], new.F[q], V0[q], shared, D, forth, back)
+            if CELLS_ARE_PATCHES:
+                of_cell += grown
+                for m in range(D * K):
+                    gradient[0, m // K, m % K] += grown * g[m]
+                multiply((D, D, K), True, (push, 0, K), (forth, 0, D, 1), (g, 0, K))
+                multiply((D, D, K), True, (pull_sums, 0, K), (back, 0, D, 1), (g, 0, K))
+            else:
+                spread(forth, g, place[c], D, K, push[at])
+                spread(back, g, place[c], D, K, pull_sums[at])
         for e in range(K):
             w[e] = alpha * mass[q] * N[q, e] if CONSISTENT else 0.0
         for k in range(D):
@@ -149,8 +103,9 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
                     multiply((K, 1, K), True, to, (N[q], 0, 1, 0), (w, 0, 0))
         if n + 1 == len(order) or element[order[n + 1]] != c:  # that was the last one in its element
             if CELLS_ARE_PATCHES:
-                couple_patch(patches, patch[c], 0, D, K, of_patch, E)
-                push[0], pull_sums[0] = 0.0, 0.0
+                couple_patch(patches, patch[c], 0, of_cell, D, K, E)
+                of_cell = 0.0
+                gradient[0], push[0], pull_sums[0] = 0.0, 0.0, 0.0
             add_element(E, c, cells, rows, rows.block[row[c]], K, D)
             E[:] = 0.0
 

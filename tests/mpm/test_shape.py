@@ -14,7 +14,7 @@ def tabulate(cells, corners, cell, x):
     """N and G at points x in cells of vertices ``corners``, by the project's kernels."""
     D, K = corners.shape[1], cells.shape[1]
     maps, affine = cell_maps(corners, cells)
-    N, G = np.empty((len(x), K)), np.empty((len(x), K, D))
+    N, G = np.empty((len(x), K)), np.empty((len(x), D, K))
     to_reference = specialise(reference, D=D, K=K, AFFINE=affine)
     specialise(shapes, D=D, K=K, to_reference=to_reference)(cell, x, maps, N, G)
     return N, G, affine
@@ -48,7 +48,7 @@ def test_partition_of_unity(sample):
     """sum N = 1, sum grad N = 0."""
     *_, N, G = sample
     np.testing.assert_allclose(N.sum(axis=1), 1.0, rtol=0, atol=10 * EPS)
-    np.testing.assert_allclose(G.sum(axis=1), 0.0, rtol=0, atol=20 * EPS)
+    np.testing.assert_allclose(G.sum(axis=2), 0.0, rtol=0, atol=20 * EPS)
 
 
 def test_values_and_gradients_are_those_of_basix(sample):
@@ -56,7 +56,7 @@ def test_values_and_gradients_are_those_of_basix(sample):
     table = table_of(name, xi)
     J = np.einsum("ai,dpa->pid", corners, table[1:])
     np.testing.assert_allclose(N, table[0], rtol=0, atol=30 * EPS)
-    np.testing.assert_allclose(G, np.einsum("dpk,pde->pke", table[1:], np.linalg.inv(J)), rtol=0,
+    np.testing.assert_allclose(G, np.einsum("dpk,pde->pek", table[1:], np.linalg.inv(J)), rtol=0,
                                atol=300 * EPS)
 
 
@@ -65,7 +65,7 @@ def test_linear_fields_are_reproduced(sample):
     _, corners, _, x, N, G = sample
     np.testing.assert_allclose(N @ corners, x, rtol=0, atol=20 * EPS)
     expected = np.broadcast_to(np.eye(x.shape[1]), (len(x), x.shape[1], x.shape[1]))
-    np.testing.assert_allclose(np.einsum("ai,paj->pij", corners, G), expected, rtol=0, atol=100 * EPS)
+    np.testing.assert_allclose(np.einsum("ai,pja->pij", corners, G), expected, rtol=0, atol=100 * EPS)
 
 
 def test_a_basis_function_is_one_at_its_vertex_alone(sample):

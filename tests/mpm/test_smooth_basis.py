@@ -26,7 +26,7 @@ def at(x, domain, F=None):
     cell = (index @ np.cumprod([1, *counts[:-1]])).astype(np.int32)
     grid = StencilGrid(np.zeros(D), counts * h, h, nodes[cells], cells.astype(np.int32))
     n, K = len(x), 3**D
-    element, N, G = np.empty(n, np.int32), np.empty((n, K)), np.empty((n, K, D))
+    element, N, G = np.empty(n, np.int32), np.empty((n, K)), np.empty((n, D, K))
     kernel = specialise(shapes, D=D, FOLLOWS=F is not None)
     kernel(cell, x, domain, np.tile(np.eye(D), (n, 1, 1)) if F is None else F, grid, element, N, G)
     steps = np.stack(np.meshgrid(*[[-1, 0, 1]] * D, indexing="ij"), -1).reshape(-1, D)[:, ::-1]
@@ -44,9 +44,9 @@ def test_functions_sum_to_one_and_reproduce_linear_fields(dim):
     domain = np.random.default_rng(2).uniform(0.02, 0.15, x.shape)
     _, N, G, place, _ = at(x, domain)
     np.testing.assert_allclose(N.sum(axis=1), 1.0, atol=1e-14)
-    np.testing.assert_allclose(G.sum(axis=1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(G.sum(axis=2), 0.0, atol=1e-12)
     np.testing.assert_allclose(np.einsum("pa,pai->pi", N, place), x, atol=1e-14)
-    np.testing.assert_allclose(np.einsum("pai,paj->pij", place, G), np.tile(np.eye(dim), (len(x), 1, 1)),
+    np.testing.assert_allclose(np.einsum("pai,pja->pij", place, G), np.tile(np.eye(dim), (len(x), 1, 1)),
                                atol=1e-12)
     assert (N >= 0.0).all()
 
@@ -64,7 +64,7 @@ def test_functions_are_means_over_the_domain(dim):
                 for s in (1, -1)]
         means *= mean
         for i in range(dim):
-            slopes[..., i] *= (hats[0] - hats[1]) / 0.16 if i == d else mean
+            slopes[:, i] *= (hats[0] - hats[1]) / 0.16 if i == d else mean
     np.testing.assert_allclose(N, means, atol=1e-6)
     np.testing.assert_allclose(G, slopes, atol=1e-5)
 
@@ -113,7 +113,7 @@ def test_at_the_edge_of_the_grid_nothing_leaves(dim):
         np.testing.assert_allclose(np.einsum("pa,pai->pi", N, place), x, atol=1e-14)
         on_edge = np.abs(place[0, :, 0] - node * counts[0] * h[0]) < 1e-12
         np.testing.assert_allclose(N[0][~on_edge], 0.0, atol=1e-15)
-        np.testing.assert_allclose(np.einsum("pa,pa->p", G[:, :, 0], place[:, :, 0]), 1.0, atol=1e-12)
+        np.testing.assert_allclose(np.einsum("pa,pa->p", G[:, 0], place[:, :, 0]), 1.0, atol=1e-12)
 
 
 # ---------------------------------------------------------------- the MPM with them

@@ -26,7 +26,7 @@ class Cloud:
         column = (self.x[:, 1].astype(int) * 4 + self.x[:, 0].astype(int)).astype(np.int32)
         above = np.subtract(*(self.x % 1).T) < 0
         self.cell = column if cell == "quadrilateral" else (2 * column + above).astype(np.int32)
-        self.N, G = np.empty((n, K)), np.empty((n, K, 2))
+        self.N, G = np.empty((n, K)), np.empty((n, 2, K))
         maps, _ = cell_maps(self.nodes, self.cells)
         to_reference = specialise(reference, D=2, K=K, AFFINE=True)
         specialise(shapes, D=2, K=K, to_reference=to_reference)(self.cell, self.x, maps, self.N, G)

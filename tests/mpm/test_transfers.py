@@ -43,7 +43,7 @@ class Splines:
         value = np.where(r < 0.5, 0.75 - r**2, 0.5 * (1.5 - r) ** 2)
         slope = np.where(r < 0.5, -2.0 * s, -(1.5 - r) * np.sign(s)) / self.h
         self.N = value.prod(axis=2)
-        self.G = np.stack([np.where(np.arange(D) == i, slope, value).prod(axis=2) for i in range(D)], axis=2)
+        self.G = np.stack([np.where(np.arange(D) == i, slope, value).prod(axis=2) for i in range(D)], axis=1)
         self.mass, self.v = self.random.uniform(0.5, 2.0, n), self.random.normal(size=(n, D))
         self.B = self.h**2 * self.random.normal(size=(n, D, D))
         self.C = self.B / (0.25 * self.h**2)  # D_p = h^2/4 I

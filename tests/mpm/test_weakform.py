@@ -113,7 +113,7 @@ def test_f_bar_keeps_one_volume_change_per_patch(averaged):
     of_point = patch[body.points.cell]
     assert background.patch is None or len(np.unique(of_point)) < len(np.unique(body.points.cell))
     start = body.points.V0 * np.linalg.det(problem.F_old)
-    H = np.einsum("qbi,qbj->qij", problem.u[problem.step.active_cells.cells[body.points.cell]], body._G)
+    H = np.einsum("qbi,qjb->qij", problem.u[problem.step.active_cells.cells[body.points.cell]], body._G)
     moved = start * np.linalg.det(np.eye(problem.solid.dim) + H)
     change = np.linalg.det(problem.trial.of_terms[0].new.F) / np.linalg.det(problem.F_old)
     for number in np.unique(of_point):
@@ -150,11 +150,11 @@ def test_matrix_equals_a_dense_assembly(problem, at_point, plane):
     du_Jk."""
     solid, (nodes, D) = problem.solid, problem.shape
     point, p, cells = at_point(solid.bodies[0].body.law, plane), solid.points, problem.step.active_cells.cells
-    values, gradients = np.empty((len(p), cells.shape[1])), np.empty((len(p), cells.shape[1], D))
+    values, gradients = np.empty((len(p), cells.shape[1])), np.empty((len(p), D, cells.shape[1]))
     solid.kernels.shapes(p.cell, p.x, solid.background.maps, values, gradients)
     K, alpha, mass = np.zeros((nodes, D, nodes, D)), 4 / DT**2, problem.step.grid.mass
     for q in range(len(p)):
-        on, N, G = cells[p.cell[q]], values[q], gradients[q]
+        on, N, G = cells[p.cell[q]], values[q], gradients[q].T
         F = (np.eye(D) + problem.u[on].T @ G) @ problem.F_old[q]
         B = np.einsum("ik,JM->iMJk", np.eye(D), G @ problem.F_old[q])
         stiffness = p.V0[q] * np.einsum("iMIa,iMkN,kNJb->IaJb", B, point.A(F), B)

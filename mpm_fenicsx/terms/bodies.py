@@ -80,8 +80,8 @@ class BodyTerm(BodyReadings):
         self._elements = active_cells.elements
         n, (patches, M), D = len(self.points), active_cells.nodes_of_patch.shape, active_cells.dim
         K = self._elements.nodes.shape[1]
-        self._in_turn = active_cells.patch_matrices is None and active_cells.node_rows is None
-        of_nodes = 1 if self._in_turn else patches, D, M
+        self._cells_are_patches = active_cells.patch_matrices is None and active_cells.node_rows is None
+        of_nodes = 1 if self._cells_are_patches else patches, D, M
         self._patches = Patches(np.zeros((patches, 2)), np.zeros(of_nodes), np.zeros((patches, 2)),
                                 np.zeros(of_nodes), np.zeros(of_nodes))
         own = slice(active_cells.own_patches)
@@ -188,11 +188,11 @@ class BodyTerm(BodyReadings):
         points, old, patches = self._quadrature(), self._deformation(), self._patches
         if self.body.f_bar:
             patches.volume[:], patches.gradient[:], patches.bulk[:] = 0.0, 0.0, 0.0
-            if not self._in_turn:
+            if not self._cells_are_patches:
                 self._kernels.mean_changes(points, self._elements, old, increment.u, patches)
                 grid.active_cells.share(patches.volume, patches.gradient)
         self._kernels.residual(points, self._elements, old, self._new, patches, self._params, increment, R)
-        if self.body.f_bar and not self._in_turn:
+        if self.body.f_bar and not self._cells_are_patches:
             grid.active_cells.share(patches.bulk[:, :1])
             self._kernels.add_pressure(*self._own_patches, R)
         return BodyTrial(increment, self._new, patches)

@@ -1,5 +1,5 @@
-"""The points of the residual in groups of whole elements: what an element has is read and written once for all
-its points, and what one loop over a group leaves for the next stays in fast memory.
+"""The points of the residual in groups of whole elements: what an element has is read and written once for
+all its points, and what one loop over a group leaves for the next stays in fast memory.
 
 Templates, arguments and formulas: see ``weakform`` and ``f_bar``. part: the numbers of the points in a group,
 element by element.
@@ -23,9 +23,9 @@ CONSISTENT, FBAR, CELLS_ARE_PATCHES = True, False, False
 
 class Group(NamedTuple):
     """Of at most m points, one after the other: ``H`` (m, D, D), du/dx transposed; ``V_old`` (m,), volume at
-    the start of the step [m^3], where cells are patches; ``P`` (m, D D + 1), stress; ``mean`` (m,), V0 tr(tau)
-    / D [J]. Of one point: ``T`` (D, D), the stress that works on du/dx times the volume [J]. Of one element:
-    ``own`` (K, D), values of its nodes, and ``force`` (D, K) on them [N]."""
+    the start of the step [m^3], where cells are patches; ``P`` (m, D D + 1), stress [Pa]; ``mean`` (m,), V0
+    tr(tau) / D [J]. Of one point: ``T`` (D, D), the stress that works on du/dx times the volume [J]. Of one
+    element: ``own`` (K, D), values of its nodes, and ``force`` (D, K) on them [N]."""
 
     H: np.ndarray
     V_old: np.ndarray
@@ -158,9 +158,9 @@ def strain(points: Quadrature, elements: PointElements, old: Deformation, new: D
         deform(H[n], old.F[q], r, D, new.F[q])
 
 
-def load(points: Quadrature, elements: PointElements, old: Deformation, new: Deformation, patches: Patches, a,
-         part, group: Group, R):
-    """Add the forces of the points, whose stress is P, to R; with FBAR add to bulk[:, 0]."""
+def load(points: Quadrature, elements: PointElements, F, patches: Patches, a, part, group: Group, R):
+    """Add the forces of the points, whose stress is P, to R; with FBAR add to bulk[:, 0]. F: at the start of
+    the step, with FBAR at its end."""
     element, N, G, mass, V0, _ = points
     nodes, patch, volume, bulk = elements.nodes, elements.patch, patches.volume, patches.bulk
     H, V_old, P, mean, T, own, force = group
@@ -168,7 +168,7 @@ def load(points: Quadrature, elements: PointElements, old: Deformation, new: Def
     if FBAR:
         for n in range(len(part)):
             q = part[n]
-            mean[n] = V0[q] * mean_stress(P[n], new.F[q], D)
+            mean[n] = V0[q] * mean_stress(P[n], F[q], D)
             bulk[patch[element[q]], 0] += mean[n]
     for n in range(len(part)):
         q = part[n]
@@ -181,9 +181,9 @@ def load(points: Quadrature, elements: PointElements, old: Deformation, new: Def
             shared = 0.0
             if CELLS_ARE_PATCHES:
                 shared = bulk[patch[c], 0] / volume[patch[c], 0] * V_old[n]
-            mean_force(P[n], new.F[q], H[n], V0[q], mean[n], shared, D, T)
+            mean_force(P[n], F[q], H[n], V0[q], mean[n], shared, D, T)
         else:
-            inner_force(P[n], old.F[q], V0[q], D, T)
+            inner_force(P[n], F[q], V0[q], D, T)
         multiply((D, D, K), True, (force, 0, K), (T, 0, D, 1), (G, q * K * D, K))
         if CONSISTENT:
             multiply((1, K, D), False, (inertia, 0, D), (N, q * K, 0, 1), (own, 0, D))

@@ -96,7 +96,7 @@ def compile_body_kernels(body, background, consistent):
     gradients = specialise(groups.deformed_gradients, **size)
     return BodyKernels(
         mean_changes=direct(specialise(f_bar.mean_changes, **size)),
-        residual=direct(specialise(weakform.residual, **size, strain=strain, load=load,
+        residual=direct(specialise(weakform.residual, **size, FBAR=body.f_bar, strain=strain, load=load,
                                    batch_stress=batch.stress, new_work=batch.work)),
         add_pressure=direct(specialise(f_bar.add_pressure, D=D)),
         tangent=direct(specialise(tangent, **form, **patches, deformed_gradients=gradients,

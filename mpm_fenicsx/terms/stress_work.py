@@ -34,8 +34,8 @@ class Stresses(NamedTuple):
 
 def work(points: Quadrature, elements: PointElements, old: Deformation, stresses: Stresses, u, sums):
     """The two sums above [J], of displacements u (nodes, D) [m], with FBAR of deviators. Adds to sums
-    (patches, 4) what patches need: V_old tr H and V_old j tr(H f^-1) [m^3], which are the changes of volume, and
-    V0 tr(tau) / D before and after [J]."""
+    (patches, 4) what patches need: V_old tr H and V_old j tr(H f^-1), which are the changes of volume [m^3],
+    and V0 tr(tau) / D before and after [J]."""
     element, G, V0, cells, patch = points.element, points.G, points.V0, elements.nodes, elements.patch
     before, after = stresses
     H, f, inverse = np.empty((D, D)), np.empty((D, D)), np.empty((D, D))

@@ -28,7 +28,8 @@ from .newmark import Increment
 
 D, K = 2, 4
 CONSISTENT, FBAR, CELLS_ARE_PATCHES = True, False, False
-strain = load = deformed_gradients = batch_stress = batch_tangent = new_work = new_tangent_work = strain_energy = stress = None
+strain = load = deformed_gradients = strain_energy = stress = None
+batch_stress = batch_tangent = new_work = new_tangent_work = None
 
 
 @inlined
@@ -39,18 +40,19 @@ def time_of_law(dt):
 
 def residual(points: Quadrature, elements: PointElements, old: Deformation, new: Deformation,
              patches: Patches, params, increment: Increment, R):
-    """Add internal and inertia forces [N] to R, shape (nodes, D); fills ``new``. With FBAR adds to bulk[:, 0],
-    and where cells are patches to ``volume``; where they are not, that is known, and the forces of the mean
-    pressure are to follow, see ``f_bar.add_pressure``."""
+    """Add internal and inertia forces [N] to R, shape (nodes, D); fills ``new``. With FBAR it adds to bulk[:,
+    0] and, where cells are patches, to ``volume``; where they are not, that is known, and the forces of the
+    mean pressure are to follow, see ``f_bar.add_pressure``."""
     element, order, dt, first = points.element, points.order, time_of_law(increment.dt), 0
     group, work = new_group(most_points(element, order), D, K), new_work()
+    F = new.F if FBAR else old.F
     while first < len(order):
         end = end_of_group(element, order, first)
         strain(points, elements, old, new, patches, increment.u, order[first:end], group)
         for n in range(first, end, SIZE):
             to = n - first
             batch_stress(params, dt, old, new, order[n:min(n + SIZE, end)], work, group.P[to:to + SIZE])
-        load(points, elements, old, new, patches, increment.a, order[first:end], group, R)
+        load(points, elements, F, patches, increment.a, order[first:end], group, R)
         first = end
 
 

@@ -99,24 +99,24 @@ def by_mean_volume(B, P, F, weight, shared, D, u, w):
     s = pressure = 0.0
     for i in range(D):
         for j in range(D):
-            tau = 0.0
+            tau = of_row = of_column = 0.0
             for k in range(D):
-                tau += weight * P[i * D + k] * F[j, k]
-            u[i, j] = w[i, j] = tau / D
-            for k in range(D):
-                u[i, j] += B[i, j, k, k] / D
-                w[i, j] += B[k, k, i, j] / D
+                tau += P[i * D + k] * F[j, k]
+                of_row += B[i, j, k, k]
+                of_column += B[k, k, i, j]
+            u[i, j], w[i, j] = (of_row + weight * tau) / D, (of_column + weight * tau) / D
             if i == j:
-                s += u[i, i] / D
-                pressure += tau / D
+                s += (of_row + weight * tau) / (D * D)
+                pressure += weight * tau / D
     for i in range(D):
         u[i, i] -= s
         w[i, i] -= s
     for i in range(D):
         for j in range(D):
+            forth, back = u[i, j], w[i, j]
             for k in range(D):
-                B[i, j, k, k] -= u[i, j]
-                B[k, k, i, j] -= w[i, j]
+                B[i, j, k, k] -= forth
+                B[k, k, i, j] -= back
             B[i, i, j, j] += shared - s
             B[i, j, j, i] += pressure - shared
     return s - pressure

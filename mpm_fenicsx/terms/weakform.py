@@ -70,7 +70,7 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     dt, alpha, u = time_of_law(increment.dt), increment.alpha, increment.u
     P, moduli, work = np.empty((SIZE, D * D + 1)), np.empty((SIZE, D, D, D, D)), new_tangent_work()
     forth, back, g = found = new_gradients(D, K)
-    of_cell = 0.0  # volume of its points
+    of_cell, growth = 0.0, np.zeros((D, D))  # volume of the points in a cell; of one, times I
     y, w, E, own = np.empty(D * K), np.empty(K), np.zeros((K, D, D, K)), np.empty((K, D))
     for n in range(len(order)):
         q, at = order[n], n % SIZE
@@ -87,8 +87,9 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
             bulk[at, 1] += by_mean_volume(B, P[n % SIZE], new.F[q], V0[q], shared, D, forth, back)
             if CELLS_ARE_PATCHES:
                 of_cell += grown
-                for m in range(D * K):
-                    gradient[0, m // K, m % K] += grown * g[m]
+                for i in range(D):
+                    growth[i, i] = grown
+                multiply((D, D, K), True, (gradient, 0, K), (growth, 0, D, 1), (g, 0, K))
                 multiply((D, D, K), True, (push, 0, K), (forth, 0, D, 1), (g, 0, K))
                 multiply((D, D, K), True, (pull_sums, 0, K), (back, 0, D, 1), (g, 0, K))
             else:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled import inlined
+from ..compiled import inlined, put
 
 D, K, AFFINE = 2, 4, True  # fixed by specialise
 to_reference = None
@@ -36,28 +36,40 @@ class ReferencePoint(NamedTuple):
 
 
 @inlined
+def of_node(a, xi, D, K):
+    """Value of basis function a at the reference coordinates xi and its gradient there, tuples of three
+    numbers, of which D count."""
+    gradient = 0.0, 0.0, 0.0
+    if K == D + 1:  # simplex: N_0 = 1 - sum(xi), N_a = xi_(a-1)
+        v = 1.0 if a == 0 else 0.0
+        for i in range(D):
+            g = -1.0 if a == 0 else (1.0 if i == a - 1 else 0.0)
+            gradient = put(gradient, i, g)
+            v += g * xi[i]
+    else:  # tensor product: bit i of a tells whether the factor of direction i is xi or 1 - xi
+        v = 1.0
+        for i in range(D):
+            v *= xi[i] if (a >> i) & 1 else 1.0 - xi[i]
+            g = 1.0
+            for j in range(D):
+                upper = (a >> j) & 1
+                if i == j:
+                    g *= 1.0 if upper else -1.0
+                else:
+                    g *= xi[j] if upper else 1.0 - xi[j]
+            gradient = put(gradient, i, g)
+    return v, gradient
+
+
+@inlined
 def basis(xi, D, K, value, gradient):
     """Values (K,) and gradients (K, D) of the basis functions at the reference coordinates xi (D,)."""
+    at = xi[0], xi[1], xi[D - 1]
     for a in range(K):
-        if K == D + 1:  # simplex: N_0 = 1 - sum(xi), N_a = xi_(a-1)
-            v = 1.0 if a == 0 else 0.0
-            for i in range(D):
-                g = -1.0 if a == 0 else (1.0 if i == a - 1 else 0.0)
-                gradient[a, i] = g
-                v += g * xi[i]
-        else:  # tensor product: bit i of a tells whether the factor of direction i is xi or 1 - xi
-            v = 1.0
-            for i in range(D):
-                v *= xi[i] if (a >> i) & 1 else 1.0 - xi[i]
-                g = 1.0
-                for j in range(D):
-                    upper = (a >> j) & 1
-                    if i == j:
-                        g *= 1.0 if upper else -1.0
-                    else:
-                        g *= xi[j] if upper else 1.0 - xi[j]
-                gradient[a, i] = g
+        v, g = of_node(a, at, D, K)
         value[a] = v
+        for i in range(D):
+            gradient[a, i] = g[i]
 
 
 @inlined
@@ -147,6 +159,27 @@ def shapes(cell, x, maps: CellMaps, N, G):
                 s = 0.0
                 for j in range(D):
                     s += gradient[a, j] * to_xi[j, i]
+                G[p, i, a] = s
+
+
+def affine_shapes(cell, x, maps: CellMaps, N, G):
+    """``shapes`` in affine cells: all of a point stays in registers, which is several times as fast."""
+    corner, inverse = maps
+    for p in range(len(cell)):
+        c = cell[p]
+        k, xi = min(c, len(inverse) - 1), (0.0, 0.0, 0.0)
+        for i in range(D):
+            s = 0.0
+            for j in range(D):
+                s += inverse[k, i, j] * (x[p, j] - corner[c, 0, j])
+            xi = put(xi, i, s)
+        for a in range(K):
+            v, g = of_node(a, xi, D, K)
+            N[p, a] = v
+            for i in range(D):
+                s = 0.0
+                for j in range(D):
+                    s += g[j] * inverse[k, j, i]
                 G[p, i, a] = s
 
 

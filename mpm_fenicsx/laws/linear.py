@@ -43,6 +43,17 @@ def _trace(F, D):
     return s
 
 
+@inlined
+def _strains(F, D):
+    """Rows of the Green–Lagrange strain; in the plane no loop over D reads what is across it. All at once, as
+    LLVM computes them anew after each number that is written to an array."""
+    xx, xy, yy = _green_lagrange(F, 0, 0, D), _green_lagrange(F, 0, 1, D), _green_lagrange(F, 1, 1, D)
+    if D == 2:
+        return (xx, xy, 0.0), (xy, yy, 0.0), (0.0, 0.0, 0.0)
+    xz, yz, zz = _green_lagrange(F, 0, 2, D), _green_lagrange(F, 1, 2, D), _green_lagrange(F, 2, 2, D)
+    return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
+
+
 def thickness(p, F):
     """Stretch across the plane that makes S_33 = 0: E_33 = -lam / (lam + 2 mu) (E_11 + E_22)."""
     stretch2 = 1.0 - 2.0 * p.lam / (p.lam + 2.0 * p.mu) * _trace(F, D)
@@ -52,12 +63,12 @@ def thickness(p, F):
 def stress(p, F, F33, dt, old, new, P):
     """P = F S, with P_33 = F_33 S_33."""
     E33 = 0.5 * (F33 * F33 - 1.0)
-    pressure = p.lam * (_trace(F, D) + E33)
+    E, pressure = _strains(F, D), p.lam * (_trace(F, D) + E33)
     for i in range(D):
         for j in range(D):
             s = F[i, j] * pressure
             for k in range(D):
-                s += 2.0 * p.mu * F[i, k] * _green_lagrange(F, k, j, D)
+                s += 2.0 * p.mu * F[i, k] * E[k][j]
             P[i * D + j] = s
     P[D * D] = F33 * (pressure + 2.0 * p.mu * E33)
 

@@ -9,7 +9,7 @@ from ..basis import shape, smooth
 from ..compiled import specialise
 from ..laws.batches import batch_functions
 from ..points import transfer
-from . import f_bar, groups, stencil_form, weakform
+from . import f_bar, groups, plane_form, stencil_form, weakform
 
 
 class GridKernels(NamedTuple):
@@ -37,7 +37,7 @@ class PointKernels(NamedTuple):
 
 
 class BodyKernels(NamedTuple):
-    """Of one body with its law, see ``weakform`` or ``stencil_form``, and ``f_bar``."""
+    """Of one body with its law, see ``weakform``, ``plane_form`` or ``stencil_form``, and ``f_bar``."""
 
     mean_changes: Callable
     residual: Callable
@@ -50,7 +50,9 @@ class BodyKernels(NamedTuple):
 
 def _linear_shapes(background):
     size = dict(D=background.dim, K=background.cells.shape[1])
-    to_reference = specialise(shape.reference, **size, AFFINE=background.affine)
+    if background.affine:
+        return specialise(shape.affine_shapes, **size)
+    to_reference = specialise(shape.reference, **size, AFFINE=False)
     return specialise(shape.shapes, **size, to_reference=to_reference)
 
 
@@ -92,12 +94,17 @@ def compile_body_kernels(body, background, consistent):
     if not basis.smooth:
         patches["CELLS_ARE_PATCHES"] = body.f_bar and background.patch is None
         tangent, couple = weakform.tangent, specialise(f_bar.couple, D=D)
-    strain, load = (specialise(part, **form, **patches) for part in (groups.strain, groups.load))
     gradients = specialise(groups.deformed_gradients, **size)
+    stresses = dict(batch_stress=batch.stress, new_work=batch.work)
+    if D == 2 and not (basis.smooth or body.f_bar):
+        residual = specialise(plane_form.residual, K=size["K"], NODAL=2 * size["K"] * (0.0,),
+                              CONSISTENT=consistent, **stresses)
+    else:
+        strain, load = (specialise(part, **form, **patches) for part in (groups.strain, groups.load))
+        residual = specialise(weakform.residual, **size, FBAR=body.f_bar, strain=strain, load=load, **stresses)
     return BodyKernels(
         mean_changes=direct(specialise(f_bar.mean_changes, **size)),
-        residual=direct(specialise(weakform.residual, **size, FBAR=body.f_bar, strain=strain, load=load,
-                                   batch_stress=batch.stress, new_work=batch.work)),
+        residual=direct(residual),
         add_pressure=direct(specialise(f_bar.add_pressure, D=D)),
         tangent=direct(specialise(tangent, **form, **patches, deformed_gradients=gradients,
                                   batch_tangent=batch.tangent,

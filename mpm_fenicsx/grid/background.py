@@ -13,6 +13,7 @@ from mpi4py import MPI
 from ..basis.shape import CellMaps, cell_maps
 from ..basis.smooth import LINEAR, StencilGrid
 from ..collective import Part, together
+from ..compiled import specialise
 from ..scene.bodies import Grid
 from ..scene.column_grid import Columns
 from ..scene.frame import shifted
@@ -192,7 +193,8 @@ class Background:
         whose middles are nearest."""
         if isinstance(self.grid, Grid):
             number = np.empty(len(x), np.int64)
-            lattice_numbers(x, *lattice_of(self.grid, np.full((self.dim, 2), np.inf)), number)
+            specialise(lattice_numbers, D=self.dim)(
+                x, *lattice_of(self.grid, np.full((self.dim, 2), np.inf)), number)
             if self.blocks is not None:
                 self.blocks.renumber(number)
             return number[number >= 0]

@@ -1,11 +1,12 @@
 """Kernels of the search for cells, see ``search``: rounding on a lattice, a walk over neighbours on any mesh.
-``specialise`` fixes D and K of the walk's."""
+``specialise`` fixes D, and K of the walk's."""
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ..basis.shape import CellMaps, ReferencePoint
-from ..compiled import compiled
+from ..compiled import compiled, put
 from ..scene.lattice import cell_count
 
 D, K = 2, 4  # fixed by specialise
@@ -42,27 +43,23 @@ class Neighbours(NamedTuple):
     upper: np.ndarray
 
 
-@compiled
 def lattice_numbers(x, lower, h, counts, simplices, margin, number):
     """Number of the cell of a ``Lattice`` (its fields) of each point into ``number``, NOWHERE outside."""
-    D = x.shape[1]
-    f = np.zeros(3)
     for p in range(len(x)):
-        c = 0
-        stride = 1
+        c, stride, f = 0, 1, (0.0, 0.0, 0.0)
         for d in range(D):
-            s = (x[p, d] - lower[d]) / h[d]
-            i = int(np.floor(s))
-            if i == counts[d] and s <= counts[d] + margin[d, 1]:
+            s, count = (x[p, d] - lower[d]) / h[d], counts[d]
+            i = int(math.floor(s))
+            if i == count and s <= count + margin[d, 1]:
                 i -= 1  # the far edge belongs to the last cell
             elif i == -1 and s >= -margin[d, 0]:
                 i = 0
-            if not 0 <= i < counts[d]:  # also catches NaN
+            if not 0 <= i < count:  # also catches NaN
                 c = NOWHERE
                 break
             c += stride * i
-            stride *= counts[d]
-            f[d] = s - i
+            stride *= count
+            f = put(f, d, s - i)
         if c >= 0 and simplices > 1:
             first = 1 if f[1] > f[0] else 0
             if D == 3:

@@ -19,7 +19,8 @@ class LatticeSearch:
     """O(1) on the regular cells of a box, however far a point moved."""
 
     def __init__(self, grid, background):
-        self._lattice = lattice_of(grid, background.margin)
+        self._lattice, self._lattice_numbers = lattice_of(grid, background.margin), specialise(
+            lattice_numbers, D=background.dim)
         self._blocks = background.blocks
         self._per_field = len(background.whole[1])
         self._rank, self._owner = background.comm.rank, background.owner
@@ -28,7 +29,7 @@ class LatticeSearch:
 
     def _numbers(self, x, field):
         number = np.empty(len(x), np.int64)
-        lattice_numbers(x, *self._lattice, number)
+        self._lattice_numbers(x, *self._lattice, number)
         if self._blocks is not None:
             self._blocks.renumber(number)
         if np.any(field):

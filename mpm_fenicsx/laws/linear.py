@@ -44,13 +44,15 @@ def _trace(F, D):
 
 
 @inlined
-def _strains(F, D):
-    """Rows of the Green–Lagrange strain; in the plane no loop over D reads what is across it. All at once, as
+def _second_piola(F, pressure, mu, D):
+    """Rows of S = pressure I + 2 mu E; in the plane no loop over D reads what is across it. All at once, as
     LLVM computes them anew after each number that is written to an array."""
-    xx, xy, yy = _green_lagrange(F, 0, 0, D), _green_lagrange(F, 0, 1, D), _green_lagrange(F, 1, 1, D)
+    xx, xy, yy = (2.0 * mu * _green_lagrange(F, 0, 0, D) + pressure, 2.0 * mu * _green_lagrange(F, 0, 1, D),
+                  2.0 * mu * _green_lagrange(F, 1, 1, D) + pressure)
     if D == 2:
         return (xx, xy, 0.0), (xy, yy, 0.0), (0.0, 0.0, 0.0)
-    xz, yz, zz = _green_lagrange(F, 0, 2, D), _green_lagrange(F, 1, 2, D), _green_lagrange(F, 2, 2, D)
+    xz, yz, zz = (2.0 * mu * _green_lagrange(F, 0, 2, D), 2.0 * mu * _green_lagrange(F, 1, 2, D),
+                  2.0 * mu * _green_lagrange(F, 2, 2, D) + pressure)
     return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
 
 
@@ -63,12 +65,13 @@ def thickness(p, F):
 def stress(p, F, F33, dt, old, new, P):
     """P = F S, with P_33 = F_33 S_33."""
     E33 = 0.5 * (F33 * F33 - 1.0)
-    E, pressure = _strains(F, D), p.lam * (_trace(F, D) + E33)
+    pressure = p.lam * (_trace(F, D) + E33)
+    S = _second_piola(F, pressure, p.mu, D)
     for i in range(D):
         for j in range(D):
-            s = F[i, j] * pressure
+            s = 0.0
             for k in range(D):
-                s += 2.0 * p.mu * F[i, k] * E[k][j]
+                s += F[i, k] * S[k][j]
             P[i * D + j] = s
     P[D * D] = F33 * (pressure + 2.0 * p.mu * E33)
 

@@ -5,6 +5,7 @@
     compiled    a kernel as it stands
     inlined     a small function that kernels call with their sizes as arguments, always made part of them
     called      a function that kernels call, made part of them where LLVM finds that good
+    within      a template, see ``specialise``, that is always made part of what calls it
     merged      a long function that is made part of a loop over points with packed arithmetic
     multiply    products of small matrices, with packed arithmetic
     call_energy a C function that was given a name by ``link``
@@ -44,6 +45,14 @@ called = njit(error_model="numpy")
 # Numba's own inlining, for long functions in loops over many points: compiled by itself first, such a one has
 # packed pairs of numbers already, which keep LLVM from packing points.
 merged = njit(inline="always", **OPTIONS)
+WITHIN = "always_within"
+
+
+def within(template: Callable) -> Callable:
+    """Decorator of a plain function: what ``specialise`` makes of it becomes part of the kernels that call it.
+    For one in a loop over points that returns several numbers: a call has them written to memory and read."""
+    setattr(template, WITHIN, True)
+    return template
 
 
 @intrinsic(prefer_literal=True)
@@ -207,7 +216,7 @@ def _bind(template, names):
     kernel.__qualname__ = kernel.__name__
     kernel.__module__ = home
     kernel.__doc__ = template.__doc__
-    return njit(cache=True, **OPTIONS)(kernel)
+    return njit(cache=True, forceinline=hasattr(template, WITHIN), **OPTIONS)(kernel)
 
 
 def specialise(template: Callable, **constants: Any) -> Callable:

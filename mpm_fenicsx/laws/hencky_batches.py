@@ -16,7 +16,7 @@ from ..compiled import inlined, multiply, specialise, where
 from .algebra import NEAR, dot, exp_near_zero, half_log_near_one, symmetric3
 from .hencky import log_strain, spin
 from .law import Law, compiled_parts, constants_of
-from .plastic_state import ELASTIC
+from .plastic_state import ELASTIC, THIRD
 
 SIZE = 32  # points of a batch: the rows then take 16 kB, half of the fastest memory
 # Rows of the work array: the first of each group
@@ -113,7 +113,7 @@ def return_points(p, dt, old, new, part, W):
     Cp."""
     for q in range(len(part)):
         before, after = old[part[q]], new[part[q]]
-        ahead = before.opened / 3.0
+        ahead = THIRD * before.opened
         e = (_strain(W, 0, q) + ahead, _strain(W, 1, q) + ahead, _strain(W, 2, q) + ahead)
         t1, t2, t3, region = return_map(p, hardening_of(before), dt, e[0], e[1], e[2])
         ee = elastic_strains(p, (t1, t2, t3))

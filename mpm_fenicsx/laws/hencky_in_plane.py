@@ -14,7 +14,7 @@ from .algebra import NEAR, exp_near_zero, half_log_near_one, symmetric2
 from .hencky import back_in_place, in_order, log_strain, rank_across, rows_in_place, spin
 from .hencky_batches import SIZE, assemble, at, put, three
 from .law import Law
-from .plastic_state import ELASTIC
+from .plastic_state import ELASTIC, THIRD
 
 # Rows of the work array: the first of each group. A symmetric group has xx, yy, xy and what is across the
 # plane; of the axes, n1 = (c, s) and n2 = (-s, c), there are c and s.
@@ -73,7 +73,7 @@ def return_points(p, dt, old, new, part, W):
     descending order. Fills ``new`` but for Cp and stress."""
     for q in range(len(part)):
         before, after = old[part[q]], new[part[q]]
-        ahead = before.opened / 3.0
+        ahead = THIRD * before.opened
         e = (_strain(W, 0, q) + ahead, _strain(W, 1, q) + ahead, _strain(W, 2, q) + ahead)
         rank = rank_across(e)
         ordered = in_order(e, rank)

@@ -28,8 +28,8 @@ def trial(p, e1, e2, e3):
 
 def linear_strains(p, t):
     """Elastic strains of the principal Kirchhoff stresses t, by Hencky's law with Lamé's parameters."""
-    mean = p.lam / (3.0 * p.lam + 2.0 * p.mu) * (t[0] + t[1] + t[2])
-    return (t[0] - mean) / (2.0 * p.mu), (t[1] - mean) / (2.0 * p.mu), (t[2] - mean) / (2.0 * p.mu)
+    mean, give = p.lam / (3.0 * p.lam + 2.0 * p.mu) * (t[0] + t[1] + t[2]), 0.5 / p.mu
+    return give * (t[0] - mean), give * (t[1] - mean), give * (t[2] - mean)
 
 
 @called

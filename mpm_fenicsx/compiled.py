@@ -49,8 +49,8 @@ WITHIN = "always_within"
 
 
 def within(template: Callable) -> Callable:
-    """Decorator of a plain function: what ``specialise`` makes of it becomes part of the kernels that call it.
-    For one in a loop over points that returns several numbers: a call has them written to memory and read."""
+    """Decorator of a template: what ``specialise`` makes of it becomes part of the kernels that call it. For
+    one in a loop over points that returns several numbers: a call has them written to memory and read."""
     setattr(template, WITHIN, True)
     return template
 

@@ -11,7 +11,7 @@ strains are small, and no stress under any rotation. It softens and finally fail
 import math
 from typing import NamedTuple
 
-from ..compiled import inlined
+from ..compiled import inlined, within
 from .law import ELASTIC_STATE, Law, lame
 
 
@@ -56,12 +56,14 @@ def _second_piola(F, pressure, mu, D):
     return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
 
 
+@within
 def thickness(p, F):
     """Stretch across the plane that makes S_33 = 0: E_33 = -lam / (lam + 2 mu) (E_11 + E_22)."""
     stretch2 = 1.0 - 2.0 * p.lam / (p.lam + 2.0 * p.mu) * _trace(F, D)
     return math.sqrt(stretch2) if stretch2 > 0.0 else math.nan
 
 
+@within
 def stress(p, F, F33, dt, old, new, P):
     """P = F S, with P_33 = F_33 S_33."""
     E33 = 0.5 * (F33 * F33 - 1.0)

@@ -11,13 +11,14 @@ its last value, and the tangent is condensed, A - A_.3 A_3. / A_33 (Klinkel & Go
 import math
 from typing import Callable, Tuple
 
-from ..compiled import specialise
+from ..compiled import specialise, within
 from .law import Law, kernels
 
 D = 2
 stress = tangent = thickness = find_stretch = None  # bound by specialise
 
 
+@within
 def plain_stress(p, F, F33, dt, old, new, P, A):
     """Plane strain and three dimensions: F33 stays."""
     stress(p, F, F33, dt, old, new, P)
@@ -30,6 +31,7 @@ def plain_tangent(p, F, F33, dt, old, new, P, A):
     return F33
 
 
+@within
 def closed_stretch(p, F, F33, dt, old, new, P, A):
     """F33 with P_33 = 0 in closed form."""
     return thickness(p, F)
@@ -49,6 +51,7 @@ def newton_stretch(p, F, F33, dt, old, new, P, A):
     return math.nan
 
 
+@within
 def plane_stress(p, F, F33, dt, old, new, P, A):
     """Plane stress: F33 is found, from F33 on."""
     F33 = find_stretch(p, F, F33, dt, old, new, P, A)

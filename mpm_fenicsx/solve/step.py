@@ -16,7 +16,7 @@ from .equations import Equations, Known
 from .impulses import Forces
 from .snes import Newton
 from .tangents import Tangents
-from .tolerance import LATE, Kind, Norms
+from .tolerance import LATE, Kind, Norms, squares
 
 
 class Step:
@@ -191,11 +191,9 @@ class Step:
     def _norms(self, u):
         """Of loads and inertia, at the guess ``u`` [m], shape (owned, D). Round-off is an error of eps * h in
         the displacement times the stiffness, and of eps in the inertia."""
-        grid, n, eps = self.grid, self.active_cells.owned, np.finfo(float).eps
-        mass = grid.mass[:n, None]
+        grid, load, eps = self.grid, self.equations.known.load, np.finfo(float).eps
         loads, inertia, stopped, stiff = np.sqrt(total(self.comm, [
-            np.sum(self.equations.known.load[:n] ** 2), np.sum((mass * grid.a[:n]) ** 2),
-            np.sum((grid.rule.alpha(grid.dt) * mass * u) ** 2),
+            *squares(u, load, grid.a, grid.mass, grid.rule.alpha(grid.dt)),
             self.tangents.now.stiffness2 * self.background.h.max() ** 2]))
         return Norms(loads, inertia, 4 * eps * np.hypot(stopped, stiff))
 

@@ -3,6 +3,7 @@ from typing import Dict, NamedTuple
 
 from petsc4py import PETSc
 
+from ..compiled import compiled
 from .options import PREFIX
 
 # Of loads and inertia the residual may be so much. Of soil in motion it may be more of its inertia: what this
@@ -44,6 +45,19 @@ class Norms(NamedTuple):
     def forces(self) -> float:
         """The larger of loads and inertia, where it is more than round-off."""
         return max(self.loads, self.inertia, self.round_off / TO_FORCES)
+
+
+@compiled
+def squares(u, load, a, mass, alpha):
+    """Sums of the squares of ``load`` [N], of mass times a, and of alpha times mass times u, over the nodes
+    of u, shape (owned, D); of the others more may follow."""
+    of_load = of_a = of_u = 0.0
+    for n in range(len(u)):
+        for i in range(u.shape[1]):
+            of_load += load[n, i] ** 2
+            of_a += (mass[n] * a[n, i]) ** 2
+            of_u += (alpha * mass[n] * u[n, i]) ** 2
+    return of_load, of_a, of_u
 
 
 class Tolerance:

@@ -83,24 +83,22 @@ def tangent(p, F, F33, dt, old, new, P, A):
     stress(p, F, F33, dt, old, new, P)
     E33 = 0.5 * (F33 * F33 - 1.0)
     pressure = p.lam * (_trace(F, D) + E33)
-    last = D * D
+    S, last = _second_piola(F, pressure, p.mu, D), D * D
     for i in range(D):
-        for j in range(D):
-            for k in range(D):
-                b = 0.0  # (F F^T)_ik
-                for m in range(D):
-                    b += F[i, m] * F[k, m]
+        for k in range(D):
+            b = 0.0  # (F F^T)_ik
+            for m in range(D):
+                b += F[i, m] * F[k, m]
+            for j in range(D):
                 for m in range(D):
                     a = p.lam * F[i, j] * F[k, m] + p.mu * F[i, m] * F[k, j]
                     if j == m:
                         a += p.mu * b
-                        if i == k:
-                            a += pressure
                     if i == k:
-                        a += 2.0 * p.mu * _green_lagrange(F, j, m, D)
+                        a += S[j][m]
                     A[i * D + j, k * D + m] = a
-            A[i * D + j, last] = p.lam * F[i, j] * F33
-            A[last, i * D + j] = p.lam * F[i, j] * F33
+            A[i * D + k, last] = p.lam * F[i, k] * F33
+            A[last, i * D + k] = p.lam * F[i, k] * F33
     A[last, last] = pressure + 2.0 * p.mu * E33 + (p.lam + 2.0 * p.mu) * F33 * F33
 
 

@@ -143,13 +143,18 @@ def _where(condition, one, other):
     return one if condition else other
 
 
+def _put(numbers, place, value):
+    return *numbers[:place], value, *numbers[place + 1:]
+
+
 SPACES = {id(math): _Space(math), id(np): _Space(np, empty=_made, zeros=_made)}
 
 
 def plain(function, known):
     """A compiled function, or what stands in its place, as plain Python that counts; ``known``: by id."""
-    if function is compiled.multiply or function is compiled.where:
-        return _multiply if function is compiled.multiply else _where
+    instead = {id(compiled.multiply): _multiply, id(compiled.where): _where, id(compiled.put): _put}
+    if id(function) in instead:
+        return instead[id(function)]
     if id(function) in SPACES or not hasattr(function, "py_func"):
         return SPACES.get(id(function), function)
     if id(function) not in known:

@@ -3,6 +3,10 @@ import numpy as np
 import pytest
 
 from mpm_fenicsx import Box, Grid, Interface, Support, linear, mohr_coulomb
+from mpm_fenicsx.compiled import specialise
+from mpm_fenicsx.laws.batches import batch_functions
+from mpm_fenicsx.terms import f_bar as f_bar_form
+from mpm_fenicsx.terms import weakform
 
 DT = 0.02
 
@@ -186,3 +190,24 @@ def test_thickness_and_density_scale_the_matrix(make_mpm):
     """A body twice as thick is twice as stiff and heavy."""
     thin, thick = (Problem(make_mpm(thickness=t)).K for t in (1.0, 2.0))
     np.testing.assert_allclose(thick, 2 * thin, rtol=1e-14)
+
+
+@pytest.mark.parametrize("f_bar", [False, True], ids=["", "f_bar"])
+def test_forces_in_the_plane_are_those_of_any_dimension(make_mpm, cell, f_bar):
+    """``plane_form`` against ``weakform`` and ``f_bar``, which keep no nodes in registers."""
+    problem = Problem(make_mpm(cell, law=linear(1e3, 0.3), f_bar=f_bar))
+    body, grid, increment = problem.solid.bodies[0], problem.step.grid, problem.trial.increment
+    forces = []
+    for plane in (True, False):
+        if not plane:
+            batch, size = batch_functions(body.body.law, body.body.stress_state, 2), dict(
+                D=2, K=grid.active_cells.elements.nodes.shape[1])
+            body._kernels = body._kernels._replace(
+                mean_changes=specialise(f_bar_form.mean_changes, **size),
+                residual=specialise(weakform.residual, **size, CONSISTENT=True, FBAR=f_bar,
+                                    batch_stress=batch.stress, new_work=batch.work))
+        R = np.zeros(problem.shape)
+        F = body.residual(grid, increment, R).new.F.copy()
+        forces.append((R, F))
+    for one, other in zip(*forces):
+        assert np.abs(one - other).max() < 1e-12 * np.abs(other).max()

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..basis.shape import invert
-from ..compiled import inlined, multiply
+from ..compiled import inlined, multiply, within
 from ..grid.elements import PointElements
 from ..laws.algebra import cofactor, determinant
 from ..laws.batches import SIZE
@@ -122,6 +122,7 @@ def mean_force(P, F, H, weight, mean, shared, D, T):
                 T[i, k] = (T[i, k] if m > 0 else 0.0) + tau * cofactor(H, k, m, D)
 
 
+@within
 def deformed_gradients(own, G, q, found):
     """Fill ``found``, see ``f_bar.StepGradients``, with g = G f^-1 at point q, from the displacements
     ``own`` (K, D) of its element's nodes. Returns det f."""

@@ -101,7 +101,8 @@ def compile_body_kernels(body, background, consistent):
                               CONSISTENT=consistent, **stresses)
     else:
         strain, load = (specialise(part, **form, **patches) for part in (groups.strain, groups.load))
-        residual = specialise(weakform.residual, **size, FBAR=body.f_bar, strain=strain, load=load, **stresses)
+        residual = specialise(weakform.residual, **size, FBAR=body.f_bar, strain=strain, load=load,
+                              **stresses)
     return BodyKernels(
         mean_changes=direct(specialise(f_bar.mean_changes, **size)),
         residual=direct(residual),

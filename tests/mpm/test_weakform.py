@@ -5,8 +5,8 @@ import pytest
 from mpm_fenicsx import Box, Grid, Interface, Support, linear, mohr_coulomb
 from mpm_fenicsx.compiled import specialise
 from mpm_fenicsx.laws.batches import batch_functions
-from mpm_fenicsx.terms import f_bar as f_bar_form
-from mpm_fenicsx.terms import weakform
+from mpm_fenicsx.terms import groups, weakform
+from mpm_fenicsx.terms.fields import Patches
 
 DT = 0.02
 
@@ -192,22 +192,42 @@ def test_thickness_and_density_scale_the_matrix(make_mpm):
     np.testing.assert_allclose(thick, 2 * thin, rtol=1e-14)
 
 
-@pytest.mark.parametrize("f_bar", [False, True], ids=["", "f_bar"])
-def test_forces_in_the_plane_are_those_of_any_dimension(make_mpm, cell, f_bar):
-    """``plane_form`` against ``weakform`` and ``f_bar``, which keep no nodes in registers."""
-    problem = Problem(make_mpm(cell, law=linear(1e3, 0.3), f_bar=f_bar))
-    body, grid, increment = problem.solid.bodies[0], problem.step.grid, problem.trial.increment
-    forces = []
-    for plane in (True, False):
-        if not plane:
-            batch, size = batch_functions(body.body.law, body.body.stress_state, 2), dict(
-                D=2, K=grid.active_cells.elements.nodes.shape[1])
-            body._kernels = body._kernels._replace(
-                mean_changes=specialise(f_bar_form.mean_changes, **size),
-                residual=specialise(weakform.residual, **size, CONSISTENT=True, FBAR=f_bar,
-                                    batch_stress=batch.stress, new_work=batch.work))
-        R = np.zeros(problem.shape)
-        F = body.residual(grid, increment, R).new.F.copy()
-        forces.append((R, F))
-    for one, other in zip(*forces):
+def _forces(problem):
+    """At the nodes, and F at the points, from the residual of the first body."""
+    body, R = problem.solid.bodies[0], np.zeros(problem.shape)
+    trial = body.residual(problem.step.grid, problem.trial.increment, R)
+    return R, trial.new.F.copy()
+
+
+def _in_groups(body, elements, **form):
+    """The residual of ``weakform`` for a body."""
+    size = dict(D=body.body.dim, K=elements.nodes.shape[1])
+    strain, load = (specialise(part, **size, **form) for part in (groups.strain, groups.load))
+    batch = batch_functions(body.body.law, body.body.stress_state, size["D"])
+    return specialise(weakform.residual, **size, FBAR=form["FBAR"], strain=strain, load=load,
+                      batch_stress=batch.stress, new_work=batch.work)
+
+
+def test_forces_in_the_plane_are_those_of_any_dimension(make_mpm, cell):
+    """``plane_form`` against ``weakform``, which keeps no nodes in registers."""
+    problem = Problem(make_mpm(cell, law=linear(1e3, 0.3)))
+    body, found = problem.solid.bodies[0], _forces(problem)
+    body._kernels = body._kernels._replace(residual=_in_groups(
+        body, problem.step.active_cells.elements, CONSISTENT=True, FBAR=False))
+    for one, other in zip(found, _forces(problem)):
         assert np.abs(one - other).max() < 1e-12 * np.abs(other).max()
+
+
+def test_forces_of_cells_that_are_patches_are_those_of_patches(make_mpm):
+    """F-bar in one pass over the cells against a pass for the volumes and one for the pressure."""
+    problem = Problem(make_mpm("quadrilateral", law=linear(1e3, 0.3), f_bar=True))
+    body, cells, found = problem.solid.bodies[0], problem.step.active_cells, _forces(problem)
+    body._kernels = body._kernels._replace(residual=_in_groups(
+        body, cells.elements, CONSISTENT=True, FBAR=True, CELLS_ARE_PATCHES=False))
+    (count, M), D = cells.nodes_of_patch.shape, problem.shape[1]
+    body._cells_are_patches, body._patches = False, Patches(
+        np.zeros((count, 2)), np.zeros((count, D, M)), np.zeros((count, 2)), *np.zeros((2, count, D, M)))
+    body._own_patches = cells.nodes_of_patch, body._patches
+    for one, other in zip(found, _forces(problem)):
+        assert np.abs(one - other).max() < 1e-12 * np.abs(other).max()
+

@@ -8,6 +8,7 @@
     within      a template, see ``specialise``, that is always made part of what calls it
     merged      a long function that is made part of a loop over points with packed arithmetic
     multiply    products of small matrices, with packed arithmetic
+    prefetch    a line of the cache that will be wanted
     call_energy a C function that was given a name by ``link``
     where       one of two numbers, without a branch
     put         a tuple with another number at one place
@@ -107,6 +108,22 @@ def where(typing, condition, one, other):
     return float64(boolean, float64, float64), generate
 
 
+@intrinsic
+def prefetch(typing, array, place):
+    """Have the cache line with one entry of an array come from memory; place: its number as they lie there.
+    Nothing waits for it, and a place beyond the end of the array is no error."""
+    def generate(context, b, signature, arguments):
+        byte, number = ir.IntType(8).as_pointer(), ir.IntType(32)
+        data = context.make_array(signature.args[0])(context, b, arguments[0]).data
+        function = cgutils.get_or_insert_function(
+            b.module, ir.FunctionType(ir.VoidType(), [byte] + 3 * [number]), "llvm.prefetch.p0i8")
+        to_read, second_cache, of_data = number(0), number(2), number(1)
+        b.call(function, [b.bitcast(b.gep(data, [arguments[1]]), byte), to_read, second_cache, of_data])
+        return context.get_dummy_value()
+
+    return void(array, place), generate
+
+
 def link(key: str, kind: str, D: int, address: int) -> None:
     """Let kernels find a C function by its name, also those that were compiled by another process: the name
     stands in what numba keeps on disk, the address would be another one in each process."""
@@ -171,7 +188,7 @@ def call_energy(typing, key, D, p, F, F33, out):
 
 def _module(value):
     """Where a compiled function or a group of arrays is defined; None for anything else."""
-    own = value is multiply or value is where or value is call_energy
+    own = value in (multiply, where, prefetch, call_energy)
     function = value.__wrapped__ if own else getattr(value, "py_func", None)
     if function is not None:
         return inspect.getmodule(function)

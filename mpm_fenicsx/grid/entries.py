@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled import called, compiled, inlined
+from ..compiled import called, compiled, inlined, prefetch
 
 
 class Rows(NamedTuple):
@@ -156,6 +156,19 @@ def find_thin(nodes, neighbours: Neighbours, first, within, places):
                     there = first[node, i] >= 0 and within[other, i] >= 0
                     aside = within[other, i] if neighbours.key[at] % 2 == 0 else 0
                     places[m, i, e, b] = first[node, i] + neighbours.ahead[at] + aside if there else -1
+
+
+@inlined
+def fetch_element(m, nodes, rows, block, K, D):
+    """Have the entries of an element come from memory, to which its matrix is added later; see
+    ``add_element``."""
+    values, first, _, _ = rows
+    for e in range(K):
+        node = nodes[m, e]
+        for i in range(D):
+            if node >= 0 and first[node, i] >= 0:
+                for b in range(K):
+                    prefetch(values, first[node, i] + block[e, b])
 
 
 @called

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..basis.shape import invert
-from ..compiled import inlined, multiply, within
+from ..compiled import inlined, multiply, prefetch, within
 from ..grid.elements import PointElements
 from ..laws.algebra import cofactor, determinant
 from ..laws.batches import SIZE
@@ -17,6 +17,7 @@ from .f_bar import volume_change
 from .fields import Deformation, Patches, Quadrature
 
 GROUP = 4 * SIZE  # points, whole batches of the law; ``Group`` then takes 21 kB in space
+LINE = 8  # numbers in a line of the cache
 D, K = 2, 4
 CONSISTENT, FBAR, CELLS_ARE_PATCHES = True, False, False
 
@@ -65,6 +66,20 @@ def most_points(element, order):
         end = end_of_group(element, order, first)
         most, first = max(most, end - first), end
     return (most + SIZE - 1) // SIZE * SIZE
+
+
+@inlined
+def fetch(part, G, old, new, D, K):
+    """Have the fields of points come from memory while others are at work."""
+    for n in range(len(part)):
+        q = part[n]
+        for line in range(0, K * D, LINE):
+            prefetch(G, q * K * D + line)
+        for line in range(0, D * D + LINE - 1, LINE):
+            prefetch(old.F, q * D * D + line)
+            prefetch(new.F, q * D * D + line)
+        prefetch(old.state, q)
+        prefetch(new.state, q)
 
 
 @inlined

@@ -18,12 +18,12 @@ import numpy as np
 
 from ..compiled import inlined, multiply
 from ..grid.elements import PointElements
-from ..grid.entries import Rows, add_element
+from ..grid.entries import Rows, add_element, fetch_element
 from ..laws.algebra import determinant
 from ..laws.batches import SIZE
 from .f_bar import by_mean_volume, couple_patch, new_gradients, spread
 from .fields import Deformation, Patches, Quadrature
-from .groups import end_of_group, gather, most_points, new_group
+from .groups import GROUP, end_of_group, fetch, gather, most_points, new_group
 from .newmark import Increment
 
 D, K = 2, 4
@@ -48,6 +48,7 @@ def residual(points: Quadrature, elements: PointElements, old: Deformation, new:
     F = new.F if FBAR else old.F
     while first < len(order):
         end = end_of_group(element, order, first)
+        fetch(order[end:end + GROUP], points.G, old, new, D, K)
         strain(points, elements, old, new, patches, increment.u, order[first:end], group)
         for n in range(first, end, SIZE):
             to = n - first
@@ -75,10 +76,12 @@ def tangent(points: Quadrature, elements: PointElements, old: Deformation, new: 
     for n in range(len(order)):
         q, at = order[n], n % SIZE
         if at == 0:
+            fetch(order[n + SIZE:n + 2 * SIZE], G, old, new, D, K)
             batch_tangent(params, dt, old, new, order[n:n + SIZE], V0, work, (P, moduli))
         c, B = element[q], moduli[at]
         if n == 0 or element[order[n - 1]] != c:
             gather(u, cells[c], D, K, own)
+            fetch_element(c, cells, rows, rows.block[row[c]], K, D)
         grown = V0[q] * deformed_gradients(own, G, q, found)
         if FBAR:
             at = patch[c]

@@ -18,8 +18,8 @@
               stiffness does. Soil has cg (gmres), jacobi while inertia dominates by far, in steps of any
               length, and the others only at rest
 
-Iterative ones stop at -mpm_ksp_rtol 1e-8, but jacobi, and all for a tangent that changes with the load, at
-1e-3, small systems at 1e-6: there Newton's method iterates anyhow (more exactly where that may end its
+Iterative ones stop at -mpm_ksp_rtol 1e-8, but all for a tangent that changes with the load at 1e-3, jacobi at
+1e-2, small systems at 1e-6: there Newton's method iterates anyhow (more exactly where that may end its
 iterations, see ``tolerance``). They give up after 2000 and 500 iterations (-mpm_ksp_max_it). On several ranks
 direct solves systems below REDUNDANT_UP_TO unknowns whole on each rank (-mpm_pc_type redundant).
 docs/solvers.md says which one does what."""
@@ -52,6 +52,7 @@ LIGHT, LIGHT_IF_SMALL, SMALL = 0.5, 5.0, 3_000
 # Where iterative solvers stop and give up: one that stalls must not take minutes before a shorter step is
 # tried, PETSc's own limit is 10,000 iterations.
 EXACT, LOOSE = dict(rtol=1e-8, max_it=2000), dict(rtol=1e-3, max_it=500)
+LOOSE_IF_LIGHT = dict(LOOSE, rtol=1e-2)  # where inertia dominates, with as many iterations of Newton's method
 # A small system costs little more, and what springs at their limit do, stick or slide, then depends less on
 # round-off.
 LOOSE_IF_SMALL = dict(LOOSE, rtol=1e-6)
@@ -141,7 +142,8 @@ def configure(ksp, prefix, name, nodes, symmetric, changes=False):
             # From the right it is the residual itself that becomes small: a preconditioner that is bad for a
             # few rows makes them all that counts in its norm, and gmres ends having done nothing for the rest
             ksp.setPCSide(PETSc.PC.Side.RIGHT if general else PETSc.PC.Side.LEFT)
-        loose = LOOSE_IF_SMALL if ksp.getOperators()[1].getSize()[0] <= SMALL else LOOSE
+        small = ksp.getOperators()[1].getSize()[0] <= SMALL
+        loose = LOOSE_IF_SMALL if small else LOOSE_IF_LIGHT if name == "jacobi" else LOOSE
         ksp.setTolerances(**(loose if changes or name == "jacobi" else EXACT))
         simple = "sor" if changes or is_wide(ksp.getOperators()[1]) else "bjacobi"
         _precondition(ksp, options, asked or {"cg": simple, "gmres": simple}.get(name, name), nodes,

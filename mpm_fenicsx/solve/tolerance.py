@@ -15,7 +15,7 @@ TO_FORCES, TO_INERTIA_OF_SOIL = 1e-6, 1e-4
 LATE, LATE_AT_REST = {10: 1e-4, 20: 1e-2}, {10: 1e-4}
 # A linear system that is solved loosely, in an iteration which would be the last one if it were solved well:
 # to so much of the residual where Newton's method stops, but no more exactly than this.
-SHARE, FINEST = 0.3, 1e-5
+SHARE, FINEST = 0.3, 3e-4
 
 
 def stops_at(snes: PETSc.SNES) -> float:

@@ -15,7 +15,7 @@ TO_FORCES, TO_INERTIA_OF_SOIL = 1e-6, 1e-4
 LATE, LATE_AT_REST = {10: 1e-4, 20: 1e-2}, {10: 1e-4}
 # A linear system that is solved loosely, in an iteration which would be the last one if it were solved well:
 # to so much of the residual where Newton's method stops, but no more exactly than this.
-SHARE, FINEST = 0.3, 3e-4
+SHARE, FINEST = 0.3, 1e-5
 
 
 def stops_at(snes: PETSc.SNES) -> float:
@@ -71,7 +71,7 @@ class Tolerance:
         self._to_inertia = min(TO_INERTIA_OF_SOIL if kind.flows else TO_FORCES, relative)
         self._by_user, self._linear_by_user = options.hasName("snes_atol"), options.hasName("ksp_rtol")
         self._late = {} if self._by_user or options.hasName("snes_rtol") else kind.late
-        self._norms, self._goal = Norms(0.0, 0.0, 0.0), 0.0
+        self._norms, self._goal, self._flows = Norms(0.0, 0.0, 0.0), 0.0, kind.flows
         self._preset = self._linear = 0.0  # of the linear solver, as its preset has it and now
 
     def begin(self, snes: PETSc.SNES, norms: Norms) -> None:
@@ -98,6 +98,8 @@ class Tolerance:
         if now != self._linear:  # the linear solver is another one
             self._preset = now
         asked = SHARE * self._goal / residual if residual > 0.0 else 1.0
+        if self._flows and snes.getIterationNumber() == 0:
+            asked = self._preset  # it is never the last one
         self._linear = min(self._preset, asked) if asked >= FINEST else self._preset
         if self._linear != now:
             ksp.setTolerances(rtol=self._linear)

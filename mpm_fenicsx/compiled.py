@@ -188,7 +188,7 @@ def call_energy(typing, key, D, p, F, F33, out):
 
 def _module(value):
     """Where a compiled function or a group of arrays is defined; None for anything else."""
-    own = value in (multiply, where, prefetch, call_energy)
+    own = any(value is one for one in (multiply, where, prefetch, call_energy))
     function = value.__wrapped__ if own else getattr(value, "py_func", None)
     if function is not None:
         return inspect.getmodule(function)

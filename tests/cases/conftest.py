@@ -1,5 +1,4 @@
 """The case scripts as modules, and a beam that takes a tenth of a second."""
-import hashlib
 import importlib.util
 import sys
 from pathlib import Path
@@ -8,8 +7,6 @@ from xml.etree import ElementTree
 import meshio
 import numpy as np
 import pytest
-
-from coupling.pictures import figure
 
 CASES = Path(__file__).parents[2] / "cases"
 sys.path.insert(0, str(CASES))  # as for a script: cases may import their neighbours
@@ -32,31 +29,6 @@ def load(name):
 def no_words(monkeypatch):
     """PETSc's options are those of the case, not those of pytest."""
     monkeypatch.setattr("sys.argv", ["case.py"])
-
-
-@pytest.fixture(scope="session")
-def drawn():
-    """Figures that have been drawn in this process: what they are of → the file."""
-    return {}
-
-
-@pytest.fixture(autouse=True)
-def alike_drawn_once(drawn, monkeypatch):
-    """A figure that differs only in its numbers from one before is a copy of that: a third of a short run is
-    spent on drawing. Behind each stands a sum of its numbers: files are equal where these are."""
-    draw = figure.draw
-
-    def once(path, xlabel, panels):
-        curves = [(ylabel, *curve) for ylabel, several in panels.items() for curve in several]
-        kind = xlabel, *((ylabel, label, style, np.shape(x) == np.shape(y), bool(np.isfinite(y).all()))
-                         for ylabel, x, y, label, style in curves)
-        if kind not in drawn:
-            draw(path, xlabel, panels)
-            drawn[kind] = path.read_bytes()
-        numbers = b"".join(np.asarray(values, float).tobytes() for _, x, y, *_ in curves for values in (x, y))
-        path.write_bytes(drawn[kind] + hashlib.sha1(numbers).digest())
-
-    monkeypatch.setattr(figure, "draw", once)
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,7 @@ import basix
 import numpy as np
 import pytest
 
-from mpm_fenicsx.basis.shape import cell_maps, reference, shapes
+from mpm_fenicsx.basis.shape import affine_shapes, cell_maps, reference, shapes
 from mpm_fenicsx.compiled import specialise
 
 EPS = np.finfo(float).eps
@@ -15,8 +15,11 @@ def tabulate(cells, corners, cell, x):
     D, K = corners.shape[1], cells.shape[1]
     maps, affine = cell_maps(corners, cells)
     N, G = np.empty((len(x), K)), np.empty((len(x), D, K))
-    to_reference = specialise(reference, D=D, K=K, AFFINE=affine)
-    specialise(shapes, D=D, K=K, to_reference=to_reference)(cell, x, maps, N, G)
+    if affine:
+        kernel = specialise(affine_shapes, D=D, K=K)
+    else:
+        kernel = specialise(shapes, D=D, K=K, to_reference=specialise(reference, D=D, K=K, AFFINE=False))
+    kernel(cell, x, maps, N, G)
     return N, G, affine
 
 
